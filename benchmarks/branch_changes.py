@@ -24,8 +24,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 import tarsus as ts
-from tarsus.orbits.looks import kept_events
 from tarsus.orbits.returns import FINE, drive_period
+from tarsus.orbits.sequence import kept_events
 from tarsus.solve.contacts import earlier
 from tarsus.solve.simulate import Shared
 from tarsus.solve.trajectories import Trajectories

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tarsus.orbits.orbit import Orbit
+from tarsus.orbits.differences import NOISE
+from tarsus.orbits.orbit import ROUNDED, Orbit
 from tarsus.tables.numbers import amount, digits_apart
 from tarsus.tables.table import Column, Table, Tabled
 
@@ -201,7 +202,9 @@ class Branches(Tabled):
         ]  # fmt: skip
         at = Column(self.path, self.unit, digits_apart(row[1] for row in rows))
         impact, flight = Column("hardest impact", "m/s"), Column("highest flight", "m")
-        return Table("Orbits", ("branch", at, "motion", impact, flight, "largest |multiplier|"), rows)
+        columns = ("branch", at, "motion", impact, flight, "largest |multiplier|")
+        small = any(row[-1] is not None and row[-1] < NOISE for row in rows)
+        return Table("Orbits", columns, rows, ROUNDED if small else ())
 
     def to_dict(self) -> dict[str, object]:
         """Plain data, SI units, as `tarsus branch --json` prints it; branches are numbered from 1."""

@@ -22,7 +22,6 @@ from tarsus.files.library import SceneLike, as_scene
 from tarsus.orbits.attractors import attractors
 from tarsus.orbits.branches import Branch, Branches, BranchPoint
 from tarsus.orbits.follow import Follower, Point
-from tarsus.orbits.looks import kept_events
 from tarsus.orbits.orbit import MOST_MULTIPLE, Orbit, converge, miss_of, periodic
 from tarsus.orbits.special import APART, Change, apart, crossings, why_lost
 from tarsus.orbits.stepping import FIRST, LEAST, Stepper
@@ -41,6 +40,9 @@ MOST_BRANCHES = 64
 MEETS = 1e-4
 """Mismatch after half a period, of the motion's size, below which a motion is at its flip: it grows with the root of
 the distance, which is 1e-8 of the range then."""
+TURNS = 1e-2
+"""The same where a motion turns back: in a flip it turns into itself, half a period later, and Newton's method finds a
+place there to the third root of `CLOSED` alone."""
 BEYOND = (1e-9, 1e-7, 1e-5, 1e-4, 1e-3, 1e-2, 3e-2)
 """Shares of the range by which the parameter goes on where a motion ends, to settle anew: the first is what a change is
 told from the next one by, the last ones pass over what does not repeat."""
@@ -108,9 +110,7 @@ def branch(
         others += tracer.settling_at(at, starts, threads)
     if not tracer.branches:
         raise InputError(others)
-    return Branches(
-        scene, path, unit, (first, last), starts, tuple(tracer.branches), tuple(others)
-    )
+    return Branches(scene, path, unit, (first, last), starts, tuple(tracer.branches), tuple(others))
 
 
 @dataclass(frozen=True)
@@ -224,7 +224,7 @@ class Tracer:
 
     def leads_to(self, orbit: Orbit, seed: Seed) -> bool:
         """Whether an orbit of a branch is that of a motion to be followed, changed to its value of the number."""
-        if orbit.multiple != seed.orbit.multiple or _kinds(orbit) != _kinds(seed.orbit):
+        if orbit.multiple != seed.orbit.multiple or sorted(orbit.sequence) != sorted(seed.orbit.sequence):
             return False
         returns = self.follower(orbit).map(seed.at)
         near = converge(self.scene, returns, orbit.state, orbit.multiple)
@@ -298,20 +298,15 @@ class Tracer:
         return out
 
 
-def halved(orbit: Orbit) -> Orbit | None:
-    """The orbit of half the period that one meets where a branch of twice the period ends; None elsewhere."""
+def halved(orbit: Orbit, near: float = MEETS) -> Orbit | None:
+    """The orbit of half the period that one meets where a branch of twice the period ends; None elsewhere. near:
+    mismatch after half a period below which it is there."""
     if orbit.multiple % 2:
         return None
     half = orbit.multiple // 2
-    if miss_of(orbit.map, orbit.state, half) > MEETS:
+    if miss_of(orbit.map, orbit.state, half) > near:
         return None
     return converge(orbit.scene, orbit.map, orbit.state, half)
-
-
-def _kinds(orbit: Orbit) -> list[tuple[int, int]]:
-    """Feet and kinds of an orbit's events, in no order."""
-    events = orbit.events[kept_events(orbit.events)]
-    return sorted(zip(events["foot"].tolist(), events["kind"].tolist(), strict=True))
 
 
 def _along(
@@ -322,7 +317,7 @@ def _along(
     low, high = bounds
     steps = Stepper(follower, now)
     for _ in range(MOST_POINTS):
-        ahead, margins = steps.ahead()
+        ahead = steps.ahead()
         now = steps.now
         if ahead is None:
             if (reason := why_lost(now)) is not None:
@@ -336,10 +331,10 @@ def _along(
             steps.go(ahead.there)
             continue
         heading = float(np.sign(ahead.at - now.at)) or heading
-        points += [
-            BranchPoint(at.at, kind, at.orbit, note)
-            for kind, at, note in crossings(steps.follower, now, ahead)
-        ]
+        for kind, at, note in crossings(steps.follower, now, ahead):
+            if kind == "fold" and (half := halved(at.orbit, TURNS)) is not None:
+                return replace(at, orbit=half), HALVED, heading
+            points.append(BranchPoint(at.at, kind, at.orbit, note))
         if progress is not None:
             progress(ahead.at)
         if not low <= ahead.at <= high:
@@ -347,7 +342,7 @@ def _along(
             return ahead, LEFT, heading
         if (half := halved(ahead.orbit)) is not None:
             return replace(ahead, orbit=half), HALVED, heading
-        steps.go(ahead, margins)
+        steps.go(ahead)
         points.append(BranchPoint(ahead.at, "orbit", ahead.orbit))
     return now, f"more than {MOST_POINTS} points", heading
 

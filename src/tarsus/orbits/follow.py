@@ -6,6 +6,7 @@ P(s, p) - s = 0 a point satisfies t . (u - u_predicted) = 0, t the tangent of th
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -15,28 +16,18 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
-from tarsus.orbits.looks import kept_events
-from tarsus.orbits.margins import Margins, margins_of
-from tarsus.orbits.orbit import CLOSED, TRANSIENTS, Orbit, stable_near
-from tarsus.orbits.returns import Returned, ReturnMap, drive_period, middle_of_flight
+from tarsus.orbits.differences import return_slopes
+from tarsus.orbits.newton import zero_near
+from tarsus.orbits.orbit import TRANSIENTS, Orbit, stable_near
+from tarsus.orbits.returns import Returned, ReturnMap, middle_of_flight
 from tarsus.orbits.walking import WalkMap
-from tarsus.solve.codes import ResultCode
 from tarsus.solve.simulate import Shared
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
-    from tarsus.solve.tangents import Entering
 
 Floats = NDArray[np.float64]
 
-CORRECTIONS = 8
-"""Steps of Newton's method for a point; a step along the branch that needs more is halved."""
-DIFFERENCE = 1e-7
-"""Share of the parameter's range by which it is moved to see the return move where Newton's method seeks a point, which
-satisfies its equations whatever the slope was, and where there are no derivatives by the parameter."""
-PERIODS = 1e-5
-"""Share of the parameter's value by which it is moved to see the drives' period move, a quotient of numbers: the rest
-is the square of that."""
 MARGIN = 0.1
 """Part of the flight around the section that must stay free of events on either side, or the section is moved."""
 
@@ -44,62 +35,32 @@ MARGIN = 0.1
 @dataclass(frozen=True)
 class Point:
     """A point of a branch: parameter [SI], orbit, place (r + 1,) in scaled unknowns; follower: that found it; known
-    (r + 1,): direction that its tangent agrees with; moved (r,): how its return moves with the scaled parameter, about,
-    by which it was found."""
+    (r + 1,): direction that its tangent agrees with; corrections: steps that Newton's method took to it."""
 
     at: float
     orbit: Orbit
     place: Floats
     follower: Follower
     known: Floats
-    moved: Floats
+    corrections: int = 0
 
-    @cached_property
+    @property
     def sequence(self) -> tuple[tuple[int, int], ...]:
-        return sequence(self.orbit)
+        """(foot, kind) of its events, in order."""
+        return self.orbit.sequence
 
     @cached_property
-    def later(self) -> float:
-        """By how much the section is later with the parameter [s], where the drives' period changes with it."""
-        follower, step = self.follower, PERIODS * (self.at or self.follower.span)
-        around = [drive_period(follower.scene_at(self.at + one)) for one in (-step, step)]
-        return follower.phase * (around[1] - around[0]) / (2.0 * step)
-
-    @cached_property
-    def entered(self) -> Entering | None:
-        """What enters the orbit, with derivatives by the parameter; None where there are none."""
+    def slopes(self) -> Floats:
+        """Derivative (r, r + 1) of its return less the state by all scaled unknowns."""
         orbit, follower = self.orbit, self.follower
-        try:
-            return orbit.map.by_value(orbit.scene, follower.path, self.later, orbit.state)
-        except InputError:
-            return None
-
-    @cached_property
-    def column(self) -> Floats:
-        """How its return moves (r,) with the scaled parameter: exactly, where there is a derivative by it."""
-        orbit, follower = self.orbit, self.follower
-        if self.entered is None:
-            return self.moved
-        end = orbit.start + orbit.period
-        found = orbit.map.returning(orbit.map.tangents(orbit.state, self.entered, [end]))[:, 0]
-        if self.later:
-            found = found + orbit.map.rate(orbit.state, end) * self.later * end / orbit.start
-        return orbit.map.free.T @ (found / follower.scale) * follower.span
+        flow = follower.flow(orbit.map, orbit.derivative)
+        return np.column_stack([flow, follower.column(orbit.state, self.at, orbit.returned, orbit.map)])
 
     @cached_property
     def tangent(self) -> Floats:
         """Unit vector (r + 1,) along the branch, in scaled unknowns."""
-        flow = self.follower.flow(self.orbit.map, self.orbit.derivative)
-        return _null(np.column_stack([flow, self.column]), self.known)
-
-    def margins(self, looks: tuple[int, ...] = ()) -> Margins | None:
-        """The margins of its events, with slopes by the distance along the branch; None where there are no derivatives
-        by the parameter."""
-        if self.entered is None:
-            return None
-        orbit, value = self.orbit, float(self.tangent[-1] * self.follower.span)
-        way = (orbit.map.free @ self.tangent[:-1]) * self.follower.scale
-        return margins_of(orbit, orbit.map.by_way(self.entered, way), value, self.later, looks)
+        found = np.linalg.svd(self.slopes)[2][-1]
+        return found if found @ self.known >= 0.0 else -found
 
 
 @dataclass(frozen=True)
@@ -146,42 +107,63 @@ class Follower:
 
         like: a point of the branch, which tells the direction of the tangent.
         """
-        u, best, moved = first.copy(), np.inf, None if like is None else like.column
-        for _ in range(CORRECTIONS):
-            at = float(u[-1] * self.span)
+
+        def mismatch(place: Floats) -> tuple[tuple[ReturnMap, Floats, Returned], Floats] | None:
             try:
-                returns = self.map(at)
+                returns = self.map(float(place[-1] * self.span))
             except InputError:
                 return None
-            free = returns.free
-            state = (free @ u[:-1]) * self.scale
+            state = (returns.free @ place[:-1]) * self.scale
             back = returns(state, self.multiple)
-            if back.code is not ResultCode.DONE or list(back.contacts.held) != list(self.first.contacts.held):
+            if not self.first.goes_on(back):
                 return None
-            miss = free.T @ ((back.state - state) / self.scale)
-            size = float(np.abs(miss).max(initial=0.0))
-            off = float(normal @ u - level)
-            derivative = returns.derivative(state, self.multiple)
-            if moved is None:  # it only points the way: once is enough
-                moved = free.T @ (self._moved(state, at, back) / self.scale)
-            if size <= CLOSED or (size <= 10.0 * CLOSED and size >= 0.5 * best):
-                orbit = Orbit(self.scene_at(at), returns, self.multiple, state, size, derivative, back)
-                return Point(at, orbit, u, self, normal if like is None else like.tangent, moved)
-            if not np.isfinite(size) or size > 1e3 * best:
-                return None
-            best = min(best, size)
-            jacobian = np.vstack([np.column_stack([self.flow(returns, derivative), moved]), normal])
-            u = u - np.linalg.lstsq(jacobian, np.append(miss, off), rcond=None)[0]
-        return None
+            miss = returns.free.T @ ((back.state - state) / self.scale)
+            return (returns, state, back), np.append(miss, float(normal @ place - level))
 
-    def _moved(self, state: Floats, at: float, back: Returned) -> Floats:
-        """By how much the return moves (2n,) with the parameter in units of its span, to the side on which its events
-        are the same."""
-        for part in (DIFFERENCE, -DIFFERENCE):
-            ahead = self.map(at + part * self.span)(state, self.multiple)
-            if ahead.kinds == back.kinds:
-                break
-        return (ahead.state - back.state) / part
+        def derivatives(place: Floats, what: tuple[ReturnMap, Floats, Returned]) -> Floats:
+            returns, state, back = what
+            flow = self.flow(returns, returns.derivative(state, self.multiple, back, fine=False))
+            column = self.column(state, float(place[-1] * self.span), back, returns)
+            return np.vstack([np.column_stack([flow, column]), normal])
+
+        found = zero_near(
+            mismatch, derivatives, first, None if like is None else np.vstack([like.slopes, normal])
+        )
+        if found is None:
+            return None
+        at, (returns, state, back) = float(found.place[-1] * self.span), found.what
+        orbit = Orbit(self.scene_at(at), returns, self.multiple, state, found.size, back)
+        known = normal if like is None else like.tangent
+        return Point(at, orbit, found.place, self, known, found.count)
+
+    def looks(self, places: Floats) -> list[Orbit | None]:
+        """What scaled unknowns (k, r + 1) near the branch return to, as if they were orbits; None of those that do not
+        return. Raises InputError where the scene does not take a value."""
+        ats = places[:, -1] * self.span
+        maps = self.first.at_each(self.scene, self.phase, self.path, ats, self.shared)
+        return [self._look(*one) for one in zip(places, ats.tolist(), maps, strict=True)]
+
+    def _look(self, place: Floats, at: float, returns: ReturnMap) -> Orbit | None:
+        state = (returns.free @ place[:-1]) * self.scale
+        back = returns(state, self.multiple)
+        size = float(np.abs((back.state - state) / self.scale).max(initial=0.0))
+        return Orbit(self.scene, returns, self.multiple, state, size, back) if returns.goes_on(back) else None
+
+    def column(self, state: Floats, at: float, own: Returned, returns: ReturnMap) -> Floats:
+        """How the return of a state moves (r,) with the scaled parameter, the section being at the same phase."""
+
+        def copies(steps: Sequence[tuple[int, float]]) -> list[Returned | None]:
+            return [self._returned(state, at + step * self.span) for _, step in steps]
+
+        slopes = return_slopes(own, copies, 1, returns.scales(state))[:, 0]
+        return returns.free.T @ (slopes / self.scale)
+
+    def _returned(self, state: Floats, at: float) -> Returned | None:
+        """The return of a state at a value of the parameter [SI]; None where the scene does not take that."""
+        try:
+            return self.map(at)(state, self.multiple)
+        except InputError:
+            return None
 
     def scene_at(self, at: float) -> Scene:
         """The scene with a value [SI] of the parameter."""
@@ -190,12 +172,13 @@ class Follower:
     def settled(self, point: Point, at: float) -> Orbit | None:
         """The stable orbit that the motion at a point settles to where the parameter is changed to a value [SI]; None
         where it settles to none."""
-        try:
-            returns, state = self.map(at), point.orbit.state
-        except InputError:
-            return None
+        returns, state = self.first, point.orbit.state
         for count in TRANSIENTS:
-            carried = returns.carried(state, count)
+            try:
+                returns = self.map(at) if count == TRANSIENTS[0] else returns
+                carried = returns.carried(state, count)
+            except InputError:
+                return None
             if carried is None:
                 return None
             returns, state = carried
@@ -232,15 +215,3 @@ class Follower:
         upward[-1] = np.sign(point.tangent[-1]) or 1.0
         again = follower.solve(place, upward, float(upward @ place))
         return (follower, again) if again is not None else (self, point)
-
-
-def sequence(orbit: Orbit) -> tuple[tuple[int, int], ...]:
-    """(foot, kind) of the events of a period that distinguish one motion from another, in order."""
-    events = orbit.events
-    return tuple((int(events["foot"][i]), int(events["kind"][i])) for i in kept_events(events))
-
-
-def _null(jacobian: Floats, like: Floats) -> Floats:
-    """Unit vector that a matrix (r, r + 1) takes to zero, in the direction of another."""
-    found = np.linalg.svd(jacobian)[2][-1]
-    return found if found @ like >= 0.0 else -found

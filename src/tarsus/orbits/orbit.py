@@ -20,6 +20,8 @@ from tarsus.base.events import CONTACT_BEGINS, EVENT_WORDS, IMPACTS
 from tarsus.base.spec import with_values
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.model.structure.walker import Walker
+from tarsus.orbits.differences import NOISE
+from tarsus.orbits.newton import CLOSED, zero_near
 from tarsus.orbits.returns import (
     FINE,
     Returned,
@@ -28,6 +30,7 @@ from tarsus.orbits.returns import (
     middle_of_flight,
     return_map,
 )
+from tarsus.orbits.sequence import ACCUMULATED, kept_events, sequence_of
 from tarsus.orbits.walking import WalkMap, walk_map
 from tarsus.solve import simulate
 from tarsus.solve.codes import ResultCode
@@ -51,12 +54,11 @@ of a parameter."""
 NEAR = 0.05
 """Mismatch, of the size of the motion, at which a return is taken for the start of Newton's method; the smallest
 multiple with one is tried first."""
-CLOSED = 1e-10
-"""Mismatch, of the size of the motion, at which an orbit has closed: ten times what windows' steps leave."""
-NEWTON = 12
-"""Steps of Newton's method: from `NEAR` it doubles its digits every time, or does not converge at all."""
-ON_CIRCLE = 1e-7
-"""Distance from 1 within which a multiplier's magnitude says nothing of stability."""
+ROUNDED = (f"multipliers below {NOISE:g} are rounding: such a deviation is gone after a period",)
+"""What is said below multipliers."""
+ON_CIRCLE = 1e-6
+"""Distance from 1 within which a multiplier's magnitude says nothing of stability, to which it is known beside
+a grazing."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ class Orbit:
     """A periodic motion.
 
     scene; map: the return map; multiple: its period in drive periods; state (2n,): displacements and velocities at the
-    section; mismatch: of its return, as part of the motion's size; derivative (2n, r): of the return.
+    section; mismatch: of its return, as part of the motion's size; returned: what it returns to.
     """
 
     scene: Scene
@@ -72,7 +74,6 @@ class Orbit:
     multiple: int
     state: Floats
     mismatch: float
-    derivative: Floats
     returned: Returned
 
     @property
@@ -86,8 +87,14 @@ class Orbit:
         return self.map.start
 
     @cached_property
+    def derivative(self) -> Floats:
+        """Derivative (2n, r) of the return along the map's free directions."""
+        return self.map.derivative(self.state, self.multiple, self.returned)
+
+    @cached_property
     def multipliers(self) -> Complexes:
-        """Multipliers (r,), largest magnitude first: the factors by which small deviations grow in a period."""
+        """Multipliers (r,), largest magnitude first: the factors by which small deviations grow in a period. What is
+        below `NOISE` is rounding: such a deviation is gone after a period."""
         values = np.linalg.eigvals(self.map.free.T @ self.derivative).astype(complex)
         return values[np.lexsort((-np.imag(values), -np.abs(values)))]
 
@@ -114,7 +121,7 @@ class Orbit:
         """Whether small deviations die out."""
         return not len(self.multipliers) or float(np.abs(self.multipliers[0])) < 1.0 - ON_CIRCLE
 
-    @property
+    @cached_property
     def events(self) -> NDArray[np.void]:
         """Events of one period, times [s] from the section on; fields as those of a run. The first flight may have its
         apex before the section."""
@@ -122,6 +129,19 @@ class Orbit:
         for name in ("time", "apex_time"):
             found[name] -= self.start
         return found
+
+    @cached_property
+    def sequence(self) -> tuple[tuple[int, int], ...]:
+        """(foot, kind) of the events that distinguish it from other motions, in order."""
+        return sequence_of(self.events)
+
+    @cached_property
+    def marks(self) -> Floats:
+        """Times of these events as parts of the period, and their approach speeds as parts of the motion's speed, but
+        of bounces that accumulate."""
+        events = self.events[kept_events(self.events)]
+        speeds = np.where(np.isin(events["kind"], ACCUMULATED), 0.0, events["speed_before"])
+        return np.concatenate([events["time"] / self.period, speeds / self.map.speed(self.state)])
 
     @property
     def impacts(self) -> int:
@@ -178,6 +198,7 @@ class Orbit:
             f"Orbit of {self.scene.name}: {self.kind}",
             ("quantity", Column("value", ROW)),
             [one[:2] for one in numbers],
+            ROUNDED if np.abs(self.multipliers).min(initial=1.0) < NOISE else (),
             parts=[Table("Events of a period", (Column("time", "s", 6), "foot", "event"), events)],
             units=[unit for _, _, unit in numbers],
         )
@@ -327,26 +348,22 @@ def miss_of(returns: ReturnMap, state: Floats, multiple: int) -> float:
 
 def converge(scene: Scene, returns: ReturnMap, start: Floats, multiple: int) -> Orbit | None:
     """The orbit of this period near a state by Newton's method; None where it does not converge."""
-    state, scale = start, returns.scales(start)
-    best = np.inf
-    for _ in range(NEWTON):
+    scale = returns.scales(start)
+    ways = returns.free * returns.sizes(start)
+
+    def mismatch(place: Floats) -> tuple[Returned, Floats] | None:
+        state = start + ways @ place
         back = returns(state, multiple)
-        miss = back.state - state
-        size = float(np.abs(miss / scale).max(initial=0.0))
-        if (
-            not np.isfinite(size)
-            or back.code is not ResultCode.DONE
-            or list(back.contacts.held) != list(returns.contacts.held)
-        ):
-            return None
-        derivative = returns.derivative(state, multiple)
-        if size <= CLOSED or (size <= 100.0 * CLOSED and size >= 0.5 * best):
-            return Orbit(scene, returns, multiple, state, size, derivative, back)
-        best = min(best, size)
-        free = returns.free
-        step = np.linalg.lstsq(free.T @ derivative - np.eye(free.shape[1]), -free.T @ miss, rcond=None)[0]
-        state = state + free @ step
-    return None
+        return (back, (back.state - state) / scale) if returns.goes_on(back) else None
+
+    def derivatives(place: Floats, back: Returned) -> Floats:
+        flow = returns.derivative(start + ways @ place, multiple, back, fine=False) * returns.sizes(start)
+        return (flow - ways) / scale[:, None]
+
+    found = zero_near(mismatch, derivatives, np.zeros(ways.shape[1]))
+    if found is None:
+        return None
+    return Orbit(scene, returns, multiple, start + ways @ found.place, found.size, found.what)
 
 
 def _smallest(found: Orbit) -> Orbit:

@@ -1,6 +1,6 @@
 """The return map: a state at a phase of the drive to the state k drive periods later, with its derivative.
 
-    P: s -> s + k periods,   s = (x, v) at the phase t0,   dP/ds = product of flows and saltation matrices.
+    P: s -> s + k periods,   s = (x, v) at the phase t0,   dP/ds by differences of returns.
 
 The phase is one at which every foot is in the air, if the motion has one: then s is free, and what feet remember of
 their contacts is none of it. Else s lies in the subspace in which held feet stay where they are.
@@ -8,10 +8,10 @@ their contacts is none of it. Else s lies in the subspace in which held feet sta
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,15 +19,15 @@ from numpy.typing import ArrayLike, NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.model.drive.waveforms import Constant
+from tarsus.orbits.differences import return_slopes
+from tarsus.orbits.sequence import sequence
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import Rows, rows_for, rows_of, slot
-from tarsus.solve.codes import ResultCode
+from tarsus.solve.codes import EVENT_TYPE, ResultCode, structured_events
 from tarsus.solve.contacts import Contacts, follow_contact
-from tarsus.solve.engine import Accuracy, ModeBook, book_of, execute, settings_of, structure_key
-from tarsus.solve.lanes import Tangents, tangents
+from tarsus.solve.engine import Accuracy, ModeBook, book_of, structure_key
 from tarsus.solve.simulate import Shared
-from tarsus.solve.tangents import NO_FRICTION, DataTangents, Entering, entering
-from tarsus.solve.window import Window, simulate_window
+from tarsus.solve.window import Window, WindowStart, simulate_window, simulate_windows
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
@@ -74,21 +74,50 @@ ALIKE = 1e-9
 """Relative difference below which a ratio of periods is a whole number: what is left of decimals in a file."""
 
 
+_WHOLE = [(EVENT_TYPE.names or ()).index(name) for name in ("foot", "kind")]
+"""Columns of event rows that are whole numbers."""
+
+
 @dataclass(frozen=True)
 class Returned:
-    """Where a state returns to: state (2n,), feet held there, how the window ended, its events in time order as those
-    of a motion that repeats; travel [m] of a walker, which its state is less."""
+    """Where a state returns to: state (2n,) at the end of a window, which begins with what feet do at the section, at
+    ``start`` [s]; travel [m] of a walker, which its state is less."""
 
     state: Floats
-    contacts: Contacts
-    code: ResultCode
-    events: NDArray[np.void]
+    window: Window
+    begun: Contacts
+    start: float
     travel: float = 0.0
 
     @property
-    def kinds(self) -> list[tuple[int, int]]:
-        """(foot, kind) of the events, in order."""
-        return list(zip(self.events["foot"].tolist(), self.events["kind"].tolist(), strict=True))
+    def code(self) -> ResultCode:
+        """How the window ended."""
+        return self.window.code
+
+    @property
+    def end(self) -> float:
+        """When the window ends [s]."""
+        return float(self.window.times[-1])
+
+    @cached_property
+    def contacts(self) -> Contacts:
+        """What the feet do at the end."""
+        return self.begun.after(structured_events(self.window.rows), self.start, self.end)
+
+    @cached_property
+    def events(self) -> NDArray[np.void]:
+        """Events in time order, as those of a motion that repeats."""
+        return self.window.repeated(self.end - self.start)
+
+    @cached_property
+    def by_foot(self) -> list[tuple[int, int]]:
+        """(foot, kind) of the events that distinguish motions, foot by foot: states return continuously where events
+        of different feet change their order."""
+        return sorted(sequence(*self.window.rows[:, _WHOLE].T.astype(int).tolist()), key=lambda one: one[0])
+
+    def same_events(self, other: Returned) -> bool:
+        """Whether every foot does the same on the way as in another return, and both reach their end."""
+        return self.code is other.code is ResultCode.DONE and self.by_foot == other.by_foot
 
 
 @dataclass(frozen=True)
@@ -107,6 +136,15 @@ class ReturnMap:
     contacts: Contacts
     accuracy: Accuracy = FINE
 
+    def __post_init__(self) -> None:
+        """Raise InputError for a section at which a foot that slides is on the ground: where it sticks is no part of a
+        state."""
+        if self.contacts.held and self.plan.legs is None and self.plan.system.tangents is not None:
+            raise InputError(
+                "there is no return map of feet that slide where one of them is always on the ground, but of a walker: "
+                "leave out feet.NAME.along or ground.friction"
+            )
+
     @cached_property
     def free(self) -> Floats:
         """Basis (2n, r) of the states that a section can be in, orthonormal in the metrics of `scales`."""
@@ -120,82 +158,76 @@ class ReturnMap:
 
     def __call__(self, state: Floats, multiple: int = 1) -> Returned:
         """The state after ``multiple`` periods."""
-        window = self.window(state, [self.start + multiple * self.period])
-        found = window.states
-        contacts = self.contacts.after(window.events, self.start, float(window.times[-1]))
-        events = window.repeated(multiple * self.period)
-        return Returned(np.concatenate([found.x[:, 0], found.v[:, 0]]), contacts, window.code, events)
+        return self.returns([state], multiple)[0]
+
+    def returns(self, states: Sequence[Floats], multiple: int = 1) -> list[Returned]:
+        """What states become after ``multiple`` periods, by one call of the engine."""
+        end, n2 = self.start + multiple * self.period, 2 * len(self.plan.system.mass)
+        starts = [WindowStart(one[:n2], self.start, [end], self.contacts_at(one)) for one in states]
+        windows = simulate_windows(
+            self.plan, starts, rows=self.rows, shared=self.book, accuracy=self.accuracy
+        )
+        return [self.returned(one, window) for one, window in zip(states, windows, strict=True)]
+
+    def returned(self, state: Floats, window: Window) -> Returned:
+        """Where a window takes a state to."""
+        return Returned(end_of(window), window, self.contacts_at(state), self.start)
+
+    def goes_on(self, back: Returned) -> bool:
+        """Whether a return has come to the section with the same feet on the ground."""
+        return back.code is ResultCode.DONE and list(back.contacts.held) == list(self.contacts.held)
+
+    def contacts_at(self, state: Floats) -> Contacts:
+        """What the feet do at the section in a state."""
+        return self.contacts
 
     def window(self, state: Floats, times: ArrayLike) -> Window:
         """The motion from a state at the section, with outputs at times [s] after it."""
-        return self._window(state, times, self.contacts)
+        return self._window(state[: 2 * len(self.plan.system.mass)], times, self.contacts_at(state))
 
     def _window(self, state: Floats, times: ArrayLike, contacts: Contacts) -> Window:
         return simulate_window(
             self.plan, state, self.start, times, contacts, rows=self.rows, shared=self.book, accuracy=self.accuracy
         )  # fmt: skip
 
-    def derivative(self, state: Floats, multiple: int = 1) -> Floats:
-        """dP/ds (2n, r) along the free directions, from the engine's own steps and events."""
-        return (
-            self.returning(self.tangents(state, self.by_state(state), [self.start + multiple * self.period]))
-            @ self.free
-        )
+    def derivative(
+        self, state: Floats, multiple: int = 1, own: Returned | None = None, *, fine: bool = True
+    ) -> Floats:
+        """dP/ds (2n, r) along the free directions, by differences; own: the return of the state, where it is known;
+        fine: to 1e-9 rather than to 1e-8, by twice as many returns."""
+        sizes = self.sizes(state)
+        ways = self.free * sizes
 
-    def by_state(self, state: Floats) -> Entering:
-        """What enters a window from a state, with derivatives by all of that."""
-        size, rows = len(state), self.rows.starting(state)
-        data = DataTangents.none(rows, size)
-        data.initial[...] = np.eye(size)
-        return Entering(tuple(f"state.{i}" for i in range(size)), rows, data)
+        def copies(steps: Sequence[tuple[int, float]]) -> list[Returned]:
+            return self.returns([state + step * ways[:, k] for k, step in steps], multiple)
 
-    def by_value(self, scene: Scene, path: str, later: float, state: Floats) -> Entering:
-        """What enters a window from a state, with derivatives by the number at a path of a scene that has the map's
-        value, with which the section is later by ``later`` [s]. Raises InputError as `entering` does."""
-        found, size = entering(scene, self.plan, {path: {path: 1.0}}, np.inf), 2 * len(self.plan.system.mass)
-        found.data.initial[...] = 0.0
-        found.data.start[...] = later
-        found.row.scales[:, 2] = np.inf  # no marks of periods among the events
-        return replace(found, row=found.row.starting(state[:size]))
+        own = own or self(state, multiple)
+        return return_slopes(own, copies, len(sizes), self.scales(state), fine=fine) / sizes
 
-    def by_way(self, given: Entering, way: Floats) -> Entering:
-        """The same with derivatives along a way (2n,) of states at the section as well."""
-        parts = [getattr(given.data, name) for name in given.data.__dataclass_fields__]
-        data = DataTangents(
-            *(np.concatenate([one, np.zeros((*one.shape[:-1], 1))], axis=-1) for one in parts)
-        )
-        data.initial[:, -1] = way[: len(data.initial)]
-        return Entering((*given.paths, "state"), given.row, data, given.structure, given.perturbed)
-
-    def tangents(self, state: Floats, given: Entering, times: ArrayLike) -> Tangents:
-        """Derivatives of the motion from a state at the section, with outputs at times [s] after it."""
-        when = np.asarray(times, dtype=float)
-        end, begin = float(when[-1]), self.contacts.begin(self.plan.feet, self.start)
-        made = execute(
-            self.plan, end, rows=given.row, book=self.book, accuracy=self.accuracy, record=True, start=begin
-        )
-        settings = settings_of(self.plan, end, self.accuracy, record=True)
-        return tangents(
-            self.plan, self.book, given, made, settings, start=self.start, contacts=self.contacts, times=when
-        )  # fmt: skip
-
-    def returning(self, found: Tangents) -> Floats:
-        """Of derivatives of a window with outputs at its end, those (2n, P) of the state that it returns to."""
-        return found.samples[-1, : 2 * len(self.plan.system.mass)]
-
-    def at_values(self, scene: Scene, phase: float, values: Mapping[str, float], shared: Shared) -> ReturnMap:
+    def at_values(self, scene: Scene, phase: float, values: Mapping[str, float], shared: Shared) -> Self:
         """The map with the same feet on the ground at a phase in drive periods, of a scene with values in place of some
         of its own. Raises InputError as `lower_scene` does."""
-        return return_map(scene, phase, self.contacts, values, shared)
+        plan, rows, period, horizon = varied(scene, values, shared)
+        book = shared.get(structure_key(plan, horizon), lambda: book_of(plan, horizon))
+        return replace(self, plan=plan, book=book)._on(rows, period, phase)
 
-    def rate(self, state: Floats, time: float) -> Floats:
-        """How fast a state at the section changes at a time [s] after it, where nothing happens, by differences of
-        fourth order over a millionth of a period."""
-        beside = 1e-6 * self.period
-        found = self.window(state, time + beside * np.array([-2.0, -1.0, 1.0, 2.0])).states
-        slope = np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * beside)
-        rest = np.zeros(len(state) - 2 * len(found.x))
-        return np.concatenate([found.x @ slope, found.v @ slope, rest])
+    def at_each(self, scene: Scene, phase: float, path: str, values: Floats, shared: Shared) -> list[Self]:
+        """The same at each of some values of one number, which are looked up together where they are data."""
+        first = self.at_values(scene, phase, {path: float(values[0])}, shared)
+        if slot(scene, path) is None:
+            rest = values[1:].tolist()
+            return [first, *(self.at_values(scene, phase, {path: one}, shared) for one in rest)]
+        rows = rows_for(scene, first.plan, {path: values}, np.inf)
+        periods = [drive_period(with_values(scene, {path: one})) for one in values.tolist()]
+        return [first._on(rows.taken(slice(k, k + 1)), one, phase) for k, one in enumerate(periods)]
+
+    def _on(self, rows: Rows, period: float, phase: float) -> Self:
+        """The map on other data, at a phase in drive periods of their own; contacts keep their age."""
+        start, contacts = phase * period, self.contacts
+        since = None if contacts.since is None else [start + (one - self.start) for one in contacts.since]
+        return replace(
+            self, rows=rows, period=period, start=start, contacts=Contacts(contacts.held, since, contacts.leaving)
+        )  # fmt: skip
 
     def carried(self, state: Floats, periods: int) -> tuple[ReturnMap, Floats] | None:
         """What a state becomes after so many periods: the state at a section in the middle of what is then the longest
@@ -234,6 +266,10 @@ class ReturnMap:
         speed = max(place / self.period, float(np.abs(state[n:]).max(initial=0.0)))
         return np.repeat([place, speed], n)
 
+    def sizes(self, state: Floats) -> Floats:
+        """The same (r,) along the free directions."""
+        return np.sqrt((self.free**2).T @ self.scales(state) ** 2)
+
 
 def end_of(window: Window) -> Floats:
     """Displacements and velocities (2n,) at the last of a window's times."""
@@ -265,8 +301,6 @@ def return_map(
     """
     shared = shared or Shared()
     plan, rows, period, horizon = varied(scene, values or {}, shared)
-    if plan.system.tangents is not None:
-        raise InputError(NO_FRICTION)
     check_memory(plan)
     book = shared.get(structure_key(plan, horizon), lambda: book_of(plan, horizon))
     return ReturnMap(plan, book, rows, period, start * period, contacts)

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from tarsus.base.events import CONTACT_BEGINS, IMPACTS
-from tarsus.orbits.looks import ACCUMULATED, kept_events
+from tarsus.orbits.sequence import ACCUMULATED, kept_events
 
 if TYPE_CHECKING:
     from tarsus.orbits.follow import Follower, Point
@@ -41,27 +41,31 @@ FINEST = 1e-12
 APART = 1e-5
 """Difference of impacts across a change, of the motion's speed and period, that is no continuous one: roots of `FINEST`
 parts of a step are smaller."""
+ALIKE = 0.65
+"""Part of a change of impacts over a step that one half of it may have where the motion is the same: 0.5 over short
+steps, 0.71 beside a grazing, from which speeds rise as roots."""
 JUMP = 1e-8
 """Distance in scaled unknowns of points on both sides of a change beyond which the motion jumps: a hundred times what
 orbits close to."""
 
 
-def between(follower: Follower, now: Point, ahead: Point) -> Callable[..., Point | None]:
-    """Points of a branch by their part of the step from one to another, sought from one near by and its part on."""
-    level, way = float(now.tangent @ now.place), ahead.place - now.place
+def between(follower: Follower, base: Point, now: Point, ahead: Point) -> Callable[..., Point | None]:
+    """Points of a branch by their part of the step from one to another, sought from one near by and its part on, in
+    planes across the tangent at a base."""
+    level, way = float(base.tangent @ now.place), ahead.place - now.place
 
     def at(part: float, near: Point = now, there: float = 0.0) -> Point | None:
         if part in (0.0, 1.0):
             return ahead if part else now
         guess = near.place + (part - there) * way
-        return follower.solve(guess, now.tangent, level + part * float(now.tangent @ way), now)
+        return follower.solve(guess, base.tangent, level + part * float(base.tangent @ way), base)
 
     return at
 
 
 def crossings(follower: Follower, now: Point, ahead: Point) -> list[Special]:
     """What happens to the stability on the way between points with the same events, in order."""
-    at, found = between(follower, now, ahead), list[tuple[float, Special]]()
+    at, found = between(follower, now, now, ahead), list[tuple[float, Special]]()
     for kind, test, words in _TESTS:
         one, other = test(now), test(ahead)
         if np.isfinite(one) and np.isfinite(other) and one * other < 0.0:
@@ -115,29 +119,56 @@ class Change:
         return (why_lost(self.here) if self.jumps else None) or _difference(self.here, self.there)
 
 
-def change(follower: Follower, now: Point, ahead: Point) -> Change | None:
-    """A change of the events between two points, or of the motion where both have the same, by bisection; None where
-    the motion only changes fast."""
-    at, low, high, here, there = between(follower, now, ahead), 0.0, 1.0, now, ahead
-    alike, step = now.sequence == ahead.sequence, float(now.tangent @ (ahead.place - now.place))
-    while (high - low) * step > FINEST:
-        middle = 0.5 * (low + high)
-        if middle in (low, high):
-            break
+def change(follower: Follower, base: Point, now: Point, ahead: Point) -> Change:
+    """A change of the events between two points of other events, by bisection across the tangent at a base."""
+    at, low, high, here, there = between(follower, base, now, ahead), 0.0, 1.0, now, ahead
+    step = float(np.linalg.norm(ahead.place - now.place))
+    while (high - low) * step > FINEST and low < (middle := 0.5 * (low + high)) < high:
         point = at(middle, here, low)
-        if (
-            point is not None
-            and point.sequence == now.sequence
-            and (not alike or apart(point.orbit, here.orbit) < apart(point.orbit, there.orbit))
-        ):
+        if point is not None and point.sequence == now.sequence:
             low, here = middle, point
         else:
             high, there = middle, point or there
-    return (
-        None
-        if alike and here.sequence == there.sequence and apart(here.orbit, there.orbit) < APART
-        else Change(here, there)
-    )
+    return Change(here, there)
+
+
+def change_seen(follower: Follower, base: Point, now: Point, ahead: Point) -> Change | None:
+    """A change between two points, as the events there and half way say; None where they say nothing.
+
+    Of the same events, what impacts change by is in both halves alike, but where another motion begins: there it is in
+    one half, and in one half of that.
+    """
+    if now.sequence != ahead.sequence:
+        return change(follower, base, now, ahead)
+    at, low, high, here, there = between(follower, base, now, ahead), 0.0, 1.0, now, ahead
+    step = float(np.linalg.norm(ahead.place - now.place))
+    while (high - low) * step > FINEST and low < (middle := 0.5 * (low + high)) < high:
+        point = at(middle, here, low)
+        if point is None:
+            return None
+        if point.sequence != now.sequence:
+            return change(follower, base, here, point)
+        first, second = halves(here.orbit, point.orbit, there.orbit)
+        worst = uneven(first, second)
+        if worst is None:
+            return None
+        low, high, here, there = (
+            (low, middle, here, point) if first[worst] > second[worst] else (middle, high, point, there)
+        )
+    return Change(here, there)
+
+
+def halves(one: Orbit, middle: Orbit, other: Orbit) -> tuple[Floats, Floats]:
+    """What times and speeds of impacts change by from one orbit to a second and a third of the same events, as parts of
+    the motion's period and speed."""
+    return np.abs(middle.marks - one.marks), np.abs(other.marks - middle.marks)
+
+
+def uneven(first: Floats, second: Floats) -> int | None:
+    """Number of what changes most over one of two halves and hardly over the other; None without."""
+    whole = first + second
+    most = np.where(whole > APART, np.maximum(first, second) - ALIKE * whole, 0.0)
+    return int(np.argmax(most)) if len(most) and most.max() > 0.0 else None
 
 
 def apart(one: Orbit, other: Orbit) -> float:
@@ -180,7 +211,10 @@ def _difference(before: Point, after: Point) -> tuple[str, str]:
     if held[0] != held[1]:
         return "sticking", "a contact begins to be held" if held[1] > held[0] else "a held contact ends"
     if hits[0] != hits[1]:
-        return "capture", f"a foot stays on the ground after one impact {'more' if hits[1] > hits[0] else 'less'}"
+        return (
+            "capture",
+            f"a foot stays on the ground after one impact {'more' if hits[1] > hits[0] else 'less'}",
+        )
     return "events", "a contact ends or slides otherwise than before"
 
 

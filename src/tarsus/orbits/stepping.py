@@ -1,118 +1,164 @@
-"""Steps along a branch, so short that no change of the events is passed over.
+"""Steps along a branch: as long as the tangent turns little and Newton's method finds the next point at once.
 
-A step is taken where every margin of the events (`tarsus.orbits.margins`) is seen to stay above zero all along it; a
-change of the events is located, and reached in such steps.
+Where the events of the next point are others, or the same of another motion, what changes in between is located, and
+the branch goes on from behind it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from tarsus.orbits.margins import Coordinate, Margins
-from tarsus.orbits.special import Change, change
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.errors import InputError
+from tarsus.orbits.special import Change, between, change, change_seen, halves, uneven
 
 if TYPE_CHECKING:
     from tarsus.orbits.follow import Follower, Point
+    from tarsus.orbits.orbit import Orbit
+
+Floats = NDArray[np.float64]
 
 FIRST, MOST, LEAST = 0.01, 0.04, 1e-11
 """First, longest and shortest step along a branch, in units of the range and of the motion's size: a figure needs some
 thirty points; below the last a branch ends."""
-RESOLVED = 1e-8
-"""Step below which margins are not asked: two changes that are no further apart count as one."""
+LOOK = 2.5e-3
+"""Distance along a branch over which its events are compared: a dot of a figure. Two changes that undo each other in
+less may be passed over."""
 TURN = 0.9
 """Least cosine between the tangents of neighbouring points: a sharper turn is taken in shorter steps."""
+STRAIGHT = 0.99
+"""Cosine between tangents above which the next step may be longer."""
+EASY, HARD = 4, 7
+"""Corrections up to which the next step may be longer, and above which it is shorter."""
+GROWTH = 2.0
+"""By how much a step may be longer than the one before."""
 SHARP = 1e-6
-"""Step below which a sharp turn is taken as it is: the branch has a corner, as where its events change."""
+"""Step below which steps are counted: so short ones lead to the end of a branch alone."""
 CREEPS = 60
-"""Shorter steps in a row after which a branch ends: halved and half grown again, 40 lead from `SHARP` to `LEAST`."""
+"""Steps below `SHARP` in a row after which a branch ends: halved and half grown again, 40 lead to `LEAST`."""
 CLOSE = 1e-3
-"""Part of the way to a change that is left for the next step: there slopes by its root are still known."""
+"""Part of the way to a change that its last point before leaves: the multipliers there are those before the change."""
+AT_CHANGE = 1e-8
+"""Step to a change below which no point is put before it."""
 AFRESH = 1e-3
 """First step behind a change."""
-GROWTH = 2.0
-"""By how much a step may be longer than the one before, which tells little of what is further away."""
 
 
 @dataclass
 class Stepper:
     """Goes along a branch from a point. step: the next one to try; change: the next change of events, where it is
-    known; since: where the last one was; short: steps below `SHARP` in a row."""
+    known; short: steps below `SHARP` in a row."""
 
     follower: Follower
     now: Point
     step: float = FIRST
     change: Change | None = None
-    since: Point | None = None
     short: int = 0
-    margins: Margins | None = field(init=False)
 
     def __post_init__(self) -> None:
         self.go(self.now)
 
-    def go(self, ahead: Point, margins: Margins | None = None) -> None:
-        """On to a point, with its margins where they are known; an event close to the section moves that."""
-        self.now, self.margins = ahead, margins
+    def go(self, ahead: Point) -> None:
+        """On to a point; an event close to the section moves that."""
+        self.now = ahead
         if self.follower.crowded(ahead):
-            (self.follower, self.now), self.margins, self.change = self.follower.moved(ahead), None, None
-        if self.margins is None:
-            self.margins = self.now.margins()
+            (self.follower, self.now), self.change = self.follower.moved(ahead), None
 
-    def ahead(self) -> tuple[Point | Change | None, Margins | None]:
-        """The next point with the same events and its margins, or the change of the events that is next; None where
-        there is neither."""
-        step = self.step
-        while step >= LEAST and self.short <= CREEPS:
-            target = self._next(step)
+    def ahead(self) -> Point | Change | None:
+        """The next point with the same events, or the change of events that is next; None where neither is."""
+        if self.change is not None:
+            return self._changed(self.change)
+        while self.step >= LEAST and self.short <= CREEPS:
+            target = self._target()
+            found = None if target is None else self._change_before(target)
+            if found is not None:
+                target, found = self._before(found)
+                if target is None and found is not None:
+                    return self._changed(found)
             if target is None:
-                step *= 0.5
+                self.step *= 0.5
                 continue
-            length = self._to(target)
-            if self.change is not None and self._to(self.change.here) <= RESOLVED:
-                found, self.change, self.step, self.short = self.change, None, AFRESH, 0
-                self.since = found.there
-                return found, None
-            room, margins = self._room(target, length)
-            if room < 1.0 and length > RESOLVED:
-                if self.change is None and self.margins and margins and self.margins.jumps(margins, length):
-                    self.change = change(self.follower, self.now, target)
-                step = length * min(max(0.8 * room, 0.1), 0.5)
-                continue
+            self.change, length = found, self._to(target)
             self.short = self.short + 1 if length <= SHARP else 0
-            self.step = min(GROWTH * length, MOST)
-            return target, margins
-        return None, None
+            easy = target.corrections <= EASY and float(self.now.tangent @ target.tangent) >= STRAIGHT
+            grown = GROWTH if easy else 0.5 if target.corrections > HARD else 1.0
+            self.step = min(grown * length, MOST)
+            return target
+        return None
 
-    def _next(self, step: float) -> Point | None:
-        """The point at a distance along the branch, or one close to the next change of events before it."""
-        if self.change is None or self._to(self.change.here) > step:
-            target = self._target(step)
-            if target is None or target.sequence == self.now.sequence:
-                return target
-            self.change = change(self.follower, self.now, target)
-            assert self.change is not None  # of other events there always is one
-        return self._target((1.0 - CLOSE) * self._to(self.change.here))
-
-    def _target(self, step: float) -> Point | None:
-        """The point at a distance along the tangent; None where there is none, or the branch turns sharply to it."""
+    def _target(self) -> Point | None:
+        """The point at the next distance along the tangent; None where none is, or the branch turns sharply."""
         now = self.now
-        level = float(now.tangent @ now.place) + step
-        ahead = self.follower.solve(now.place + step * now.tangent, now.tangent, level, now)
-        if ahead is None or ahead.sequence != now.sequence:
-            return ahead
-        return ahead if float(now.tangent @ ahead.tangent) >= TURN else None
+        level = float(now.tangent @ now.place) + self.step
+        ahead = self.follower.solve(now.place + self.step * now.tangent, now.tangent, level, now)
+        return None if ahead is None or self._turns(ahead) else ahead
+
+    def _turns(self, ahead: Point) -> bool:
+        """Whether the branch turns sharply to a point with the same events."""
+        same = ahead.sequence == self.now.sequence
+        return same and float(self.now.tangent @ ahead.tangent) < TURN
 
     def _to(self, point: Point) -> float:
         """The distance along the tangent to a point."""
         return float(self.now.tangent @ (point.place - self.now.place))
 
-    def _room(self, ahead: Point, length: float) -> tuple[float, Margins | None]:
-        """Part of the way to a point with the same events that no margin is seen to reach zero within."""
-        if self.margins is None:
-            return float("inf"), None
-        margins, ways = ahead.margins(self.margins.looks), [Coordinate.plain(length)]
-        if self.change is not None and (left := self._to(self.change.here)) > length:
-            ways.append(Coordinate.root(left, left - length))
-        if self.since is not None and (passed := -self._to(self.since)) >= 0.0:
-            ways.append(Coordinate.root(passed, passed + length))
-        return (float("inf") if margins is None else self.margins.room(margins, ways)), margins
+    def _change_before(self, target: Point) -> Change | None:
+        """The first change that is seen on the way to a point."""
+        follower, now, found = self.follower, self.now, None
+        if target.sequence != now.sequence:
+            found = change(follower, now, now, target)
+            target = found.here
+        at, count = between(follower, now, now, target), max(math.ceil(self._to(target) / LOOK), 2)
+        looks = [now.orbit, *self._looks(target, np.arange(1, count) / count), target.orbit]
+        for k in range(1, count):
+            if self._same(looks[k - 1 : k + 2]):
+                continue
+            one, two = at((k - 1) / count), at((k + 1) / count)
+            earlier = None if one is None or two is None else change_seen(follower, now, one, two)
+            if earlier is not None and earlier.here.sequence == now.sequence:
+                return earlier
+        return found
+
+    def _looks(self, target: Point, parts: Floats) -> Sequence[Orbit | None]:
+        """Returns at parts (k,) of the way to a point, on a parabola along the branch, as if they were orbits."""
+        now = self.now
+        along = self._to(target) * now.tangent
+        part = parts[:, None]
+        try:
+            return self.follower.looks(
+                now.place + part * along + part**2 * (target.place - now.place - along)
+            )
+        except InputError:
+            return [None] * len(parts)
+
+    def _same(self, looks: Sequence[Orbit | None]) -> bool:
+        """Whether three returns at equal distances have the events of the point, which change evenly from one to the
+        next."""
+        one, middle, two = looks
+        if one is None or middle is None or two is None:
+            return False
+        kinds = {each.sequence for each in (one, middle, two)}
+        return kinds == {self.now.sequence} and uneven(*halves(one, middle, two)) is None
+
+    def _before(self, found: Change) -> tuple[Point | None, Change | None]:
+        """The last point before a change that is further away, and the change; no change where the motion jumps there.
+
+        A branch that turns away from the planes in which its points are sought seems to jump: what jumps is looked for
+        again from close by.
+        """
+        if self._to(found.here) <= AT_CHANGE:
+            return None, found
+        near = between(self.follower, self.now, self.now, found.here)(1.0 - CLOSE)
+        if near is None or near.sequence != self.now.sequence or self._turns(near):
+            return None, None if found.jumps else found
+        return near, None if found.jumps else found
+
+    def _changed(self, found: Change) -> Change:
+        """A change, behind which the branch goes on in short steps."""
+        self.change, self.step, self.short = None, AFRESH, 0
+        return found

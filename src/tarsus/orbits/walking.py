@@ -12,10 +12,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from tarsus.base.events import EventKind
 from tarsus.orbits.returns import (
@@ -27,13 +27,11 @@ from tarsus.orbits.returns import (
     end_of,
     varied,
 )
-from tarsus.plan.lowering import Plan, ahead_only, lower_scene
+from tarsus.plan.lowering import Plan, level_only, lower_scene
 from tarsus.plan.slots import rows_of
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.contacts import Contacts, contacts_of, follow_contact
 from tarsus.solve.engine import tables_of
-from tarsus.solve.lanes import Tangents, walk_tangents
-from tarsus.solve.tangents import DataTangents, Entering
 from tarsus.solve.window import Window
 
 if TYPE_CHECKING:
@@ -55,17 +53,14 @@ class WalkMap(ReturnMap):
     stuck: tuple[int, ...] = ()
     aging: tuple[int, ...] = ()
 
-    def at_values(self, scene: Scene, phase: float, values: Mapping[str, float], shared: Shared) -> WalkMap:
+    def at_values(self, scene: Scene, phase: float, values: Mapping[str, float], shared: Shared) -> Self:
         """The map with the same feet on the ground, of a scene with values in place of some of its own."""
         plan, rows, period, horizon = varied(scene, values, shared)
         assert plan.legs is not None
         tables: Any = shared.get(
             ("legs", plan.legs.blocks.tobytes(), horizon), lambda: tables_of(plan, horizon)
         )
-        start = phase * period
-        since = [start + (one - self.start) for one in self.contacts.since or ()]
-        contacts = Contacts(self.contacts.held, since)
-        return replace(self, plan=plan, book=tables, rows=rows, period=period, start=start, contacts=contacts)
+        return replace(self, plan=plan, book=tables)._on(rows, period, phase)
 
     def later(self, state: Floats, events: NDArray[np.void], multiple: int) -> tuple[WalkMap, Floats]:
         """The map with its section in the middle of the longest time without an event of a gait, and the state there.
@@ -142,62 +137,23 @@ class WalkMap(ReturnMap):
         since |= {i: self.start + age for i, age in zip(self.aging, state[n2:].tolist(), strict=True)}
         return contacts_of(since)
 
-    def window(self, state: Floats, times: ArrayLike) -> Window:
-        """The motion from a state at the section, with outputs at times [s] after it."""
-        return self._window(state[: 2 * len(self.plan.system.mass)], times, self.contacts_at(state))
-
-    def __call__(self, state: Floats, multiple: int = 1) -> Returned:
-        """The state after ``multiple`` periods, and how far the walker has come."""
-        end = self.start + multiple * self.period
-        window = self.window(state, [end])
-        found = np.concatenate([window.states.x[:, 0], window.states.v[:, 0]])
-        travel = float(found[0] - state[0])
-        contacts = self.contacts_at(state).after(window.events, self.start, float(window.times[-1]))
-        since = dict(zip(contacts.held, contacts.since or (), strict=True))
-        ages = np.array([since.get(i, np.nan) for i in self.aging]) - end
-        return Returned(
-            np.concatenate([found - travel * self.shift, ages]), contacts, window.code,
-            window.repeated(multiple * self.period), travel,
-        )  # fmt: skip
-
-    def by_state(self, state: Floats) -> Entering:
-        """What enters a window from a state, with derivatives by all of that, ages of contacts among it."""
-        n2, size = 2 * len(self.plan.system.mass), len(state)
-        rows = self.rows.starting(state[:n2])
-        data = DataTangents.none(rows, size)
-        data.initial[...] = np.eye(n2, size)
-        data.since[list(self.aging), range(n2, size)] = 1.0
-        return Entering(tuple(f"state.{i}" for i in range(size)), rows, data)
-
-    def by_value(self, scene: Scene, path: str, later: float, state: Floats) -> Entering:
-        """What enters a window from a state, with derivatives by the number at a path; contacts keep their age."""
-        found = super().by_value(scene, path, later, state)
-        found.data.since[list(self.contacts.held), 0] = later
-        return found
-
-    def by_way(self, given: Entering, way: Floats) -> Entering:
-        """The same with derivatives along a way (2n + na,) of states at the section as well."""
-        found = super().by_way(given, way)
-        found.data.since[list(self.aging), -1] = way[2 * len(self.plan.system.mass) :]
-        return found
-
-    def tangents(self, state: Floats, given: Entering, times: ArrayLike) -> Tangents:
-        """Derivatives of the motion from a state at the section, with outputs at times [s] after it."""
-        when = np.asarray(times, dtype=float)
-        return walk_tangents(
-            self.plan, float(when[-1]), given, tables=self.book,  # type: ignore[arg-type]
-            accuracy=self.accuracy, times=when, start=self.contacts_at(state).begin(self.plan.feet, self.start),
-        )  # fmt: skip
-
-    def returning(self, found: Tangents) -> Floats:
-        """Of derivatives of a window with outputs at its end, those (2n + na, P) of the state that it returns to."""
-        whole = super().returning(found)
-        return np.concatenate([whole - self.shift[:, None] * whole[0], found.since[list(self.aging)]])
+    def returned(self, state: Floats, window: Window) -> Returned:
+        """Where a window takes a state to, and how far the walker has come."""
+        found = super().returned(state, window)
+        travel = float(found.state[0] - state[0])
+        found = replace(found, state=found.state - travel * self.shift, travel=travel)
+        if not self.aging:
+            return found
+        since = dict(zip(found.contacts.held, found.contacts.since or (), strict=True))
+        ages = np.array([since.get(i, np.nan) for i in self.aging]) - found.end
+        return replace(found, state=np.concatenate([found.state, ages]))
 
     def travel_multiplier(self, state: Floats, multiple: int = 1) -> float:
         """By how much a walker is further on after the motion that began a little further on: 1."""
-        found = self.tangents(state, self.by_state(state), [self.start + multiple * self.period])
-        return float(found.samples[-1, 0] @ np.append(self.shift, np.zeros(len(state) - len(self.shift))))
+        size = float(self.scales(state)[0])  # of any size, for wherever it is a walker walks alike
+        on = np.append(size * self.shift, np.zeros(len(self.aging)))
+        behind, ahead = self.returns([state - on, state + on], multiple)
+        return 1.0 + (ahead.travel - behind.travel) / (2.0 * size)
 
     def scales(self, state: Floats) -> Floats:
         """Sizes (2n + na,) of displacements [m], velocities [m/s] and ages [s] that mismatches are compared with."""
@@ -209,7 +165,7 @@ def walk_map(scene: Scene, run: Run, count: int) -> tuple[WalkMap, Floats]:
     """The return map of a walker with its section in the middle of the longest time without an event in a drive period,
     after ``count`` of them, and the state there in a run."""
     plan, period = lower_scene(scene), drive_period(scene)
-    ahead_only(plan, "motions repeat")
+    level_only(plan, "motions repeat, each step like the one before,")
     check_memory(plan)
     start = _quiet(run.events, count * period, (count + 1) * period)
     held: dict[int, float] = {}

@@ -13,6 +13,8 @@ import tarsus as ts
 from differences import AROUND, slope
 from random_scenes import plain_scene
 from scene_files import scene
+from sliding_scenes import cantilever
+from tarsus.base.events import EventKind
 from tarsus.orbits.orbit import Orbit
 from tarsus.solve.simulate import Shared
 
@@ -160,13 +162,20 @@ def test_the_oscillator_grazes_at_its_published_amplitude():
 
 
 @pytest.mark.slow
-def test_of_several_changes_close_together_each_is_found():
-    """A bounce is captured, the next capture ends in a grazing, and the bounce comes back."""
-    found = ts.branch("cantilever", {"robot.feet.tip.gap": ("60.5 um", "60.3 um")}, starts=0)
+@pytest.mark.parametrize(
+    ("ends", "changes"),
+    [
+        # a bounce is captured, the next capture ends in a grazing, and the bounce comes back
+        (("60.5 um", "60.3 um"), [("capture", 60.41163), ("grazing", 60.35818), ("capture", 60.33877)]),
+        # an impact goes as another comes, of the same events; then a bounce is captured and comes back
+        (("60.11 um", "60.06 um"), [("grazing", 60.09325), ("capture", 60.07710), ("capture", 60.07054)]),
+    ],
+    ids=["apart", "a jump, and a pair that undoes itself"],
+)
+def test_of_several_changes_close_together_each_is_found(ends, changes):
+    found = ts.branch("cantilever", {"robot.feet.tip.gap": ends}, starts=0)
     assert [(point.kind, 1e6 * point.at) for point in found.special] == [
-        ("capture", pytest.approx(60.41163, abs=1e-5)),
-        ("grazing", pytest.approx(60.35818, abs=1e-5)),
-        ("capture", pytest.approx(60.33877, abs=1e-5)),
+        (kind, pytest.approx(at, abs=1e-5)) for kind, at in changes
     ]
 
 
@@ -189,9 +198,33 @@ def test_returns_of_random_scenes_differ_as_their_derivatives_say(seed):
     assert min(errors) <= 1e-8
 
 
+def test_a_robot_that_slides_has_orbits_where_all_its_feet_leave_the_ground():
+    """The orbit's impacts are those of the run that has settled, slips and sticks in between; a deviation that is no
+    direction of its derivative returns as that says."""
+    orbit = ts.periodic(cantilever())
+    assert orbit.kind == "stable, period 1, 2 impacts, 2 of them held"
+    run = ts.simulate(cantilever(), 60 * orbit.period)
+    last = run.events[run.events["time"] > 59 * orbit.period]
+    assert EventKind.STICK_BEGINS in last["kind"]
+    assert list(last["kind"]) == list(orbit.events["kind"])
+    np.testing.assert_allclose(last["speed_before"], orbit.events["speed_before"], atol=1e-8)
+    free, sizes = orbit.map.free, orbit.map.sizes(orbit.state)
+    along = np.array([0.3, -0.7, 0.2, 0.5, -0.1, 0.4])
+    back = [orbit.map(orbit.state + step * free @ (sizes * along)).state for step in (-1e-5, 1e-5)]
+    slope = (back[1] - back[0]) / 2e-5
+    scale = orbit.map.scales(orbit.state)
+    np.testing.assert_allclose(slope / scale, orbit.derivative @ (sizes * along) / scale, atol=1e-5)
+
+
 def test_requests_that_cannot_be_met_get_a_sentence():
     with pytest.raises(ts.InputError, match="no drive is periodic"):
         ts.periodic(scene("ball"))
+    with pytest.raises(ts.InputError, match="always on the ground"):
+        adhesion = ts.Adhesion(initial=1e-3, rate=0.0)
+        ts.periodic(cantilever(restitution=ts.Restitution(coefficient=0.0), adhesion=adhesion))
+    with pytest.raises(ts.InputError, match="on level ground alone"):
+        stairs = {"kind": "staircase", "tread": 1e-3, "rise": 1e-5}
+        ts.periodic(ts.with_values(ts.load_scene("millipede"), {"ground.profile": stairs}))
     with pytest.raises(ts.InputError, match="empty"):
         ts.branch(scene("impact_oscillator"), {"signals.shaker.amplitude": (1.0, 1.0)})
     with pytest.raises(ts.InputError, match=r"signals\.shaker\.amplitud"):
