@@ -128,7 +128,8 @@ def test_the_derivative_by_the_incline_is_that_of_the_closed_form(path: str) -> 
         assert run.events["time"][stop] == pytest.approx(time, rel=1e-11)
         bent = (math.cos(angle) - MU * math.sin(angle)) / brake
         wanted = -time * (bent if path == "ground.incline" else 1.0 / GRAVITY)
-        assert run.event_gradients[path]["time"][stop] == pytest.approx(wanted, rel=1e-9)
+        off = abs(run.event_gradients[path]["time"][stop] - wanted)
+        assert off < run.event_errors[path]["time"][stop] < 1e-8 * abs(wanted)
 
 
 @pytest.mark.parametrize("legged", [True, False])
