@@ -176,12 +176,12 @@ class Follower:
         for count in TRANSIENTS:
             try:
                 returns = self.map(at) if count == TRANSIENTS[0] else returns
-                carried = returns.carried(state, count)
+                ahead = returns.propagated(state, count)
             except InputError:
                 return None
-            if carried is None:
+            if ahead is None:
                 return None
-            returns, state = carried
+            returns, state = ahead
             found = stable_near(self.scene_at(at), returns, state)
             if found is not None:
                 return found

@@ -349,21 +349,23 @@ def miss_of(returns: ReturnMap, state: Floats, multiple: int) -> float:
 def converge(scene: Scene, returns: ReturnMap, start: Floats, multiple: int) -> Orbit | None:
     """The orbit of this period near a state by Newton's method; None where it does not converge."""
     scale = returns.scales(start)
-    ways = returns.free * returns.sizes(start)
+    directions = returns.free * returns.sizes(start)
 
     def mismatch(place: Floats) -> tuple[Returned, Floats] | None:
-        state = start + ways @ place
+        state = start + directions @ place
         back = returns(state, multiple)
         return (back, (back.state - state) / scale) if returns.goes_on(back) else None
 
     def derivatives(place: Floats, back: Returned) -> Floats:
-        flow = returns.derivative(start + ways @ place, multiple, back, fine=False) * returns.sizes(start)
-        return (flow - ways) / scale[:, None]
+        flow = returns.derivative(start + directions @ place, multiple, back, fine=False) * returns.sizes(
+            start
+        )
+        return (flow - directions) / scale[:, None]
 
-    found = zero_near(mismatch, derivatives, np.zeros(ways.shape[1]))
+    found = zero_near(mismatch, derivatives, np.zeros(directions.shape[1]))
     if found is None:
         return None
-    return Orbit(scene, returns, multiple, start + ways @ found.place, found.size, found.what)
+    return Orbit(scene, returns, multiple, start + directions @ found.place, found.size, found.what)
 
 
 def _smallest(found: Orbit) -> Orbit:

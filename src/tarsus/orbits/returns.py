@@ -196,10 +196,10 @@ class ReturnMap:
         """dP/ds (2n, r) along the free directions, by differences; own: the return of the state, where it is known;
         fine: to 1e-9 rather than to 1e-8, by twice as many returns."""
         sizes = self.sizes(state)
-        ways = self.free * sizes
+        directions = self.free * sizes
 
         def copies(steps: Sequence[tuple[int, float]]) -> list[Returned]:
-            return self.returns([state + step * ways[:, k] for k, step in steps], multiple)
+            return self.returns([state + step * directions[:, k] for k, step in steps], multiple)
 
         own = own or self(state, multiple)
         return return_slopes(own, copies, len(sizes), self.scales(state), fine=fine) / sizes
@@ -229,7 +229,7 @@ class ReturnMap:
             self, rows=rows, period=period, start=start, contacts=Contacts(contacts.held, since, contacts.leaving)
         )  # fmt: skip
 
-    def carried(self, state: Floats, periods: int) -> tuple[ReturnMap, Floats] | None:
+    def propagated(self, state: Floats, periods: int) -> tuple[ReturnMap, Floats] | None:
         """What a state becomes after so many periods: the state at a section in the middle of what is then the longest
         flight, and the map there; None where the motion ends before."""
         contacts = self.contacts

@@ -76,7 +76,7 @@ class WalkMap(ReturnMap):
         anew = set(events["foot"][events["kind"] == EventKind.RELEASE].tolist())
         return self.at_section(start, held, end_of(self.window(state, [start])), anew, bool(self.aging))
 
-    def carried(self, state: Floats, periods: int) -> tuple[WalkMap, Floats] | None:
+    def propagated(self, state: Floats, periods: int) -> tuple[WalkMap, Floats] | None:
         """What a state becomes after so many periods; the section is in the longest time without an event."""
         n2, contacts = 2 * len(self.plan.system.mass), self.contacts_at(state)
         place = state[:n2]

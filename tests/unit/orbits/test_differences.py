@@ -50,8 +50,10 @@ def slope_of(
         (lambda x: np.sin(x) if x <= 0.0 else 3.0, lambda x: int(x > 0.0), 1.0, 1e-6),
         # no copy has the events: the mean of both sides is all that is known
         (abs, lambda x: int(np.sign(x)), 0.0, 1e-9),
+        # and that over the longest step where a side jumps
+        (lambda x: 2.0 * x + 1e-7 * (x > 0.0), lambda x: int(np.sign(x)), 2.0, 2e-3),
     ],
-    ids=["smooth", "root", "kink", "change", "neither"],
+    ids=["smooth", "root", "kink", "change", "neither", "neither, a jump"],
 )
 def test_a_return_is_differenced_where_its_events_are_the_same(
     function: Callable[[float], float],
