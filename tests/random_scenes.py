@@ -1,7 +1,8 @@
 """Scenes nobody chose: robots, drives and grounds drawn from a seed, within ranges that may go to the edges.
 
 `scene_of(seed)` draws from ``EDGE``, `wide_scene(seed)` from ``WIDE``, the same with more forms, and
-`plain_scene(seed, legged)` from ``PLAIN``, where another simulator can follow; `sliding_scene(seed)` has friction.
+`plain_scene(seed, legged)` from ``PLAIN``, where another simulator can follow; `sliding_scene(seed)` has friction, and
+`falling_friction(seed)` is a law of it.
 A seed makes the same scene on every machine. Sizes are drawn relative to a mass, a frequency and a length, so that what
 is drawn matters: a drive moves a foot to the ground, a film is felt.
 """
@@ -203,6 +204,16 @@ def creeping_scene(seed: int, legged: bool) -> Scene:
             times=(scene.duration * 10.0 ** dice.rng.uniform(-2.0, 1.0, count)).tolist(),
         )  # fmt: skip
     return ts.with_values(scene, changes)
+
+
+def falling_friction(seed: int) -> dict[str, float | str]:
+    """A law of a reference speed from 1e-8 to 0.1 m/s."""
+    rng = np.random.default_rng([seed, 71])
+    dynamic, static = sorted(np.exp(rng.uniform(math.log(0.1), 0.0, 2)).tolist())
+    law = {"static": static, "dynamic": dynamic, "speed": 10.0 ** rng.uniform(-8.0, -1.0)}
+    if rng.random() < 0.7:
+        return {"kind": "stribeck", "exponent": float(rng.integers(1, 5)), **law}
+    return {"kind": "rate_weakening", **law}
 
 
 def sliding_scene(seed: int, ranges: Ranges = PLAIN) -> Scene:

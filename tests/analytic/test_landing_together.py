@@ -1,4 +1,4 @@
-"""Feet that land at one moment: one impact of all, by Newton's law for several contacts; in closed form, at random."""
+"""Feet that land, leave or rest at one moment: all of them by one rule, in no order; in closed form, at random."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import tarsus as ts
 from tarsus.base.spec import validate
 from tarsus.model.scene import Scene
 
-BOUNCE, CAPTURE, REST = 1, 2, 4
+BOUNCE, CAPTURE, RELEASE, REST = 1, 2, 3, 4
 G, GAP = 9.81, 1e-3
 SPEED = float(np.sqrt(2.0 * G * GAP))
 
@@ -316,7 +316,8 @@ def complies(data: dict[str, Any], seed: int) -> None:
                 assert after == pytest.approx(-e * before, abs=1e-9)
 
 
-def stays_symmetric(data: dict[str, Any]) -> None:
+def stays_symmetric(data: dict[str, Any]) -> ts.Run:
+    """Feet left and right have the same events, whatever the order of the tables."""
     run = ts.simulate(validate(Scene, data))
     assert run.ok or run.code.name == "JAMMED"  # by friction on feet that slide once they have landed
     feet, end = outcome(run)
@@ -324,6 +325,11 @@ def stays_symmetric(data: dict[str, Any]) -> None:
     for name, events in feet.items():
         if name.startswith("l"):
             same(feet["r" + name[1:]], events)
+    again = ts.simulate(validate(Scene, reordered(data, np.arange(len(feet))[::-1])))
+    assert again.code == run.code
+    for name, events in outcome(again)[0].items():
+        same(feet[name], events)
+    return run
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -340,3 +346,72 @@ def test_random_pairs_of_feet_that_land_together(seed: int) -> None:
 def test_many_random_feet_that_land_together(seed: int) -> None:
     complies(drawn(seed), seed)
     stays_symmetric(mirrored(seed))
+
+
+@pytest.mark.parametrize("seed", [232, 327])
+def test_pairs_of_feet_rest_slide_and_leave_together(seed: int) -> None:
+    """Of 232 those that rest there were held in turn, and those that let go were released in turn, one of them only."""
+    stays_symmetric(mirrored(seed))
+
+
+# ---- feet that leave at one moment
+
+
+@pytest.mark.parametrize("order", [("a", "b"), ("b", "a")], ids="".join)
+def test_both_ends_of_a_rod_leave_at_once_and_it_stays_level(order: tuple[str, str]) -> None:
+    """Each carries half of what pulls at the middle, and one that stayed alone would carry a quarter."""
+    strength, reached, duration = 1e-3, 0.02, 0.05
+    inertia = 1e-3 / 3.0  # a^2 / I = 3 / m
+    structure = {
+        "kind": "lumped", "coordinates": ["z", "p"], "mass": [1e-3, inertia], "stiffness": [0.0] * 2,
+        "damping": [0.0] * 2, "weights": {"a": [1.0, -1.0], "b": [1.0, 1.0], "middle": [1.0, 0.0]},
+    }  # fmt: skip
+    drive = {"load": {"kind": "point", "weights": {"middle": 1.0}}, "law": {"kind": "linear", "gain": 1.0}}
+    scene = {
+        "name": "pulled", "duration": duration,
+        "robot": {
+            "structure": structure, "drives": {"d": drive},
+            "feet": {name: {"point": name, "gap": 0.0} for name in order},
+        },
+        "signals": {
+            "d": {
+                "kind": "ramp", "start": 0.0, "stop": 2.0 * strength * duration / reached, "duration": duration
+            }
+        },
+        "ground": {"restitution": {"coefficient": 0.0}, "adhesion": {"initial": strength, "rate": 0.0}},
+    }  # fmt: skip
+    run = ts.simulate(validate(Scene, scene))
+    assert run.ok and run.ledger.closure < 1e-11
+    for events in of_feet(run).values():
+        left = events[events["kind"] == RELEASE]
+        assert len(left) == 1 and left["time"][0] == pytest.approx(reached, rel=1e-12)
+    state = run.at(np.array([duration])).state
+    rise = 2.0 * strength / (1e-3 * reached)  # of its acceleration
+    np.testing.assert_allclose(state.v[:, 0], [rise * (duration**2 - reached**2) / 2.0, 0.0], atol=1e-12)
+
+
+def motions(run: ts.Run) -> int:
+    """How many motions rigid feet have where a run of `mirrored` ends: which of its feet on the ground stay there,
+    pressed by N + f_a >= 0 under friction against their slips, while the others rise."""
+    structure, ground = run.scene.robot.structure, run.scene.ground
+    on = [name for name, events in of_feet(run).items() if len(events) and events["kind"][-1] != RELEASE]
+    normal = np.array([structure.weights[name] for name in on])
+    way = np.array([structure.weights[run.scene.robot.feet[name].along] for name in on])
+    slip = np.sign(way @ run.at(np.array([run.end_time])).state.v[:, 0])
+    pushed, rubbed = (normal @ np.linalg.solve(np.array(structure.mass), rows.T) for rows in (normal, way))
+    by_margin = pushed - rubbed * (slip * ground.friction.coefficient)  # accelerations by N + f_a
+    found = 0
+    for stays in itertools.product([False, True], repeat=len(on)):
+        held = np.array(stays)
+        down = pushed[:, held].sum(axis=1) * ground.adhesion.initial  # adhesion is no push
+        margin = np.linalg.solve(by_margin[np.ix_(held, held)], down[held])
+        rises = by_margin[:, held] @ margin - down
+        found += bool(np.all(margin >= 0.0) and np.all(rises[~held] > 0.0))
+    return found
+
+
+@pytest.mark.parametrize("seed", [44, 94])
+def test_a_run_ends_as_jammed_where_friction_leaves_several_motions(seed: int) -> None:
+    """Beside the symmetric one there are two, in which one foot of a pair rises."""
+    run = stays_symmetric(mirrored(seed))
+    assert run.code.name == "JAMMED" and motions(run) > 1

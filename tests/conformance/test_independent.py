@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
 
 import tarsus as ts
 from independent.compare import compare
-from random_scenes import branched_scene, creeping_scene, plain_scene, sliding_scene
+from random_scenes import branched_scene, creeping_scene, falling_friction, plain_scene, sliding_scene
 from sliding_scenes import biped, by_modes, cantilever
 from tarsus.base.events import EventKind
 from tarsus.base.spec import get_value, with_values
@@ -87,16 +86,6 @@ def test_feet_by_contact_modes_slip_and_stick_as_there(scene: str) -> None:
 def test_feet_that_nobody_chose_slip_and_stick_as_there(seed: int) -> None:
     found = compare(sliding_scene(seed), TIGHT)
     assert found.wrong is None, found
-
-
-def falling_friction(seed: int) -> dict[str, float | str]:
-    """A law of a reference speed from 1e-8 to 0.1 m/s."""
-    rng = np.random.default_rng([seed, 71])
-    dynamic, static = sorted(np.exp(rng.uniform(math.log(0.1), 0.0, 2)).tolist())
-    law = {"static": static, "dynamic": dynamic, "speed": 10.0 ** rng.uniform(-8.0, -1.0)}
-    if rng.random() < 0.7:
-        return {"kind": "stribeck", "exponent": float(rng.integers(1, 5)), **law}
-    return {"kind": "rate_weakening", **law}
 
 
 @pytest.mark.slow

@@ -35,10 +35,11 @@ struct Stretch {
   TARSUS_INLINE Row of(const Row& values) const { return whole ? values : combine(&matrix[0][0], values); }
 };
 
-// A leg on a stretch: its rate without the film's momentum at the nodes, and displacements at the ends.
+// A leg on a stretch: its rate without the film's momentum at the nodes, displacements at the ends, and at the nodes.
 struct Path {
   Row w;
   double low, high;
+  Row u = Row(0.0);
 };
 
 // How the integrals of a step were taken, in order, so that those of a perturbed copy of the step are taken the same way.
@@ -61,6 +62,11 @@ struct Account {
   }
 
   double integral(const Row& values) const { return total(values * load(s.between.weights)); }
+  // Work of a force along a way, both at the nodes of a stretch, which is ``low`` and ``high`` at the ends: by parts, since forces change slowly where legs
+  // ring. What the nodes miss of a ringing rate, next to nothing in a step, adds up over tens of thousands of periods.
+  double work(const Row& force, const Row& way, double low, double high) const {
+    return force[N - 1] * (high - low) - integral(combine(&s.between.slope[0][0], force) * (way - low));
+  }
   bool seen(const Row& w) const { return s.nodes.truncation(w) <= UNSEEN * highest(magnitude(w)); }
 
   // Integral of rate share dP, with w and the film's momentum P at the nodes, ``low`` and ``high`` at the ends.
@@ -122,7 +128,7 @@ struct Account {
     if (acted && leg.foot >= 0 && !s.shares.empty()) add_shares(i, d, over, path, rate);
     const Row across = rate - over.of(leg.hip[d].motion(s.at.v));
     s.energy.damping += leg.damping[d] * integral(across * across) * span;
-    s.energy.work += integral(over.of(r.load[d]) * rate) * span;
+    s.energy.work += work(over.of(r.load[d]), path.u, path.low, path.high);
     if (acted && foot.force) s.energy.smooth += integral(over.of(r.smooth) * rate) * (s.normal_share(i, d) * span);
     if (leg.turned) s.energy.damping -= 2.0 * leg.cross_damping * integral(across * over.of(leg.hip[UP].motion(s.at.v))) * span;
     if (d != UP && foot.contact == SLIPPING) {
@@ -136,13 +142,15 @@ struct Account {
     for (int n = 0; n < N; n++) {
       const Motion at = leg_at(s, i, d, h, over.start + s.nodes.tau[n] * over.width);
       out.w.set(n, at.w);
+      out.u.set(n, at.u);
       out.high = at.u;
       if (n == 0) out.low = at.u;
     }
     return out;
   }
 
-  void of_body(const Stretch& over) {
+  // ``end``: where the body is then.
+  void of_body(const Stretch& over, const Moment& end) {
     const int nb = s.coordinates();
     const std::vector<double>& within = s.body.damping;
     const bool damped = std::any_of(within.begin(), within.end(), [](double c) { return c != 0.0; });
@@ -151,7 +159,7 @@ struct Account {
       for (int d = 0; d < s.body.drives; d++) {
         if (s.body.load[d * nb + b] != 0.0) push += s.channels[d] * s.body.load[d * nb + b];
       }
-      s.energy.work += integral(over.of(push) * over.of(s.at.v[b])) * h * over.width;
+      s.energy.work += work(over.of(push), over.of(s.at.x[b]), s.x[b], end.x[b]);
       if (!damped) continue;
       Row drag = Row(0.0);
       for (int c = 0; c < nb; c++) drag += s.at.v[c] * within[b * nb + c];
@@ -172,7 +180,7 @@ struct Account {
       return;
     }
     const Row& w = s.rows[i].w[d];
-    if (chosen(seen(w))) return add(i, d, over, {over.of(w), foot.u[d], end});
+    if (chosen(seen(w))) return add(i, d, over, {over.of(w), foot.u[d], end, over.of(s.rows[i].u[d])});
     // a fast decay at the start that the nodes do not resolve is integrated on stretches that halve towards the start
     const double fast = s.tables.rate[leg.kind[d]] * h;
     Stretch rest = over;
@@ -192,7 +200,7 @@ struct Account {
 inline void add_energies(Legged& s, double h, double fraction, Moment& end, Choices* kept = nullptr) {
   Account account{s, h, kept};
   const Stretch over(s, 0.0, std::min(fraction, 1.0));
-  account.of_body(over);
+  account.of_body(over, end);
   for (int i = 0, legs = s.legs(); i < legs; i++) {
     for (int d = 0; d < s.directions(); d++) account.of_leg(i, d, over, end.of(i, d).u);
   }

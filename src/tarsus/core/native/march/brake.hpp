@@ -38,11 +38,32 @@ inline Square product(const Square& x, const Square& y) {
   return out;
 }
 
+// x of A x = right for some rows and columns ``of`` a symmetric matrix whose part there is positive definite, by its Cholesky factors; x has their order.
+inline std::vector<double> solve_part(const Square& a, const std::vector<int>& of, std::vector<double> right) {
+  const int n = int(of.size());
+  Square lower(n);
+  for (int r = 0; r < n; r++) {
+    for (int c = 0; c <= r; c++) {
+      double sum = a.at(of[r], of[c]);
+      for (int k = 0; k < c; k++) sum -= lower.at(r, k) * lower.at(c, k);
+      lower.at(r, c) = r == c ? std::sqrt(std::max(sum, REDUNDANT * a.at(of[r], of[r]))) : sum / lower.at(c, c);
+    }
+    for (int k = 0; k < r; k++) right[r] -= lower.at(r, k) * right[k];
+    right[r] /= lower.at(r, r);
+  }
+  for (int r = n - 1; r >= 0; r--) {
+    for (int k = r + 1; k < n; k++) right[r] -= lower.at(k, r) * right[k];
+    right[r] /= lower.at(r, r);
+  }
+  return right;
+}
+
 // The least energy 1/2 p M p + s p within bounds, for contacts that are ``free`` along the ground; the impulses on others are zero. T [1/kg]: rates
 // along the ground that they make where normal motion is free.
 //
 // It is found by proximal steps from zero, which also settle impulses that make no rates: each minimizes the energy plus SOFT T_ii / 2 times the
-// square of the way from the last impulses. The bounds whose multipliers act then are a face, on which the least energy is known at once.
+// square of the way from the last impulses. The bounds whose multipliers act then are a face; once it stays the same from step to step, the least energy on
+// it is known at once.
 class LeastEnergy {
   static constexpr int MOST = 100;
   static constexpr double SOFT = 0.01;
@@ -53,7 +74,8 @@ class LeastEnergy {
   Square inverse, by;                            // of the softened M; what the bounds take by the multipliers
   std::vector<std::vector<double>> rows, moves;  // of the bounds that act on free contacts; impulses by their multipliers
   std::vector<double> most, multipliers;
-  std::vector<uint8_t> face;
+  std::vector<int> face;  // bounds that are kept as equations, in the order in which they were taken in
+  double none = 0.0;      // [m/s] a rate that is none
 
   // By how much they break a bound, beyond the rounding of its parts; at most 0 where they keep it.
   double broken(size_t r, const std::vector<double>& impulse) const {
@@ -65,79 +87,106 @@ class LeastEnergy {
     return sum > REDUNDANT * parts ? sum : 0.0;
   }
 
+  // By how much the impulses exceed bound r.
+  double excess(int r, const std::vector<double>& impulse) const { return dot(rows[r], impulse) - most[r]; }
+
   // Keep one bound more, beside those of the face: its multiplier grows, and bounds whose multipliers vanish leave the face. False where they leave
   // it no room.
   bool keep(int r, std::vector<double>& impulse) {
     while (true) {
-      const Square inverse_by = pseudoinverse(by, face, 0.0, NO_PART);
-      std::vector<double> column(by.size, 0.0);
-      for (int c = 0; c < by.size; c++) column[c] = face[c] ? by.at(c, r) : 0.0;
-      const std::vector<double> less = inverse_by.times(column);
+      std::vector<double> column;
+      for (int c : face) column.push_back(by.at(c, r));
+      const std::vector<double> less = solve_part(by, face, column);
       const double room = by.at(r, r) - dot(less, column);
-      const double all = room > NO_PART * by.at(r, r) ? (dot(rows[r], impulse) - most[r]) / room : INFINITY;
+      const double all = room > NO_PART * by.at(r, r) ? excess(r, impulse) / room : INFINITY;
       double share = all;
       int leaves = -1;
-      for (int c = 0; c < by.size; c++) {
-        if (!face[c] || !(less[c] > 0.0) || multipliers[c] / less[c] >= share) continue;
-        share = multipliers[c] / less[c];
-        leaves = c;
+      for (size_t k = 0; k < face.size(); k++) {
+        if (!(less[k] > 0.0) || multipliers[face[k]] / less[k] >= share) continue;
+        share = multipliers[face[k]] / less[k];
+        leaves = int(k);
       }
       if (share == INFINITY) return false;
       for (size_t i = 0; i < impulse.size() && all < INFINITY; i++) {
         impulse[i] -= share * moves[r][i];
-        for (int c = 0; c < by.size; c++) impulse[i] += share * less[c] * moves[c][i];
+        for (size_t k = 0; k < face.size(); k++) impulse[i] += share * less[k] * moves[face[k]][i];
       }
       multipliers[r] += share;
-      for (int c = 0; c < by.size; c++) multipliers[c] -= share * less[c];
-      face[leaves < 0 ? r : leaves] = leaves < 0;
-      if (leaves < 0) return true;
-      multipliers[leaves] = 0.0;
+      for (size_t k = 0; k < face.size(); k++) multipliers[face[k]] -= share * less[k];
+      if (leaves < 0) {
+        face.push_back(r);
+        return true;
+      }
+      multipliers[face[leaves]] = 0.0;
+      face.erase(face.begin() + leaves);
     }
   }
 
-  // By the dual method of Goldfarb and Idnani: from the least energy without bounds, it keeps the one that is broken most, until none is.
+  // From the least energy without bounds to that on the face, where its bounds press and all others are kept. Else nothing is changed.
+  bool stays_on_face(std::vector<double>& impulse) {
+    std::vector<double> right;
+    for (int c : face) right.push_back(excess(c, impulse));
+    const std::vector<double> found = solve_part(by, face, right);
+    if (std::any_of(found.begin(), found.end(), [](double one) { return one < 0.0; })) return false;
+    std::vector<double> out = impulse;
+    for (size_t k = 0; k < face.size(); k++) {
+      for (size_t i = 0; i < out.size(); i++) out[i] -= found[k] * moves[face[k]][i];
+    }
+    for (int r = 0; r < by.size; r++) {
+      if (std::find(face.begin(), face.end(), r) == face.end() && broken(r, out) > 0.0) return false;
+    }
+    impulse = std::move(out);
+    return true;
+  }
+
+  // On the face of the step before, or by the dual method of Goldfarb and Idnani: from the least energy without bounds, it keeps the one that is broken most,
+  // until none is.
   std::vector<double> step(const std::vector<double>& impulse) {
-    const int n = mobility.size;
     std::vector<double> rate = slip;
-    for (int i = 0; i < n; i++) rate[i] -= SOFT * along.at(i, i) * impulse[i];
+    for (int i = 0; i < mobility.size; i++) rate[i] -= SOFT * along.at(i, i) * impulse[i];
     std::vector<double> next = inverse.times(rate);
     for (double& one : next) one = -one;
-    std::vector<uint8_t> given_up(by.size, 0);  // others leave no room to keep it: it is broken by their rounding
-    face.assign(by.size, 0);
+    if (stays_on_face(next)) return next;
+    std::vector<uint8_t> out_of_play(by.size, 0);  // on the face; or given up: others leave no room to keep it, it is broken by their rounding
+    face.clear();
     multipliers.assign(by.size, 0.0);
     for (int round = 0; round < MOST * by.size; round++) {
+      for (int r = 0; r < by.size; r++) out_of_play[r] = out_of_play[r] == 2 ? 2 : 0;
+      for (int r : face) out_of_play[r] = 1;
       int worst = -1;
       double breach = 0.0;
       for (int r = 0; r < by.size; r++) {
-        const double one = face[r] || given_up[r] ? 0.0 : broken(r, next) / std::sqrt(by.at(r, r));
+        const double one = out_of_play[r] ? 0.0 : broken(r, next) / std::sqrt(by.at(r, r));
         if (one > breach) {
           breach = one;
           worst = r;
         }
       }
       if (worst < 0) break;
-      if (!keep(worst, next)) given_up[worst] = 1;
+      if (!keep(worst, next)) out_of_play[worst] = 2;
     }
     return next;
   }
 
   // What of a way leads along the face.
   Square along_face() const {
-    const int n = mobility.size;
-    Square between(by.size), out(n);
-    for (int r = 0; r < by.size; r++) {
-      for (int c = 0; c < by.size; c++) {
-        for (int i = 0; i < n; i++) between.at(r, c) += free[i] ? rows[r][i] * rows[c][i] : 0.0;
+    const int n = mobility.size, k = int(face.size());
+    Square between(k), out(n);
+    for (int i = 0; i < n; i++) out.at(i, i) = free[i];
+    std::vector<int> all;
+    for (int r = 0; r < k; r++) {
+      all.push_back(r);
+      for (int c = 0; c < k; c++) {
+        for (int i = 0; i < n; i++) between.at(r, c) += free[i] ? rows[face[r]][i] * rows[face[c]][i] : 0.0;
       }
     }
-    const Square back = pseudoinverse(between, face, 0.0, NO_PART);
-    for (int i = 0; i < n; i++) {
-      for (int j = 0; j < n; j++) {
-        if (!free[i] || !free[j]) continue;
-        out.at(i, j) = i == j;
-        for (int r = 0; r < by.size; r++) {
-          for (int c = 0; c < by.size; c++) out.at(i, j) -= rows[r][i] * back.at(r, c) * rows[c][j];
-        }
+    for (int j = 0; j < n; j++) {
+      if (!free[j]) continue;
+      std::vector<double> right;
+      for (int c : face) right.push_back(rows[c][j]);
+      const std::vector<double> back = solve_part(between, all, right);
+      for (int i = 0; i < n; i++) {
+        for (int r = 0; r < k && free[i]; r++) out.at(i, j) -= rows[face[r]][i] * back[r];
       }
     }
     return out;
@@ -167,6 +216,8 @@ class LeastEnergy {
  public:
   LeastEnergy(const Square& m, const Square& diagonal, const std::vector<double>& s, const std::vector<uint8_t>& which, const Bounds& bounds)
       : mobility(m), along(diagonal), slip(s), free(which), inverse(0), by(0) {
+    constexpr double NO_RATE = 1e-13;  // of the rates along the ground, that the last step still makes
+    none = NO_RATE * largest(slip);
     Square softened = m;
     for (int i = 0; i < m.size; i++) softened.at(i, i) += SOFT * along.at(i, i);
     inverse = pseudoinverse(softened, which);
@@ -175,7 +226,7 @@ class LeastEnergy {
       if (!(dot(bounds.rows[r], move) > 0.0)) continue;
       rows.push_back(bounds.rows[r]);
       moves.push_back(std::move(move));
-      most.push_back(bounds.most[r]);
+      most.push_back(std::max(bounds.most[r], 0.0));  // none is against no impulses at all
     }
     by = Square(int(rows.size()));
     for (int r = 0; r < by.size; r++) {
@@ -184,14 +235,19 @@ class LeastEnergy {
   }
 
   std::vector<double> impulses() {
-    constexpr double NO_RATE = 1e-13;  // of the rates along the ground, that the last step still makes
     std::vector<double> impulse(mobility.size, 0.0);
+    std::vector<int> before;
+    bool polished = false;  // on this face
     for (int round = 0; round < MOST; round++) {
-      const std::vector<double> next = step(impulse);
+      std::vector<double> next = step(impulse);
       double change = 0.0;
       for (int i = 0; i < mobility.size; i++) change = std::max(change, SOFT * along.at(i, i) * std::fabs(next[i] - impulse[i]));
-      impulse = least_of_face(next);
-      if (change <= NO_RATE * largest(slip)) break;
+      const bool same = face == before;
+      if (same && !polished) next = least_of_face(next);
+      polished = same;
+      before = face;
+      impulse = std::move(next);
+      if (change <= none) break;
     }
     return impulse;
   }

@@ -1,4 +1,4 @@
-// The events at the ground: impact, capture, release, rest, slip and stick; and changing from one contact mode to another.
+// The events of one foot at the ground, an impact and what it breaks; and changing from one contact mode to another.
 #pragma once
 #include "modal/friction.hpp"
 
@@ -371,99 +371,6 @@ inline void count_low(Modal& m, int foot, double speed, double t) {
   const double hidden = HIDDEN * m.units.gap * m.settings.widest;
   const bool low = t - f.rose < SHORT * m.settings.end && speed * (t - f.rose) < hidden;
   f.low = low ? f.low + 1 : 0;
-}
-
-// The pull on a held foot has exceeded the strength of its contact. Where friction alone pulls the foot off, and without
-// friction it is pressed down, no motion is consistent (see modal/friction.hpp).
-TARSUS_APART inline void release(Modal& m, int foot) {
-  const double t = m.clock.time;
-  const double strength = m.laws.has(foot, HAS_LATCH) ? m.strength_now(foot) : 0.0;
-  m.log.add(t, foot, RELEASE, m.feet[foot].apex, 0.0, 0.0, strength, strength);
-  m.feet[foot].left = t;
-  m.feet[foot].end(t);
-  m.note_parts();
-  add_film_momenta(m);
-  turn_over(m, foot, FROM_REST, t);
-  m.feet[foot].sense = 0.0;
-  if (m.frictional[foot]) m.jammed = pull_without_own_friction(m, foot) < -CLOSE * m.force_parts(foot);
-  leave_mode(m, foot, false);
-}
-
-// A foot that sticks begins to slide, forward (``sense`` 1) or backward (-1).
-inline void begin_to_slide(Modal& m, int foot, double sense, const Bearing<double>& at) {
-  m.log.add(m.clock.time, foot, SLIP_BEGINS, m.feet[foot].apex, 0.0, 0.0, at.along, at.most);
-  m.feet[foot].sense = sense;
-  m.feet[foot].slide = FROM_REST;
-  leave_mode(m, foot, true, false);
-}
-
-// The pull on a foot that sticks exceeds the strength of its contact, normal to the ground or along it. Where it does so along the
-// normal only because the foot sticks, the foot slides: without friction its contact holds it. Where friction bears that pull
-// along the ground, it leaves.
-TARSUS_APART inline void unstick(Modal& m, int foot, bool leaves) {
-  m.note_parts();
-  add_film_momenta(m);
-  const Bearing<double> at = bearing_of(m, foot);
-  const double none = no_margin(m, foot);
-  if (at.margin < -none) {
-    const double pull = pull_without_own_friction(m, foot);
-    leaves = at.holds(0.0) || m.strength_now(foot) - pull < none;
-  }
-  if (!leaves) return begin_to_slide(m, foot, sense_of_slip(at.along), at);
-  remove_film_momenta(m);
-  release(m, foot);
-}
-
-// A foot that slides has come to a stop: it sticks, and `stick_or_turn` decides whether it stays so.
-inline void stop(Modal& m, int foot) {
-  m.stopping = foot;
-  leave_mode(m, foot, true, true);
-}
-
-// It does where friction bears the pull along the ground, or it slides on in the direction of that pull. Feet that slide beside it
-// may make it move against the pull, as their friction goes by what it takes of their push: then it slides so, if that lasts. And
-// where they can only move together with it, the pull is as much as friction bears, to rounding: then it sticks.
-TARSUS_APART inline void stick_or_turn(Modal& m, int foot) {
-  add_film_momenta(m);
-  const Bearing<double> at = bearing_of(m, foot);
-  const double none = m.settings.force_zero + ROUNDING * m.force_parts(m.sizes.feet + foot);
-  const double sense = sense_of_slip(at.along);
-  // it has just begun to slide, from rest, and has not come anywhere: friction of that sense drives it the other way
-  const bool at_once = m.feet[foot].slide == FROM_REST, close = is_close(std::fabs(at.along), at.most);
-  if (!at.holds(none) && !(at_once && close)) {
-    m.jammed = at_once && m.feet[foot].sense != sense;  // nor does it slide that way
-    return begin_to_slide(m, foot, at_once ? -sense : sense, at);
-  }
-  m.log.add(m.clock.time, foot, STICK_BEGINS, m.feet[foot].apex, 0.0, 0.0, at.along, at.most);
-  m.feet[foot].sense = 0.0;
-  remove_film_momenta(m);
-}
-
-// Whether feet that slide go on as they do, after an impact on others changed their rates: one that it has stopped sticks, and
-// one that it has turned slides the other way. Returns whether a contact has changed.
-inline bool reconsider_slides(Modal& m) {
-  if (m.stopping >= 0) {
-    stick_or_turn(m, std::exchange(m.stopping, -1));
-    return true;
-  }
-  add_film_momenta(m);
-  for (int i : m.braked) {
-    Foot& foot = m.feet[i];
-    const double rate = m.along(&ContactMode::slide_rate, i);
-    const bool none = std::fabs(rate) <= no_slide(m, i);
-    const int begun = foot.slide;
-    if (!none) foot.slide = UNDER_WAY;
-    if (begun == UNDER_WAY && none) {
-      stop(m, i);
-      return true;
-    }
-    if (none || foot.sense * rate > 0.0) continue;
-    foot.sense = -foot.sense;
-    m.values[m.sizes.feet + i] = -m.values[m.sizes.feet + i];
-    if (begun == UNDER_WAY) m.log.add(m.clock.time, i, SLIP_BEGINS, foot.apex);
-  }
-  remove_film_momenta(m);
-  return false;
 }
 
 }  // namespace tarsus::modal

@@ -1,4 +1,4 @@
-// Contacts that change at the present time: feet that land, alone or together, and those that lie on the ground.
+// Contacts that change at the present time: feet that land, alone or together, those that lie on the ground, and the events of a step.
 #pragma once
 #include "modal/together.hpp"
 
@@ -62,30 +62,72 @@ inline void reconsider_departures(Modal& m) {
   remove_film_momenta(m);
 }
 
-// A foot at the ground that does not approach it: held where no pull exceeds its strength, or where it has just been
-// ``pressed`` down again from rest. Returns whether it is held.
-inline bool rest_on_ground(Modal& m, int foot, bool pressed = false) {
+// A foot at the ground that does not approach it, and the pull on it if it is held now.
+struct Resting {
+  int foot;
+  double pull, strength, none;  // none: what the pull may exceed the strength by
+};
+
+// The pulls on them while all of them are held. The state is the modal one.
+inline void find_pulls(Modal& m, std::vector<Resting>& feet) {
+  FootSet with = m.mode->feet;
+  for (const Resting& one : feet) with.set(one.foot, true);
+  in_mode(m, m.book.require(with), [&] {
+    const Moment<double> at = moment_of(m);
+    for (Resting& one : feet) one.pull = at.pull[one.foot] + (m.laws.has(one.foot, HAS_FORCE) ? m.force_now(one.foot, 0.0, 0.0) : 0.0);
+    return 0.0;
+  });
+}
+
+// Of feet that rest there those that stay while all of them are held: the pulls on the others exceed the strengths of their contacts. All that do so fall
+// out together; not if none would stay of feet of which ``some`` do. The state is the modal one.
+inline void find_held(Modal& m, std::vector<Resting>& feet, bool some) {
+  if (feet.size() == 1) {
+    feet[0].pull = pull_if_held(m, feet[0].foot);
+  } else {
+    find_pulls(m, feet);
+  }
+  const std::vector<Resting> all = feet;
+  while (true) {
+    const size_t before = feet.size();
+    feet.erase(std::remove_if(feet.begin(), feet.end(), [](const Resting& one) { return one.pull > one.strength + one.none; }), feet.end());
+    if (feet.empty() && some) feet = all;
+    if (feet.empty() || feet.size() >= before) return;
+    find_pulls(m, feet);
+  }
+}
+
+// Feet at the ground that do not approach it: held are those that no pull takes off; of those that have just been ``pressed`` down again from rest some are.
+// Returns whether any is held.
+inline bool rest_on_ground(Modal& m, const std::vector<int>& feet, bool pressed = false) {
+  const double t = m.clock.time;
   add_film_momenta(m);
-  int& departure = m.feet[foot].departure;
-  departure = RISING;
-  if (m.rate_of(foot) <= m.no_rate(foot)) {
-    const double t = m.clock.time, pull = pull_if_held(m, foot), strength = new_strength(m, foot);
+  std::vector<Resting> resting;
+  for (int i : feet) {
+    m.feet[i].departure = RISING;
+    if (m.rate_of(i) > m.no_rate(i)) continue;
     // a pull within rounding of zero, as at the time at which it changes its sign, holds no foot that has just been released, and
     // releases no other
-    const bool let_go = m.just_let_go(foot);
-    const double none = no_pull(m, foot, t) + ROUNDING * std::fabs(strength);
-    if (pressed && let_go) m.feet[foot].low++;
-    if (pressed || pull <= strength + (let_go ? -none : none)) {
-      m.log.add(t, foot, CONTACT_AT_START, m.feet[foot].apex, 0.0, 0.0, pull, strength);
-      hold(m, foot, t);
-      return true;
-    }
-    // a foot that other held feet hold as well, and that would be pulled off by its share of their load, lies there without a
-    // contact
-    departure = m.mode->mobility[foot] > 0.0 ? FROM_REST : UNDER_WAY;
+    const bool let_go = m.just_let_go(i);
+    const double strength = new_strength(m, i), none = no_pull(m, i, t) + ROUNDING * std::fabs(strength);
+    resting.push_back({i, 0.0, strength, let_go && !pressed ? -none : none});
+    if (pressed && let_go) m.feet[i].low++;
+    m.feet[i].departure = FROM_REST;
   }
-  remove_film_momenta(m);
-  return false;
+  if (!resting.empty()) find_held(m, resting, pressed);
+  FootSet held = m.mode->feet;
+  for (const Resting& one : resting) {
+    m.log.add(t, one.foot, CONTACT_AT_START, m.feet[one.foot].apex, 0.0, 0.0, one.pull, one.strength);
+    held.set(one.foot, true);
+    if (put_down(m, one.foot, t)) held.set(m.sizes.feet + one.foot, true);
+  }
+  const ContactMode& to = resting.empty() ? *m.mode : m.book.require(held);
+  // a foot that other held feet hold as well, and that would be pulled off by its share of their load, lies there without a contact
+  for (int i : feet) {
+    if (m.feet[i].departure == FROM_REST && to.mobility[i] == 0.0) m.feet[i].departure = UNDER_WAY;
+  }
+  resting.empty() ? remove_film_momenta(m) : leave_mode(m, to);
+  return !resting.empty();
 }
 
 // Contacts that change at the present time: feet on the ground that approach, or rest there and are held. Returns whether one has
@@ -95,15 +137,47 @@ TARSUS_APART inline bool resolve_due_contacts(Modal& m) {
   if (m.sizes.feet > 1) reconsider_departures(m);
   if (m.sizes.ways > 0 && reconsider_slides(m)) return true;
   for (const bool first : {true, false}) {  // an impact that has detached another foot comes before any impact of that foot
+    std::vector<int> at_rest;
     for (int i : m.mode->free) {
       int& departure = m.feet[i].departure;
       if ((departure == DUE) != first) continue;
       if (departure > UNDER_WAY || (departure != DUE && m.gap_of(i) > m.no_gap(i))) continue;
       departure = UNDER_WAY;
-      if (impact(m, i) || rest_on_ground(m, i)) return true;
+      if (impact(m, i)) return true;
+      at_rest.push_back(i);
     }
+    if (!at_rest.empty() && rest_on_ground(m, at_rest)) return true;
   }
   return false;
+}
+
+// The events at the end of a step, all that come at one moment: feet that land have their impact, which changes the motion, and what is left of
+// the others is found anew; else those that are pressed down from rest are held; else held feet leave and slip; else those that slide stop.
+TARSUS_APART inline void happen(Modal& m) {
+  const int feet = m.sizes.feet;
+  std::vector<int> down, loose, stopped;
+  std::vector<uint8_t> leaves;
+  for (int e : m.happening) {
+    const int i = e % feet;
+    if (!m.mode->is_held[i]) {
+      down.push_back(i);
+    } else if (e >= feet && !m.mode->is_stuck[i]) {
+      stopped.push_back(i);
+    } else {
+      const size_t k = std::find(loose.begin(), loose.end(), i) - loose.begin();
+      if (k == loose.size()) loose.push_back(i);
+      leaves.resize(loose.size(), 0);
+      leaves[k] = leaves[k] || e < feet;
+    }
+  }
+  for (int i : down) {
+    if (impact(m, i)) return;
+  }
+  if (!down.empty() && (rest_on_ground(m, down, true) || (loose.empty() && stopped.empty()))) return;
+  if (!loose.empty()) return let_go(m, loose, std::move(leaves));
+  m.note_parts();
+  add_film_momenta(m);
+  stop(m, std::move(stopped));
 }
 
 }  // namespace tarsus::modal

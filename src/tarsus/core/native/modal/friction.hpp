@@ -35,29 +35,36 @@ inline double no_slide(const Modal& m, int foot) {
 
 inline double size_of(const Row& x) { return highest(magnitude(x)); }
 
-// Eliminate below the diagonal of a small matrix (size, size), row by row in their order; subtracted(r, c, factor): row c was
-// subtracted from row r so many times. Returns whether all pivots are positive. Where the matrix is 1 less the direct effects of
-// friction forces on each other, they are where friction has exactly one solution: every force, those before it given, reduces
-// the margin that bears it by less than that margin.
-template <class Subtracted>
-inline bool eliminate_in_order(std::vector<double>& matrix, int size, Subtracted&& subtracted) {
-  bool positive = true;
-  for (int c = 0; c < size; c++) {
-    const double pivot = matrix[c * size + c];
-    positive = positive && pivot > 0.0;
-    for (int r = c + 1; r < size; r++) {
-      const double factor = matrix[r * size + c] / pivot;
-      for (int j = c; j < size; j++) matrix[r * size + j] -= factor * matrix[c * size + j];
-      subtracted(r, c, factor);
+// Whether a small matrix (size, size), used up, has positive pivots on its diagonal, the largest of those that are left first. Where it is 1 less the direct
+// effects of friction forces on each other, friction then has exactly one solution: every force, those before it given, reduces the margin that bears it
+// by less than that margin. Where it has one however few feet rub, all pivots are positive in any order.
+inline bool has_positive_pivots(std::vector<double>& matrix, int size) {
+  std::vector<uint8_t> left(size, 1);
+  for (int n = 0; n < size; n++) {
+    int p = -1;
+    for (int c = 0; c < size; c++) {
+      if (left[c] && (p < 0 || matrix[c * size + c] > matrix[p * size + p])) p = c;
+    }
+    if (!(matrix[p * size + p] > 0.0)) return false;
+    left[p] = 0;
+    for (int r = 0; r < size; r++) {
+      const double factor = left[r] ? matrix[r * size + p] / matrix[p * size + p] : 0.0;
+      for (int c = 0; c < size && factor != 0.0; c++) matrix[r * size + c] -= factor * matrix[p * size + c];
     }
   }
-  return positive;
+  return true;
 }
 
 // Solve a small system (size, size) in place of its right side, whose numbers may have derivatives; the matrix is used up.
 template <class Real>
 inline void solve_in_order(std::vector<double>& matrix, int size, std::vector<Real>& right) {
-  eliminate_in_order(matrix, size, [&](int r, int c, double factor) { right[r] = right[r] - right[c] * factor; });
+  for (int c = 0; c < size; c++) {
+    for (int r = c + 1; r < size; r++) {
+      const double factor = matrix[r * size + c] / matrix[c * size + c];
+      for (int j = c; j < size; j++) matrix[r * size + j] -= factor * matrix[c * size + j];
+      right[r] = right[r] - right[c] * factor;
+    }
+  }
   for (int r = size - 1; r >= 0; r--) {
     for (int j = r + 1; j < size; j++) right[r] = right[r] - right[j] * matrix[r * size + j];
     right[r] = right[r] / matrix[r * size + r];
@@ -143,7 +150,7 @@ inline bool friction_is_unique(const Modal& m, const std::vector<Sliding>& slidi
       matrix[i * count + k] = (i == k ? 1.0 : 0.0) - m.feet[foot].sense * sliding[i].bound.slope[MARGIN][0] * feed;
     }
   }
-  return eliminate_in_order(matrix, count, [](int, int, double) {});
+  return has_positive_pivots(matrix, count);
 }
 
 // Friction at the nodes of a step consistent with the margins and rates under it, by Newton's method; ``converge`` finds all

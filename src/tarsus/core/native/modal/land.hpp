@@ -271,18 +271,13 @@ TARSUS_INLINE Margin expanded(Modal& m, const StepClass& step, int event, double
   return margin;
 }
 
-// Of simultaneous events the first in the order of the feet, and of one foot's that it leaves the ground. Simultaneous are events
-// whose margin is zero, within rounding, at the time of the earliest one.
-inline int first_in_order(Modal& m, const StepClass& step, double t, const Located& at, int terms) {
+// The events that come with the one that is located first: their margins are zero, within rounding, or below, at its time.
+TARSUS_APART inline void find_simultaneous(Modal& m, const StepClass& step, double t, const Located& at, int terms) {
   constexpr double APART = 1e-6;  // part of a step: events farther apart are not simultaneous
-  const int feet = m.sizes.feet;
-  for (int i = 0; i <= at.foot; i++) {
-    for (int e = i; e < m.events() && e != at.event; e += feet) {
-      if (m.doubts[e].last == 0 || m.doubts[e].at - at.s > APART) continue;
-      if (std::fabs(expanded(m, step, e, t, terms)(0, at.s)) <= m.doubts[e].zero) return e;
-    }
+  for (int e = 0; e < m.events(); e++) {
+    if (e == at.event || m.doubts[e].last == 0 || m.doubts[e].at - at.s > APART) continue;
+    if (expanded(m, step, e, t, terms)(0, at.s) <= m.doubts[e].zero) m.happening.push_back(e);
   }
-  return at.event;
 }
 
 // Whether there is no force along the ground by which a foot could slide: the friction bound passes 0 because the foot is about to
@@ -308,10 +303,8 @@ inline Located locate(Modal& m, const StepClass& step, double t, double limit, i
     found++;
     if (s < out.s) out = {margin.foot, i, s};
   }
-  if (found > 1) {
-    out.event = first_in_order(m, step, t, out, terms);
-    out.foot = out.event % m.sizes.feet;
-  }
+  m.happening.assign(found > 0, out.event);
+  if (found > 1) find_simultaneous(m, step, t, out, terms);
   return out;
 }
 

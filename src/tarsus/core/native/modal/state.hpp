@@ -98,7 +98,8 @@ struct Modal {
   std::vector<int> inputs;        // the same, then friction of feet that slide, and the places of those that stick
   std::vector<int> braked;        // feet that slide with friction
   std::vector<uint8_t> frictional;  // whether a foot has a direction along the ground, and a friction that is not zero
-  int stopping = -1;              // a foot that has come to a stop in its slide, and sticks now unless the pull exceeds its friction
+  std::vector<int> stopping;      // feet that have come to a stop in their slides, and stick now unless the pull exceeds their friction
+  std::vector<int> happening;     // events at the end of the step, as `events` counts them
   bool jammed = false;            // friction has no solution: see modal/friction.hpp
   std::vector<double> room;       // of a foot to where its film is infinite [m]; negative: see runs_deep
   std::vector<double> gaps;       // [m]

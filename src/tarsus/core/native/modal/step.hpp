@@ -115,7 +115,7 @@ inline int next_class(const Modal& m, int k, int wanted, double error, double h,
 // Result of a step.
 struct Taken {
   Code code = GOING_ON;
-  int foot = -1, event = -1;  // with an event at its end, and that, as Modal::events counts them
+  int foot = -1;  // of the first event at its end, see Modal::happening; -1: none
 };
 
 // How far a run may go: to the next kink of a drive or the end or mark, and beyond a kink as far as it may be continued.
@@ -226,7 +226,7 @@ TARSUS_INLINE bool take(Modal& m, const StepClass& step, const Scan& seen, doubl
     scale_inputs(m, step);
     if (seen.doubt) at = locate(m, step, t, limit, terms);
   }
-  taken = {GOING_ON, at.foot, at.event};
+  taken = {GOING_ON, at.foot};
   if (!advance<S>(m, step, at, ahead, limit, terms)) {
     taken.code = NOT_FINITE;
   } else {

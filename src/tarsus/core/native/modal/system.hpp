@@ -101,7 +101,7 @@ struct ModalSystem : Modal {
     settings = units.of(run, sizes.feet);
     per_drive = 1.0 / settings.drive;
     laws.take(run.parameters);
-    stopping = -1;
+    stopping.clear();
     jammed = false;
     for (int i = 0; i < sizes.feet; i++) frictional[i] = book.has_way(i) && has_friction(laws, i);
     biases.take(run.sources);
@@ -179,22 +179,13 @@ struct ModalSystem : Modal {
                                           : any_step(ahead, trial));
   }
 
-  // The event at the end of a step.
+  // The events at the end of a step.
   TARSUS_INLINE Code end(const Taken& taken) {
     if (taken.foot < 0) return taken.code;
-    if (mode->is_stuck[taken.foot]) {
-      unstick(*this, taken.foot, taken.event < sizes.feet);
-    } else if (taken.event >= sizes.feet) {
-      note_parts();
-      add_film_momenta(*this);
-      stop(*this, taken.foot);
-    } else if (mode->is_held[taken.foot]) {
-      release(*this, taken.foot);
-    } else if (!impact(*this, taken.foot)) {
-      rest_on_ground(*this, taken.foot, true);
-    }
+    happen(*this);
     check = sizes.feet > 1 || sizes.ways > 0;
-    return jammed ? JAMMED : feet[taken.foot].low < MOST_STALLED ? GOING_ON : STALL;
+    const bool stalls = std::any_of(happening.begin(), happening.end(), [&](int e) { return feet[e % sizes.feet].low >= MOST_STALLED; });
+    return jammed ? JAMMED : stalls ? STALL : GOING_ON;
   }
 
  private:

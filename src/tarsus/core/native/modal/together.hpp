@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "march/brake.hpp"
-#include "modal/contact.hpp"
+#include "modal/holds.hpp"
 
 namespace tarsus::modal {
 

@@ -1,0 +1,182 @@
+// Feet whose contacts hold them no longer: they leave the ground, or begin to slide; and those that have come to a stop. All that do so at one
+// moment are decided on the motion of that moment, and change together: no order of the feet matters.
+#pragma once
+#include "modal/contact.hpp"
+
+namespace tarsus::modal {
+
+// A foot that sticks and begins to slide, and what it bears.
+struct Slipping {
+  int foot;
+  double sense;  // forward 1, backward -1
+  Bearing<double> at;
+};
+
+// Feet that leave the ground, and those that begin to slide, at one moment.
+struct Parting {
+  std::vector<int> leaving;
+  std::vector<Slipping> slipping;
+
+  // The contact mode without these contacts.
+  const ContactMode& rest_of(Modal& m) const {
+    const auto without = [&](int foot, bool held) -> const ContactMode& { return m.book.with_foot(*m.mode, foot, held, false); };
+    if (leaving.size() == 1 && slipping.empty()) return without(leaving[0], false);
+    if (slipping.size() == 1 && leaving.empty()) return without(slipping[0].foot, true);
+    FootSet left = m.mode->feet;
+    for (int i : leaving) left.set(i, false);
+    for (int i = 0; i < m.sizes.ways; i++) left.set(m.sizes.feet + i, left.has(i) && m.mode->is_stuck[i]);
+    for (const Slipping& one : slipping) left.set(m.sizes.feet + one.foot, false);
+    return m.book.require(left);
+  }
+};
+
+// The state is the modal one, and those that leave have no sense of sliding. Returns whether one of them is pressed down without its own friction:
+// then that friction alone pulls it off, and no motion is consistent (see modal/friction.hpp).
+inline bool friction_pulls_off(Modal& m, const Parting& parting) {
+  if (m.sizes.ways == 0) return false;
+  bool alone = false;
+  std::vector<double> parts;
+  for (int i : parting.leaving) parts.push_back(m.force_parts(i));
+  in_mode(m, parting.rest_of(m), [&] {
+    for (size_t k = 0; k < parts.size(); k++) {
+      const int i = parting.leaving[k];
+      alone = alone || (m.frictional[i] && pull_without_own_friction(m, i) < -CLOSE * parts[k]);
+    }
+    return 0.0;
+  });
+  return alone;
+}
+
+// Of feet whose pulls exceed the strengths of their contacts at one moment, those leave that nothing presses down once all of them have left: the others
+// are held where these have left. The state is the modal one.
+inline void leave_those_that_rise(Modal& m, Parting& parting) {
+  while (parting.leaving.size() > 1) {
+    std::vector<int> rise;
+    in_mode(m, parting.rest_of(m), [&] {
+      for (int i : parting.leaving) {
+        if (m.mode->mobility[i] == 0.0 || pull_if_held(m, i) >= -no_pull(m, i, m.clock.time)) rise.push_back(i);
+      }
+      return 0.0;
+    });
+    if (rise.empty() || rise.size() == parting.leaving.size()) return;
+    parting.leaving = std::move(rise);
+  }
+}
+
+// The state is the modal one.
+TARSUS_APART inline void part(Modal& m, Parting parting) {
+  const double t = m.clock.time;
+  std::vector<std::pair<int, double>> senses;
+  for (int i : parting.leaving) senses.emplace_back(i, std::exchange(m.feet[i].sense, 0.0));
+  for (const Slipping& one : parting.slipping) m.feet[one.foot].sense = one.sense;
+  leave_those_that_rise(m, parting);
+  m.jammed = m.jammed || friction_pulls_off(m, parting);
+  for (const auto& [i, sense] : senses) m.feet[i].sense = sense;  // of those that stay
+  const ContactMode& to = parting.rest_of(m);
+  for (int i : parting.leaving) {
+    const double strength = m.laws.has(i, HAS_LATCH) ? m.strength_now(i) : 0.0;
+    m.log.add(t, i, RELEASE, m.feet[i].apex, 0.0, 0.0, strength, strength);
+    m.feet[i].left = t;
+    m.feet[i].end(t);
+    turn_over(m, i, FROM_REST, t);
+    m.feet[i].sense = 0.0;
+  }
+  for (const Slipping& one : parting.slipping) {
+    m.log.add(t, one.foot, SLIP_BEGINS, m.feet[one.foot].apex, 0.0, 0.0, one.at.along, one.at.most);
+    m.feet[one.foot].slide = FROM_REST;
+  }
+  leave_mode(m, to);
+}
+
+// What `bearing_of` finds for a foot that sticks, of the forces at the moment.
+inline Bearing<double> bearing_at(Modal& m, const Moment<double>& at, int foot) {
+  return {m.laws, foot, breaking_now(m, foot) - at.pull[foot], m.strength_now(foot), at.along[foot]};
+}
+
+// The pulls on these feet exceed the strengths of their contacts, normal to the ground or along it; leaves, by foot: along the normal. Where a pull on a
+// foot that sticks does so along the normal only because the foot sticks, the foot slides: without friction its contact holds it. Where friction bears that
+// pull along the ground, it leaves.
+TARSUS_APART inline void let_go(Modal& m, const std::vector<int>& feet, std::vector<uint8_t> leaves) {
+  m.note_parts();
+  add_film_momenta(m);
+  Parting parting;
+  Moment<double> at;
+  if (m.sizes.ways > 0) at = moment_of(m);
+  for (size_t k = 0; k < feet.size(); k++) {
+    const int i = feet[k];
+    if (!m.mode->is_stuck[i]) {
+      parting.leaving.push_back(i);
+      continue;
+    }
+    const Bearing<double> bears = bearing_at(m, at, i);
+    const double none = no_margin(m, i);
+    if (bears.margin < -none) leaves[k] = bears.holds(0.0) || m.strength_now(i) - pull_without_own_friction(m, i) < none;
+    if (leaves[k]) {
+      parting.leaving.push_back(i);
+    } else {
+      parting.slipping.push_back({i, sense_of_slip(bears.along), bears});
+    }
+  }
+  part(m, std::move(parting));
+}
+
+// Feet that slide have come to a stop: they stick, and `stick_or_turn` decides whether they stay so. The state is the modal one.
+inline void stop(Modal& m, std::vector<int> feet) {
+  FootSet with = m.mode->feet;
+  for (int i : feet) with.set(m.sizes.feet + i, true);
+  m.stopping = std::move(feet);
+  leave_mode(m, m.book.require(with));
+}
+
+// They do where friction bears the pull along the ground, or they slide on in the direction of that pull. Feet that slide beside one
+// may make it move against the pull, as their friction goes by what it takes of their push: then it slides so, if that lasts. And
+// where they can only move together with it, the pull is as much as friction bears, to rounding: then it sticks.
+TARSUS_APART inline void stick_or_turn(Modal& m) {
+  add_film_momenta(m);
+  const Moment<double> at = moment_of(m);
+  Parting parting;
+  for (int i : m.stopping) {
+    const Bearing<double> bears = bearing_at(m, at, i);
+    const double none = m.settings.force_zero + ROUNDING * m.force_parts(m.sizes.feet + i);
+    const double sense = sense_of_slip(bears.along);
+    // it has just begun to slide, from rest, and has not come anywhere: friction of that sense drives it the other way
+    const bool at_once = m.feet[i].slide == FROM_REST, close = is_close(std::fabs(bears.along), bears.most);
+    if (!bears.holds(none) && !(at_once && close)) {
+      m.jammed = m.jammed || (at_once && m.feet[i].sense != sense);  // nor does it slide that way
+      parting.slipping.push_back({i, at_once ? -sense : sense, bears});
+      continue;
+    }
+    m.log.add(m.clock.time, i, STICK_BEGINS, m.feet[i].apex, 0.0, 0.0, bears.along, bears.most);
+    m.feet[i].sense = 0.0;
+  }
+  m.stopping.clear();
+  parting.slipping.empty() ? remove_film_momenta(m) : part(m, std::move(parting));
+}
+
+// Whether feet that slide go on as they do, after an impact on others changed their rates: those that it has stopped stick, and
+// those that it has turned slide the other way. Returns whether a contact has changed.
+inline bool reconsider_slides(Modal& m) {
+  if (!m.stopping.empty()) {
+    stick_or_turn(m);
+    return true;
+  }
+  add_film_momenta(m);
+  std::vector<int> stopped;
+  for (int i : m.braked) {
+    Foot& foot = m.feet[i];
+    const double rate = m.along(&ContactMode::slide_rate, i);
+    const bool none = std::fabs(rate) <= no_slide(m, i);
+    const int begun = foot.slide;
+    if (!none) foot.slide = UNDER_WAY;
+    if (begun == UNDER_WAY && none) stopped.push_back(i);
+    if (none || foot.sense * rate > 0.0) continue;
+    foot.sense = -foot.sense;
+    m.values[m.sizes.feet + i] = -m.values[m.sizes.feet + i];
+    if (begun == UNDER_WAY) m.log.add(m.clock.time, i, SLIP_BEGINS, foot.apex);
+  }
+  const bool any = !stopped.empty();
+  any ? stop(m, std::move(stopped)) : remove_film_momenta(m);
+  return any;
+}
+
+}  // namespace tarsus::modal
