@@ -12,7 +12,7 @@ import tarsus as ts
 from tarsus.base.spec import validate
 from tarsus.model.scene import Scene
 
-BOUNCE, CAPTURE, RELEASE, REST = 1, 2, 3, 4
+BOUNCE, CAPTURE, RELEASE, REST, CONTACT_AT_START = 1, 2, 3, 4, 5
 G, GAP = 9.81, 1e-3
 SPEED = float(np.sqrt(2.0 * G * GAP))
 
@@ -328,8 +328,13 @@ def stays_symmetric(data: dict[str, Any]) -> ts.Run:
     again = ts.simulate(validate(Scene, reordered(data, np.arange(len(feet))[::-1])))
     assert again.code == run.code
     for name, events in outcome(again)[0].items():
-        same(feet[name], events)
+        same(loaded(feet[name]), loaded(events))
     return run
+
+
+def loaded(events: np.ndarray) -> np.ndarray:
+    """Without rests under no pull: whether a foot that carries nothing lies on the ground is rounding."""
+    return events[(events["kind"] != CONTACT_AT_START) | (np.abs(events["pull"]) > 1e-12)]
 
 
 @pytest.mark.parametrize("seed", range(12))

@@ -166,6 +166,7 @@ TARSUS_APART inline void happen(Modal& m) {
     } else {
       const size_t k = std::find(loose.begin(), loose.end(), i) - loose.begin();
       if (k == loose.size()) loose.push_back(i);
+      if (m.sizes.ways == 0) continue;
       leaves.resize(loose.size(), 0);
       leaves[k] = leaves[k] || e < feet;
     }
@@ -174,7 +175,7 @@ TARSUS_APART inline void happen(Modal& m) {
     if (impact(m, i)) return;
   }
   if (!down.empty() && (rest_on_ground(m, down, true) || (loose.empty() && stopped.empty()))) return;
-  if (!loose.empty()) return let_go(m, loose, std::move(leaves));
+  if (!loose.empty()) return let_go(m, std::move(loose), std::move(leaves));
   m.note_parts();
   add_film_momenta(m);
   stop(m, std::move(stopped));

@@ -67,7 +67,9 @@ inline void leave_those_that_rise(Modal& m, Parting& parting) {
 TARSUS_APART inline void part(Modal& m, Parting parting) {
   const double t = m.clock.time;
   std::vector<std::pair<int, double>> senses;
-  for (int i : parting.leaving) senses.emplace_back(i, std::exchange(m.feet[i].sense, 0.0));
+  for (int i : parting.leaving) {
+    if (m.feet[i].sense != 0.0) senses.emplace_back(i, std::exchange(m.feet[i].sense, 0.0));
+  }
   for (const Slipping& one : parting.slipping) m.feet[one.foot].sense = one.sense;
   leave_those_that_rise(m, parting);
   m.jammed = m.jammed || friction_pulls_off(m, parting);
@@ -96,12 +98,12 @@ inline Bearing<double> bearing_at(Modal& m, const Moment<double>& at, int foot) 
 // The pulls on these feet exceed the strengths of their contacts, normal to the ground or along it; leaves, by foot: along the normal. Where a pull on a
 // foot that sticks does so along the normal only because the foot sticks, the foot slides: without friction its contact holds it. Where friction bears that
 // pull along the ground, it leaves.
-TARSUS_APART inline void let_go(Modal& m, const std::vector<int>& feet, std::vector<uint8_t> leaves) {
+TARSUS_APART inline void let_go(Modal& m, std::vector<int> feet, std::vector<uint8_t> leaves) {
   m.note_parts();
   add_film_momenta(m);
+  if (m.sizes.ways == 0) return part(m, {std::move(feet), {}});
   Parting parting;
-  Moment<double> at;
-  if (m.sizes.ways > 0) at = moment_of(m);
+  const Moment<double> at = moment_of(m);
   for (size_t k = 0; k < feet.size(); k++) {
     const int i = feet[k];
     if (!m.mode->is_stuck[i]) {

@@ -377,12 +377,14 @@ TARSUS_APART inline void land_together(Modal& m, std::vector<Struck> feet) {
   const std::vector<double> takes = taken(by, feet, slips);
   const double lost = std::accumulate(takes.begin(), takes.end(), 0.0);
   const double more = lost > 0.0 ? 1.0 + across / lost : 1.0;  // what the map takes across, by the feet's own shares
+  double fastest = 0.0;
+  for (const Struck& one : feet) fastest = std::max(fastest, one.at.speed);
   apply_impulses(m, by, feet);
   FootSet held = m.mode->feet;
   for (size_t i = 0; i < feet.size(); i++) {
     const Struck& one = feet[i];
     if (!one.hit()) {  // the others throw it off; or it lies there now
-      m.feet[one.foot].departure = m.rate_of(one.foot) > m.no_rate(one.foot) ? RISING : UNDER_WAY;
+      m.feet[one.foot].departure = m.rate_of(one.foot) > std::max(m.no_rate(one.foot), NO_PART * fastest) ? RISING : UNDER_WAY;
       continue;
     }
     count_low(m, one.foot, one.at.speed, t);
