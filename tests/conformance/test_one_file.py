@@ -90,7 +90,7 @@ BACKLASH = '''
 """A drive with play in its joint: half of the force comes through a gap."""
 from typing import Literal
 import numpy as np
-from tarsus.base.dual import columns
+from tarsus.base.columns import columns
 from tarsus.base.spec import quantity
 from tarsus.model.drive.law import VoltageLaw
 from tarsus.model.drive.parts import Parts
@@ -109,25 +109,24 @@ class Backlash(VoltageLaw):
     def parts(self, track, history):
         r = columns((self.slack,))
         rest = states_along(track, r, remembered(history, r))[0::2]
-        plain, numbers = track.plain, columns((0.5 * self.gain, self.slack))
+        numbers = columns((0.5 * self.gain, self.slack))
         gain, slack = track.of_run(numbers)[:, 0], track.of_run(numbers)[:, 1]
-        sign = plain.direction()
+        sign = track.direction()
         met = rest[:, 0] + sign * slack
-        met = met.value if hasattr(met, "value") else met
-        inside = (sign * (met - plain.first) > 0.0) & (sign * (plain.last - met) > 0.0)
+        inside = (sign * (met - track.first) > 0.0) & (sign * (track.last - met) > 0.0)
         owner = np.flatnonzero(inside)
         stretch = np.concatenate([np.arange(track.count), owner])
-        low = np.concatenate([np.full(track.count, -1.0), plain.solve(owner, met[owner])])
+        low = np.concatenate([np.full(track.count, -1.0), track.solve(owner, met[owner])])
         order = np.lexsort((low, stretch))
         stretch, low = stretch[order], low[order]
         new = low == -1.0
         high = np.append(np.where(new[1:], 1.0, low[1:]), 1.0)
-        middle = plain.values(stretch, 0.5 * (low + high))
+        middle = track.values(stretch, 0.5 * (low + high))
         pushed = (sign[stretch] * (middle - met[stretch]) >= 0.0) & (sign[stretch] != 0.0)
         still = gain[stretch] * np.where(pushed, -sign[stretch] * slack[stretch], rest[stretch, 0])
         none = np.zeros(len(stretch))
         law = np.stack([still, gain[stretch] * (1.0 + pushed), none, none], axis=-1)
-        return Parts(stretch, low, high, law, plain.kink[stretch] | ~new)
+        return Parts(stretch, low, high, law, track.kink[stretch] | ~new)
 '''
 
 

@@ -9,7 +9,7 @@ ROOT = Path(__file__).parents[2]
 NATIVE = ROOT / "src" / "tarsus" / "core" / "native"
 FLOORS = [
     {"base"}, {"laws", "drives"}, {"march"}, {"measure", "modal", "legged"}, {"record", "flights"},
-    {"derive", "packet"},
+    {"packet"},
 ]  # fmt: skip
 """From below; rooms of one floor do not know each other. Bindings (*.cpp) are doors, and may know every room."""
 

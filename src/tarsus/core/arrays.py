@@ -33,4 +33,4 @@ Body = namedtuple(
 WORK, DAMPING, FILM, SMOOTH, FRICTION = range(5)
 ENERGIES = 5  # as many as those above
 
-LANES = 8  # derivatives that the engine carries at once
+LANES = 8  # derivatives of a flight that the engine carries at once

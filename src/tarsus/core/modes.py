@@ -210,22 +210,19 @@ def _hold(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Floats
     normals = system.constraints[:, held]
     if not held:
         return np.eye(n), np.zeros((n, 0)), np.eye(n), np.zeros((0, n))
-    rows = normals.real.T
+    rows = normals.T
     sizes, ways = svd(rows)
     rank = rank_of(rows, math.sqrt(REDUNDANT), sizes)
     if rank == len(held) and _spread(system) > WIDE:
-        z, placed = _graded(system, normals.real)
+        z, placed = _graded(system, normals)
     else:
         z, seen = ways[:, rank:], ways[:, :rank] / sizes[:rank]
         placed = -product(seen, product(rows, seen).T)
-    if np.iscomplexobj(normals):  # N^T Z = 0 and N^T placed = -1, with derivatives
-        moved = product(placed, 1j * normals.imag.T)
-        z, placed = z + product(moved, z), placed + product(moved, placed)
     onto = product(z.T, system.mass)
     projector = solve(product(onto, z), onto) if z.shape[1] else np.zeros((0, n))
     minv_n = system.per_impulse[:, held]
     met = product(normals.T, minv_n)
-    share = _inverse_of(met) if len(held) > 1 or not met.any() else 1.0 / met  # a point that does not move carries nothing
+    share = pseudoinverse(met, REDUNDANT) if len(held) > 1 or not met.any() else 1.0 / met  # a point that does not move carries nothing
     return z, placed, projector, product(share, minv_n.T)
 
 
@@ -236,7 +233,7 @@ stiffnesses that mix them lose, is no longer negligible compared with 1e-10."""
 
 def _rates(system: LinearSystem) -> Floats:
     """Rate (n,) [1/s] of each coordinate by itself."""
-    return np.sqrt(np.maximum(system.stiffness.real.diagonal(), 0.0) / system.mass.real.diagonal())
+    return np.sqrt(np.maximum(system.stiffness.diagonal(), 0.0) / system.mass.diagonal())
 
 
 def _spread(system: LinearSystem) -> float:
@@ -259,20 +256,10 @@ def _graded(system: LinearSystem, normals: Floats) -> tuple[Floats, Floats]:
     return z, placed
 
 
-def _inverse_of(matrix: Floats) -> Floats:
-    """Pseudoinverse of a symmetric matrix, with the derivative in its imaginary part where it keeps its rank."""
-    found = pseudoinverse(matrix.real, REDUNDANT)
-    if not np.iscomplexobj(matrix):
-        return found
-    moved, left = 1j * matrix.imag, np.eye(len(matrix)) - product(matrix.real, found)
-    across = product(found, found, moved, left)
-    return found - product(found, moved, found) + across + across.T
-
-
 def _inverse_basis(basis: Floats) -> Floats:
     """Inverse of a basis (2nb, 2nb), whose rows are counted by powers of two of their own sizes: elimination that chose between
     displacements and velocities as they are, in SI, would let an impulse displace a foot by the rounding of its speed."""
-    size = np.exp2(np.round(np.log2(np.abs(basis.real).max(axis=1, initial=0.0, keepdims=True))))
+    size = np.exp2(np.round(np.log2(np.abs(basis).max(axis=1, initial=0.0, keepdims=True))))
     return inverse(basis / size) / size.T
 
 
@@ -281,40 +268,33 @@ def contact_mode(system: LinearSystem, mask: int) -> ContactMode:
     return unbiased_mode(system, mask).biased(system.sources)
 
 
-def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) -> ContactMode:
-    """The structure with some constraints held, for any rest gaps and gravity: nothing of it depends on those of the system.
-
-    basis: state it by these coordinates, in which ``blocks`` is a full matrix (2nb, 2nb) then, instead of by its modes.
-    """
+def unbiased_mode(system: LinearSystem, mask: int) -> ContactMode:
+    """The structure with some constraints held, for any rest gaps and gravity: nothing of it depends on those of the system."""
     n, m = system.normals.shape
     constraints = system.constraints.shape[1]
     holding = [c for c in range(constraints) if mask >> c & 1]
     held, free = ([i for i in range(m) if (mask >> i & 1) == on] for on in (1, 0))
     z, placed, projector, rows = _holding(system, holding)
     mz, cz, kz = (product(z.T, part, z) for part in (system.mass, system.damping, system.stiffness))
-    nz, own, kind = z.shape[1], basis is None, mz.dtype
-    if basis is None:
-        blocks, basis = split_modes(mz, cz, kz)
+    nz = z.shape[1]
+    blocks, basis = split_modes(mz, cz, kz)
     onto = _inverse_basis(basis)
-    if not own:
-        rates = np.vstack([basis[nz:], -solve(mz, product(kz, basis[:nz]) + product(cz, basis[nz:]))])
-        blocks = product(onto, rates)
     position, velocity = product(z, basis[:nz]), product(z, basis[nz:])
-    particular = np.zeros((n, m + 2), kind)
+    particular = np.zeros((n, m + 2))
     particular[:, held] = placed[:, : len(held)]
     constant = -product(system.stiffness, particular)  # forces per unit of every source
     constant[:, m:] = system.weight
     leading, spanned = np.zeros(0, np.int64), np.zeros((m, 0))
-    if own and free:
+    if free:
         moves = product(z.T, system.normals[:, free])
         leading, share = _leading(solve(cholesky(mz), moves).T if len(free) > 1 else moves.T)
         spanned = np.zeros((m, len(leading)))
         spanned[free] = share
-    both = np.zeros((2 * nz, 2 * n), kind)
+    both = np.zeros((2 * nz, 2 * n))
     both[:nz, :n], both[nz:, n:] = projector, projector
     mode = ContactMode(
         mask=mask, blocks=blocks, basis=basis, to_physical=np.vstack([position, velocity]), from_physical=product(onto, both),
-        leading=np.array(free, dtype=np.int64)[leading], spanned=spanned, **_nothing(system, nz, kind),
+        leading=np.array(free, dtype=np.int64)[leading], spanned=spanned, **_nothing(system, nz),
     )  # fmt: skip
     force_in = product(onto[:, nz:], solve(mz, z.T)) if nz else np.zeros((0, n))
     mode.inputs[2 * m : -1] = product(force_in, system.loads).T
@@ -340,7 +320,7 @@ def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) 
     return mode
 
 
-def _nothing(system: LinearSystem, nz: int, kind: np.dtype[np.floating]) -> dict[str, Any]:
+def _nothing(system: LinearSystem, nz: int) -> dict[str, Any]:
     """Arrays of a contact mode of nz coordinates that are to be filled."""
     (n, m), nd, state = system.normals.shape, system.loads.shape[1], 2 * nz
     ni = 2 * m + nd + 1
@@ -353,8 +333,8 @@ def _nothing(system: LinearSystem, nz: int, kind: np.dtype[np.floating]) -> dict
     ways = 0 if system.tangents is None else m
     shapes |= {"placed": (ways, n), "slide": (ways, state), "slide_rate": (ways, state), "slide_feed": (2 * ways, ways)}
     biases = {"inputs": state, "feed": 2 * m, "offset": 2 * n, "held_feed": m, "printed_feed": m}
-    bias = Bias(**{name: np.zeros((m + 2, size), kind) for name, size in biases.items()})
-    return {"bias": bias, **{name: np.zeros(shape, kind) for name, shape in shapes.items()}}
+    bias = Bias(**{name: np.zeros((m + 2, size)) for name, size in biases.items()})
+    return {"bias": bias, **{name: np.zeros(shape) for name, shape in shapes.items()}}
 
 
 def _add_free(mode: ContactMode, system: LinearSystem, free: list[int], force_in: Floats, particular: Floats) -> None:
@@ -365,12 +345,12 @@ def _add_free(mode: ContactMode, system: LinearSystem, free: list[int], force_in
     feet, normals = np.array(free, dtype=np.intp), system.normals[:, free]
     beta, gap, rate = product(force_in, normals).T, product(normals.T, mode.to_physical[:n]), product(normals.T, mode.to_physical[n:])
     drift, mobility = _apply(mode.blocks, beta), product(rate, beta.T).diagonal().copy()
-    loose = mobility.real > REDUNDANT * product(normals.T, system.per_impulse[:, free]).diagonal().real
+    loose = mobility > REDUNDANT * product(normals.T, system.per_impulse[:, free]).diagonal()
     if not loose.all():  # held feet hold these as well: nothing moves them, and they move nothing
         mobility[~loose] = 0.0
         beta = np.ascontiguousarray(beta)
         for part in (beta, drift, gap, rate):
-            part.real[~loose] = 0.0
+            part[~loose] = 0.0
     mode.beta[feet], mode.inputs[feet], mode.inputs[m + feet], mode.mobility[feet] = beta, drift, beta, mobility
     mode.outputs[feet], mode.outputs[m + feet] = gap, rate
     mode.feed[np.ix_(m + feet, feet)] = product(rate, beta.T)
@@ -410,7 +390,7 @@ def _add_along(
             continue
         mode.slide_feed[holding, i] = product(rows, way)
         slide, rate = product(force_in, way), product(way, mode.to_physical[n:])
-        if product(rate, slide).real > REDUNDANT * product(way, system.per_impulse[:, m + i]).real:
+        if product(rate, slide) > REDUNDANT * product(way, system.per_impulse[:, m + i]):
             mode.slide[i], mode.slide_rate[i] = slide, rate  # else nothing moves it: other constraints hold it as well
         if i in free:
             continue
@@ -489,12 +469,12 @@ def _across(mass: Floats, normal: Floats, direction: Floats) -> tuple[Floats, fl
     mobility = product(normal, along)
     rate = product(normal, direction)
     size = np.sqrt(product(direction, mass, direction) * mobility)
-    if rate.real <= 1e-9 * size.real:
+    if rate <= 1e-9 * size:
         return np.zeros_like(normal), 0.0
     rest = direction / rate - along / mobility
     across = np.sqrt(product(rest, mass, rest))
     skew = across * np.sqrt(mobility)
-    return (rest / across, skew) if skew.real > 1e-9 else (np.zeros_like(normal), 0.0)
+    return (rest / across, skew) if skew > 1e-9 else (np.zeros_like(normal), 0.0)
 
 
 def _force_feed(rows: Floats, system: LinearSystem, free: list[int]) -> Floats:
@@ -504,30 +484,6 @@ def _force_feed(rows: Floats, system: LinearSystem, free: list[int]) -> Floats:
     out[:, 2 * m : -1] = product(rows, system.loads)
     out[:, [m + k for k in free]] = product(rows, system.normals[:, free])
     return out
-
-
-TINY = 1e-60
-"""Step of a derivative in the imaginary direction, so small that no real part changes: nothing is subtracted."""
-
-
-def derived_mode(system: LinearSystem, change: LinearSystem, mode: ContactMode) -> tuple[ContactMode, Floats]:
-    """Derivatives of the arrays of a contact mode by a number of the structure, in the modal coordinates of the mode itself,
-    and of its matrix T (2nb, 2nb), which is full: its blocks are zero.
-
-    With coordinates that stay, modes need neither be distinguished nor be derived, and may coincide. ``change``: derivatives
-    of the structure's arrays.
-    """
-    moved = {name: array + 1j * TINY * change.arrays[name] for name, array in system.arrays.items()}
-    found = unbiased_mode(replace(system, **moved), mode.mask, mode.basis)
-
-    def slopes(of: ContactMode | Bias) -> dict[str, Floats]:
-        arrays = {name: part for name, part in vars(of).items() if isinstance(part, np.ndarray) and name != "leading"}
-        return {name: np.ascontiguousarray(np.imag(part) / TINY) for name, part in arrays.items()}
-
-    own = slopes(found)
-    coupling = own["blocks"]
-    own["blocks"] = np.zeros_like(mode.blocks)
-    return replace(found, **own, bias=Bias(**slopes(found.bias))), coupling
 
 
 class ModeBook:

@@ -1,27 +1,24 @@
-"""What drives do in many runs at once, and its derivatives: numbers of signals, gaits and drives that vary from run to
-run, or carry derivatives, go the one way that those of a single run go (`tarsus.model.drive.lower`).
-"""
+"""What drives do in many runs at once: numbers of signals, gaits and drives that vary from run to run go the one way
+that those of a single run go (`tarsus.model.drive.lower`)."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tarsus.base.arrays import Floats, Ints
-from tarsus.base.dual import Dual, slope_of, value_of
 from tarsus.base.errors import InputError
-from tarsus.base.spec import Description, get_value, with_values
+from tarsus.base.spec import Description, with_values
 from tarsus.model.drive.lower import lower_track
 from tarsus.model.drive.pieces import Channels
-from tarsus.model.drive.track import NoSlopeError, Track, joined
+from tarsus.model.drive.track import Track, joined
 from tarsus.model.drive.waveforms.constant import Constant
-from tarsus.plan.lowering import Kind, distinct, slot
+from tarsus.plan.lowering import distinct
 
 if TYPE_CHECKING:
-    from tarsus.model.drive.pieces import Pieces
     from tarsus.model.drive.signal import Signal
     from tarsus.model.scene import Drive, Scene
 
@@ -40,29 +37,6 @@ class Course:
     def of_runs(self, runs: Ints) -> Course:
         """What it does in some of the runs; the channels stay."""
         return replace(self, which=self.which[runs], periods=self.periods[runs])
-
-
-@dataclass(frozen=True)
-class Sloped:
-    """A channel and its derivatives by P numbers: of its Q pieces, with that of a held last value, coef (Q, terms, P)
-    at fixed numbers in them, begin, end (Q, P) [s]; of its period, loop (P,) [s]."""
-
-    pieces: Pieces
-    coef: Floats
-    begin: Floats
-    end: Floats
-    loop: Floats
-
-
-@dataclass(frozen=True)
-class SlopedDrive:
-    """Force of a drive, and its volts where they are asked for; period [s] of its signal, None without one, and its
-    derivatives (P,)."""
-
-    force: Sloped
-    volts: Sloped | None
-    period: float | None
-    by_period: Floats
 
 
 def felt(path: str) -> bool:
@@ -141,7 +115,7 @@ def gait_waves(scene: Scene, gait: Columns) -> dict[str, dict[str, Any]]:
     names = ("amplitude", "frequency", "phase", "offset", "duty")
     return {
         name: {
-            key: of + 0.0 * value_of(like)
+            key: of + 0.0 * like
             for key in names
             if np.ndim(of := getattr(wave, key)) or key == "amplitude"
         }
@@ -150,8 +124,8 @@ def gait_waves(scene: Scene, gait: Columns) -> dict[str, dict[str, Any]]:
 
 
 def with_columns(of: Any, columns: Columns) -> Any:
-    """A description with some of its numbers, by their paths in it, one a run (nr,), or with derivatives; as they
-    are, for none of them is looked at."""
+    """A description with some of its numbers, by their paths in it, one a run (nr,); as they are, for none of
+    them is looked at."""
     if "" in columns:
         return columns[""]
     parts: dict[str, dict[str, Any]] = {}
@@ -174,7 +148,7 @@ def _check(where: str, of: Description, varied: Columns) -> None:
     and of numbers that must be in order the lowest ones are, and the highest."""
     for end in (np.min, np.max) if varied else ():
         try:
-            with_values(of, {path: float(end(value_of(column))) for path, column in varied.items()})
+            with_values(of, {path: float(end(column)) for path, column in varied.items()})
         except InputError as error:
             raise InputError([f"{where}.{text}" for text in error.problems]) from None
 
@@ -221,77 +195,3 @@ def _is_many(of: Any) -> bool:
 
 def _ideal(drive: Drive, varied: Collection[str]) -> bool:
     return drive.amplifier.ideal and not any(path.startswith("amplifier.") for path in varied)
-
-
-def sloped_drives(
-    scene: Scene, directions: Sequence[Mapping[str, float]], charged: Collection[str]
-) -> tuple[dict[str, SlopedDrive], list[dict[str, float]]]:
-    """Drives, by name, that move along directions (P) of a scene, with their derivatives, and what is left of the
-    directions: what moves drives behind an amplifier, or of a law that goes by the rate. charged: drives whose
-    volts are asked for.
-
-    Raises InputError where a drive changes the number of its pieces.
-    """
-    paths = [
-        path for path in dict.fromkeys(path for one in directions for path in one) if _drives(scene, path)
-    ]
-    slopes = {path: np.array([[one.get(path, 0.0) for one in directions]]) for path in paths}
-    numbers = {path: Dual(np.array([float(get_value(scene, path))]), slope) for path, slope in slopes.items()}
-    found = _varied(scene, numbers)
-    behind = {
-        name
-        for name, (_, _, drive) in found.items()
-        if not _ideal(scene.robot.drives[name], drive) or scene.robot.drives[name].law.by_rate
-    }
-    if any(name not in scene.signals for name in behind) and any(path.startswith("gait.") for path in paths):
-        behind |= {name for name in found if name not in scene.signals}  # a gait moves all its drives
-    drives = {}
-    for name, (wave, own, drive) in found.items():
-        if name not in behind:
-            try:
-                moved = with_columns(wave, own), with_columns(scene.robot.drives[name], drive)
-                drives[name] = _sloped(*moved, len(directions), name in charged)
-            except NoSlopeError as error:
-                raise InputError(f"{next(iter(directions[error.lane]))}: {error}") from None
-    gone = {path for path in paths if not behind & set(_moved_by(scene, path, found))}
-    return drives, [{path: weight for path, weight in one.items() if path not in gone} for one in directions]
-
-
-def _drives(scene: Scene, path: str) -> bool:
-    """Whether a number is one of what drives do."""
-    place = slot(scene, path)
-    return place is not None and not place.bounded and felt(path)
-
-
-def _moved_by(scene: Scene, path: str, found: Collection[str]) -> list[str]:
-    """Drives that a number of what drives do has a part in."""
-    place = slot(scene, path)
-    if place is None or place.kind is Kind.GAIT:
-        return [name for name in found if name not in scene.signals]
-    return [list(scene.robot.drives)[place.at]]
-
-
-def _sloped(wave: Signal, drive: Drive, count: int, charged: bool) -> SlopedDrive:
-    """A drive of numbers that carry derivatives, by so many numbers."""
-    force, volts = lower_track(wave.track(), drive.law, drive.history, volts=charged)
-    periods = wave.periods()
-    period, by_period = float(value_of(periods)[0]), slope_of(periods, count)[0]
-    return SlopedDrive(
-        channel_slopes(force, count), channel_slopes(volts, count) if volts and charged else None,
-        *((None, 0.0 * by_period) if np.isnan(period) else (period, by_period)),
-    )  # fmt: skip
-
-
-def channel_slopes(channels: Channels, count: int) -> Sloped:
-    """The one channel, with its derivatives by so many numbers, and a piece for the value after the last one, unless it
-    repeats."""
-    coef, begin, end, loop = (
-        slope_of(getattr(channels, name), count) for name in ("coef", "begin", "end", "periods")
-    )
-    terms = 1 + int(np.flatnonzero(coef.any(axis=(0, 2))).max(initial=0))
-    if channels.loops[0] < 0:
-        held = np.zeros((1, *coef.shape[1:]))
-        held[0, 0] = coef[-1].sum(axis=0)
-        coef, begin = np.concatenate([coef, held]), np.concatenate([begin, end[-1:]])
-        end, loop = np.concatenate([end, 0.0 * end[:1]]), 0.0 * loop
-    return Sloped(channels[0], coef[:, :terms], begin, end, loop[0])

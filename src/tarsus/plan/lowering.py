@@ -77,11 +77,6 @@ class FootLaws:
         """The laws as the engine holds them; their parameters come with every batch."""
         return _native.Laws(self.arrays(self.terms, self.programs))
 
-    @cached_property
-    def by_programs(self) -> _native.Laws:
-        """The same as programs alone, which carry derivatives."""
-        return _native.Laws(self.arrays(*_terms(self.acting, self.columns, twins=False)))
-
     def arrays(self, terms: Sequence[Sequence[int]], programs: Sequence[Program]) -> dict[str, Any]:
         """The laws as the engine takes them, by name."""
         scales = [
@@ -417,20 +412,20 @@ def lower_laws(ground: Ground, m: int) -> FootLaws:
     row = [value for law in acting.values() for value in law.parameters()]
     return FootLaws(
         np.full(m, flags, dtype=np.int64), np.tile(np.array(row, dtype=float), (max(m, 1), 1)),
-        np.full(m, -1, dtype=np.int64), acting, columns, *_terms(acting, columns, twins=True),
+        np.full(m, -1, dtype=np.int64), acting, columns, *_terms(acting, columns),
     )  # fmt: skip
 
 
 def _terms(
-    acting: Mapping[str, Law], columns: Mapping[str, int], *, twins: bool
+    acting: Mapping[str, Law], columns: Mapping[str, int]
 ) -> tuple[tuple[tuple[int, int, int, int], ...], tuple[Program, ...]]:
-    """What the engine is to call, and the programs among it: every function of each law, by its twin where there is one
-    and twins are wanted."""
+    """What the engine is to call, and the programs among it: every function of each law, by its twin where there is
+    one."""
     terms: list[tuple[int, int, int, int]] = []
     programs: list[Program] = []
     for name, law in acting.items():
         for hook in type(law).functions() or {law.hook: None}:
-            twin = _twin(type(law)) if twins and hook == law.hook else -1
+            twin = _twin(type(law)) if hook == law.hook else -1
             terms.append((_native.HOOKS.index(hook), twin, -1 if twin >= 0 else len(programs), columns[name]))
             if twin < 0:
                 programs.append(program_of(type(law), hook))

@@ -261,18 +261,18 @@ def run_windows(
 def _run(
     plan: Plan, tables: Tables, data: Sequence[Rows], starts: WindowStarts, settings: _native.Settings
 ) -> Ran:
-    laws, given = plan.laws, [(rows.signals, _unmarked(rows), []) for rows in data]
+    laws, given = plan.laws.native, [(rows.signals, _unmarked(rows)) for rows in data]
     if plan.legs is None:
         assert isinstance(tables, ModeBook)
-        codes, events, ends, samples, _, _, _, finals, feet = _native.windows_modal(
-            tables.native, NODES, laws.native, laws.by_programs, settings, given, [], starts.native()
+        codes, events, ends, samples, finals, feet = _native.windows_modal(
+            tables.native, NODES, laws, settings, given, starts.native()
         )
         states = shown_states(samples, plan.feet, plan.system.tangents is not None)
     else:
         assert not isinstance(tables, ModeBook)
-        codes, events, ends, samples, _, _, _, finals, feet = _native.windows_legged(
-            plan.legs.native, tables, NODES, laws.native, laws.by_programs, settings, given, [], 0, starts.native()
-        )  # fmt: skip
+        codes, events, ends, samples, finals, feet = _native.windows_legged(
+            plan.legs.native, tables, NODES, laws, settings, given, starts.native()
+        )
         states = _walked(plan, starts, data, samples)
     begin = np.concatenate([[0], ends]).astype(np.int64)
     carried = feet.reshape(len(starts), plan.feet, -1)

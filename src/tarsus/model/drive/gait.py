@@ -139,7 +139,7 @@ class Gait(Description, ABC):
 
     def waveforms(self, layout: Layout) -> dict[str, Square]:
         """Voltage of every drive that moves a leg, for a layout without `faults`; numbers of the gait may be one a run
-        (nr,), and carry derivatives, and those of the waves are then as well."""
+        (nr,), and those of the waves are then as well."""
         late = self.delays(layout)
         middle, half = 0.5 * (self.high + self.low), 0.5 * (self.high - self.low)
         strides = {} if self.turn is None else self._strides(self.turn, layout)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tarsus.base.arrays import Floats
-from tarsus.base.dual import columns
+from tarsus.base.columns import columns
 from tarsus.base.spec import Amount, Description, quantity
 from tarsus.model.drive.parts import Parts, to_pieces
 from tarsus.model.drive.pieces import Channels
@@ -31,8 +31,7 @@ class VoltageLaw(Description, ABC):
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
         """The track cut where the force changes its formula, with the cubic of the voltage on each part.
 
-        Numbers of the law and of the history, like those of the track, may be one a run (nr,), and carry derivatives;
-        cuts stay where they are, for a force that is continuous is the same on either side to first order.
+        Numbers of the law and of the history, like those of the track, may be one a run (nr,).
         """
 
     def channels(self, track: Track, history: Sequence[float], late: Floats | None = None) -> Channels:

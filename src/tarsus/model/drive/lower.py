@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from tarsus.base.dual import value_of
 from tarsus.base.errors import InputError
 from tarsus.model.drive.law import VoltageLaw
 from tarsus.model.drive.laws.linear import LinearForce
@@ -57,9 +56,9 @@ def lower_track(
     track: Track, law: VoltageLaw, history: Any = (), *, volts: bool = True, late: Any = None
 ) -> tuple[Channels, Channels | None]:
     """The same of the voltages of many runs, a channel for each, and of volts where they are asked for; numbers of
-    the law and of the history may be one a run (nr,), and carry derivatives, as those of the track; late: what a law
+    the law and of the history may be one a run (nr,), as those of the track; late: what a law
     that goes by the rate lags, see `VoltageLaw.channels`."""
-    if not all(np.isfinite(value_of(v)).all() for v in history):
+    if not all(np.isfinite(v).all() for v in history):
         raise InputError("the history of a drive must be finite voltages")
     with np.errstate(all="ignore"):
         if isinstance(law, LinearForce):

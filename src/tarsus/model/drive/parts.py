@@ -1,6 +1,4 @@
-"""From a track and polynomials in the voltage to pieces in time, to 1e-12 of each channel's span.
-
-What the numbers of a track or of a law carry of derivatives the pieces have as well, at fixed places in them."""
+"""From a track and polynomials in the voltage to pieces in time, to 1e-12 of each channel's span."""
 
 from __future__ import annotations
 
@@ -10,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.dual import Dual, value_of
 from tarsus.base.errors import InputError
 from tarsus.base.linear import product
 from tarsus.model.drive.pieces import TERMS, Channels
@@ -71,7 +68,7 @@ def to_pieces(track: Track, parts: Parts) -> Channels:
     run = track.run[stretch]
     sine = np.zeros(runs, dtype=bool)
     if track.amplitude is not None:
-        sine[track.run[~np.isnan(value_of(track.amplitude))]] = True
+        sine[track.run[~np.isnan(track.amplitude)]] = True
     exact = ~sine & (_degrees(law, run, runs) * _degrees(track.inner, track.run, runs) < TERMS)
     if exact.all():
         source, low, high = np.arange(len(stretch)), parts.low, parts.high
@@ -102,7 +99,7 @@ def to_pieces(track: Track, parts: Parts) -> Channels:
     left, right = track.begin[stretch], track.end[stretch]
     begin = np.where(low == -1.0, left, left + 0.5 * (low + 1.0) * (right - left))
     end = np.where(high == 1.0, right, left + 0.5 * (high + 1.0) * (right - left))
-    if not all(np.isfinite(value_of(one)).all() for one in (begin, end, coef)):
+    if not all(np.isfinite(one).all() for one in (begin, end, coef)):
         raise InputError("the drive overflows: its voltage, gain or period is out of any physical range")
     return _without_slivers(track, stretch, begin, end, coef, kink)
 
@@ -112,9 +109,9 @@ def _without_slivers(
 ) -> Channels:
     """The pieces without those that are shorter than the resolution of time."""
     run = track.run[stretch]
-    close = value_of(track.end)[track.runs[1:] - 1]
-    until = _ends(value_of(begin), run, close)
-    long = until > value_of(begin)
+    close = track.end[track.runs[1:] - 1]
+    until = _ends(begin, run, close)
+    long = until > begin
     if not long.all():
         kept = np.flatnonzero(long)
         opens = np.append(
@@ -122,14 +119,13 @@ def _without_slivers(
         )  # a run's first piece begins where the run does
         since = np.where(opens, np.searchsorted(run, run[kept]), np.append(0, kept[:-1] + 1))
         kink = np.logical_or.reduceat(kink, since)
-        coef, stretch, begin, end, run = coef[kept], stretch[kept], begin[kept], end[kept], run[kept]
-        until = _ends(value_of(begin), run, close)
+        coef, stretch, begin, run = coef[kept], stretch[kept], begin[kept], run[kept]
+        until = _ends(begin, run, close)
     counts = np.bincount(run, minlength=len(track.loops))
     first = np.cumsum(counts) - counts
     loops = np.searchsorted(stretch, track.runs[:-1] + np.maximum(track.loops, 0)) - first
     loops = np.where(track.loops >= 0, loops, -1)
-    end = Dual(until, end.slope) if isinstance(end, Dual) else until
-    return Channels(counts, loops, begin, end, coef, np.array(kink), track.periods)
+    return Channels(counts, loops, begin, until, coef, np.array(kink), track.periods)
 
 
 def _ends(begin: Floats, run: Ints, close: Floats) -> Floats:
@@ -179,7 +175,7 @@ def _fitted(
     chebyshev = _chebyshev(values)
     before = np.full(len(source), np.inf)
     while True:
-        miss = np.abs(value_of(chebyshev)[:, TERMS:]).sum(axis=1)
+        miss = np.abs(chebyshev[:, TERMS:]).sum(axis=1)
         allowed = tolerance[run[source]]
         # a cut that gained nothing met the rounding of the values
         bad = (miss > allowed) & (miss < 0.5 * before)
@@ -206,18 +202,14 @@ def _fitted(
         place = np.where(again, len(chebyshev) + np.cumsum(again) - 1, own)
         chebyshev = np.concatenate([chebyshev, fresh])[place]
     # on a sliver the high coefficients are rounding, which would grow where the engine continues the piece
-    rest = np.cumsum(np.abs(value_of(chebyshev)[:, ::-1]), axis=1)[:, ::-1]
+    rest = np.cumsum(np.abs(chebyshev[:, ::-1]), axis=1)[:, ::-1]
     lost = (high - low < _SLIVER)[:, None] & (rest <= 4e-15 * size[run[source]][:, None])
     return _mapped(np.where(lost, 0.0, chebyshev)[:, :TERMS], _TO_MONOMIAL), source, low, high
 
 
 def _mapped(rows: Any, matrix: Floats) -> Any:
     """Rows (Q, k) by a matrix (n, k): (Q, n)."""
-    if not isinstance(rows, Dual):
-        return product(rows, matrix.T)
-    lanes = np.moveaxis(rows.slope, -1, 1)
-    moved = product(lanes.reshape(-1, lanes.shape[-1]), matrix.T).reshape(*lanes.shape[:2], -1)
-    return Dual(product(rows.value, matrix.T), np.moveaxis(moved, 1, -1))
+    return product(rows, matrix.T)
 
 
 def _chebyshev(values: Any) -> Any:
@@ -233,7 +225,7 @@ def _sampled(track: Track, stretch: Ints, low: Floats, high: Floats, law: Any) -
     volts = track.values(stretch, mid[:, None] + half[:, None] * _XI)
     c = law[:, :, None]
     values = ((c[:, 3] * volts + c[:, 2]) * volts + c[:, 1]) * volts + c[:, 0]
-    run, plain = track.run[stretch], value_of(values)
+    run = track.run[stretch]
     there, begin = np.unique(run, return_index=True)
 
     def of_runs(function: Any, rows: Floats) -> Floats:
@@ -241,9 +233,9 @@ def _sampled(track: Track, stretch: Ints, low: Floats, high: Floats, law: Any) -
         out[there] = function.reduceat(rows, begin)
         return out
 
-    top = of_runs(np.maximum, np.abs(value_of(volts)).max(axis=1))[run]
-    terms = np.abs(value_of(law))
+    top = of_runs(np.maximum, np.abs(volts).max(axis=1))[run]
+    terms = np.abs(law)
     size = of_runs(
         np.maximum, ((terms[:, 0] + terms[:, 1] * top) + terms[:, 2] * top**2) + terms[:, 3] * top**3
     )
-    return values, size, of_runs(np.maximum, plain.max(axis=1)) - of_runs(np.minimum, plain.min(axis=1))
+    return values, size, of_runs(np.maximum, values.max(axis=1)) - of_runs(np.minimum, values.min(axis=1))

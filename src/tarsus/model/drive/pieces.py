@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tarsus.base.dual import value_of
 from tarsus.base.errors import InputError
 
 TERMS = 12
@@ -62,7 +61,7 @@ class Pieces:
 
 @dataclass(frozen=True)
 class Channels(Sequence[Pieces]):
-    """The pieces of nc channels, Q in all, one channel behind the other; their numbers may carry derivatives."""
+    """The pieces of nc channels, Q in all, one channel behind the other."""
 
     counts: NDArray[np.intp]
     """(nc,) pieces of each."""
@@ -71,7 +70,7 @@ class Channels(Sequence[Pieces]):
     begin: Any
     """(Q,) [s] start of each piece."""
     end: Any
-    """(Q,) [s] end of each piece: the start of the next one, which may have other derivatives."""
+    """(Q,) [s] end of each piece: the start of the next one, which may have another slope."""
     coef: Any
     """(Q, 12) as `Pieces.coef`."""
     kink: NDArray[np.bool_]
@@ -112,15 +111,15 @@ class Channels(Sequence[Pieces]):
     def starts(self) -> NDArray[np.float64]:
         """(Q + nc,) [s] starts of the pieces of each channel, with the end of its last."""
         if (self.counts == 1).all():
-            return np.stack([value_of(self.begin), value_of(self.end)], axis=1).ravel()
+            return np.stack([self.begin, self.end], axis=1).ravel()
         after = np.cumsum(self.counts)
-        return np.insert(value_of(self.begin), after, value_of(self.end)[after - 1])
+        return np.insert(self.begin, after, self.end[after - 1])
 
     @property
     def arrays(self) -> dict[str, NDArray[Any]]:
         """The channels as the engine takes them, laid end to end, by name."""
         names = ("counts", "loops", "starts", "coef", "kink")
-        return {name: np.ascontiguousarray(value_of(getattr(self, name))) for name in names}
+        return {name: np.ascontiguousarray(getattr(self, name)) for name in names}
 
     def __len__(self) -> int:
         return len(self.counts)
@@ -128,7 +127,7 @@ class Channels(Sequence[Pieces]):
     def __getitem__(self, channel: Any) -> Any:
         first = self.first[channel]
         own = slice(first, first + self.counts[channel])
-        begin, end, coef = (value_of(one)[own] for one in (self.begin, self.end, self.coef))
+        begin, end, coef = (one[own] for one in (self.begin, self.end, self.coef))
         return Pieces(np.append(begin, end[-1]), coef, self.kink[own], int(self.loops[channel]))
 
     def __iter__(self) -> Iterator[Pieces]:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
-from tarsus.base.dual import columns
+from tarsus.base.columns import columns
 from tarsus.model.drive.track import Track
 
 
@@ -25,7 +25,7 @@ def play_states(volts: Floats, thresholds: Floats, initial: Floats) -> Floats:
 
     From one turn of the voltage to the next a state is one clip of that at the turn. Where it turns all the time, all
     blocks of about sqrt(K) moves go on together, one move at a time, before each is begun where the one before it ends;
-    what carries derivatives or several runs is scanned by `states_along`.
+    several runs are scanned by `states_along`.
     """
     ways = np.sign(np.diff(volts))
     turns = np.append(0, np.flatnonzero(ways[1:] != ways[:-1]) + 1)

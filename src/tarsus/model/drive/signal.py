@@ -38,6 +38,6 @@ class Signal(Description, ABC):
     def track(self) -> Track:
         """The voltage as monotone stretches in closed form.
 
-        Numbers of the waveform may be arrays (nr,), one number a run, and carry derivatives (`tarsus.base.dual`): what
-        `tarsus.model.drive.track` builds takes either, and what is reckoned from them by numpy is of all runs at once.
+        Numbers of the waveform may be arrays (nr,), one number a run: what `tarsus.model.drive.track` builds takes
+        either, and what is reckoned from them by numpy is of all runs at once.
         """

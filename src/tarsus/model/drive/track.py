@@ -7,14 +7,13 @@ waveforms, of degree 11 behind an amplifier), or a sine of a cubic; both can be 
 instants at which a play engages are found.
 
 The stretches of all runs lie one behind the other, so that whatever is made of a track is made for all runs at
-once, and to the same bits for each as if it were alone. The numbers a track is made of may carry derivatives
-(`tarsus.base.dual`): those of the track, and of all that is made of it, follow.
+once, and to the same bits for each as if it were alone.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -22,18 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
-from tarsus.base.dual import Dual, alike, columns, value_of
+from tarsus.base.columns import alike, columns
 from tarsus.base.errors import InputError
 
 Ints = NDArray[np.intp]
-
-
-class NoSlopeError(InputError):
-    """A derivative that a track does not have; lane: by which of the numbers."""
-
-    def __init__(self, lane: int) -> None:
-        super().__init__("there is no derivative by it here, for the drive's voltage changes its pieces")
-        self.lane = lane
 
 
 @dataclass(frozen=True)
@@ -74,14 +65,6 @@ class Track:
         """(S,) number of the run that each stretch is of."""
         return np.repeat(np.arange(len(self.loops)), np.diff(self.runs))
 
-    @cached_property
-    def plain(self) -> Track:
-        """The track without the derivatives that its numbers may carry."""
-        parts = {one.name: getattr(self, one.name) for one in fields(self)}
-        return replace(
-            self, **{name: value_of(part) for name, part in parts.items() if isinstance(part, Dual)}
-        )
-
     @property
     def start(self) -> Floats:
         """(S+1,) [s] times at which the stretches of a track of one run start, and the end."""
@@ -100,7 +83,7 @@ class Track:
     @property
     def period(self) -> float:
         """Time [s] from where a track of one run repeats, or from its start, to its end."""
-        return float(value_of(self.end)[-1] - value_of(self.begin)[self.loop])
+        return float(self.end[-1] - self.begin[self.loop])
 
     def before(self) -> Ints:
         """(S,) stretch before each one, of the first of a run the last of the same run."""
@@ -175,13 +158,9 @@ class Track:
         source = self.runs[own] + np.where(over < 0, place, over + np.maximum(self.loops[own], 0))
         begin, end = self.begin[source], self.end[source]
         if (over >= 0).any():
-            close = value_of(self.end)[self.runs[own + 1] - 1]
-            since = value_of(self.begin)[self.runs[own] + self.loops[own]]
-            later = (self.periods[own] - value_of(self.periods)[own], over >= 0)
-            begin, end = (
-                np.where(later[1], close + (value_of(one) - since) + (one - value_of(one)) + later[0], one)
-                for one in (begin, end)
-            )
+            close = self.end[self.runs[own + 1] - 1]
+            since = self.begin[self.runs[own] + self.loops[own]]
+            begin, end = (np.where(over >= 0, close + (one - since), one) for one in (begin, end))
         return Track(
             runs, begin, end, self.inner[source], None if self.amplitude is None else self.amplitude[source],
             self.offset[source], self.first[source], self.last[source], self.kink[source], loops, self.periods[which],
@@ -233,7 +212,7 @@ def chosen(condition: Any, one: Callable[[], Track], other: Callable[[], Track])
 
 def polynomial(*terms: Any, width: int = 4) -> Any:
     """Polynomials (Q, width) from their lowest terms (Q,)."""
-    none = 0.0 * value_of(terms[0])
+    none = 0.0 * terms[0]
     return np.stack([*terms, *[none] * (width - len(terms))], axis=-1)
 
 
@@ -306,24 +285,12 @@ def _kept(times: Any, keep: NDArray[np.bool_]) -> tuple[Ints, Any, Any]:
     S+1)."""
     _check_count(float(keep.sum(axis=1).max()))
     runs = np.concatenate([[0], np.cumsum(keep.sum(axis=1))])
-    begin, end = times[:, :-1][keep], times[:, 1:][keep]
+    begin = times[:, :-1][keep]
     first, final = (np.zeros(runs[-1], dtype=bool) for _ in range(2))
     first[runs[:-1]] = final[runs[1:] - 1] = True
-    begin = begin - np.where(
-        first, value_of(begin), 0.0
-    )  # from t = 0 on, each from the end of the one before
-    close = np.where(final, np.repeat(value_of(times)[:, -1], np.diff(runs)), np.roll(value_of(begin), -1))
-    return runs, begin, Dual(close, end.slope) if isinstance(end, Dual) else close
-
-
-def _check_lost(times: Any, short: NDArray[np.bool_], v0: Any, v1: Any) -> None:
-    """Raise NoSlopeError where a stretch of no length may get one, and is not of one voltage with the next."""
-    length = times[:, 1:] - times[:, :-1]
-    if isinstance(length, Dual):
-        alone = (v0 != v1) | (v1 != np.roll(v0, -1, axis=1))
-        lost = np.flatnonzero(length.slope[short & alone].any(axis=0))
-        if len(lost):
-            raise NoSlopeError(int(lost[0]))
+    begin = np.where(first, 0.0, begin)  # from t = 0 on, each from the end of the one before
+    close = np.where(final, np.repeat(times[:, -1], np.diff(runs)), np.roll(begin, -1))
+    return runs, begin, close
 
 
 def linear_track(
@@ -344,14 +311,11 @@ def linear_track(
     keep = np.broadcast_to(keep, v0.shape)
     if hold:
         end, value = t[:, -1:], v1[:, -1:]
-        t = np.concatenate([t, end + np.maximum(1.0, value_of(end))], axis=1)
+        t = np.concatenate([t, end + np.maximum(1.0, end)], axis=1)
         v0, v1 = np.concatenate([v0, value], axis=1), np.concatenate([v1, value], axis=1)
         keep = np.concatenate([keep, np.ones((count, 1), dtype=bool)], axis=1)
-    times = value_of(t)
-    shortest = 1e-14 * times[:, -1:] if periodic else 4.0 * np.spacing(times[:, 1:])
-    long = np.diff(times, axis=1) > shortest
-    _check_lost(t, ~long, v0, v1)
-    keep = keep & long
+    shortest = 1e-14 * t[:, -1:] if periodic else 4.0 * np.spacing(t[:, 1:])
+    keep = keep & (np.diff(t, axis=1) > shortest)
     runs, begin, end = _kept(t, keep)
     v0, v1 = v0[keep], v1[keep]
     middle = np.where(v0 == v1, v0, 0.5 * v0 + 0.5 * v1)
@@ -371,24 +335,21 @@ def _in_rows(one: Any, count: int) -> Any:
 
 
 def _of_runs(values: Any) -> Any:
-    values = values if isinstance(values, Dual) else np.asarray(values, dtype=np.float64)
+    values = np.asarray(values, dtype=np.float64)
     return values[None] if values.ndim == 1 else values
 
 
 def _kinks(track: Track) -> NDArray[np.bool_]:
-    """Where straight stretches (S,) differ from those before in value or in slope, or may come to."""
+    """Where straight stretches (S,) differ from those before in value or in slope."""
     before = track.before()
     slope = (track.last - track.first) / (track.end - track.begin)
-    steep, change = np.abs(value_of(slope)), slope - slope[before]
+    steep, change = np.abs(slope), slope - slope[before]
     most = np.maximum.reduceat(steep, track.runs[:-1])[track.run]
-    kink = (track.first != track.last[before]) | (np.abs(value_of(change)) > 1e-12 * most)
-    return kink | (change != value_of(change)) if isinstance(change, Dual) else kink
+    return (track.first != track.last[before]) | (np.abs(change) > 1e-12 * most)
 
 
 def constant_track(volts: Any) -> Track:
     """Track of one voltage, or one a run (nr,), held for ever."""
-    if isinstance(volts, Dual):
-        return linear_track([0.0, 1.0], [volts], [volts], periodic=False)
     level = np.atleast_1d(np.asarray(volts, dtype=np.float64))
     count = len(level)
     inner = np.zeros((count, 4))
@@ -417,7 +378,7 @@ def _sines(amplitude: Any, period: Any, phase: Any, offset: Any) -> Track:
     start = period[:, None] * columns([0.0, turn, turn + 0.5, 1.0])
     psi0, psi1 = columns([begin, -0.5 * np.pi, -0.5 * np.pi]), columns([0.5 * np.pi, 0.5 * np.pi, begin])
     scale = (sign * amplitude)[:, None] * np.array([1.0, -1.0, 1.0])
-    keep = np.diff(value_of(start), axis=1) > 1e-14 * value_of(period)[:, None]
+    keep = np.diff(start, axis=1) > 1e-14 * period[:, None]
     runs, begin, end = _kept(start, keep)
     above = offset[:, None] + 0.0 * scale
     first, last = above + scale * np.sin(psi0), above + scale * np.sin(psi1)
@@ -435,7 +396,7 @@ def _fold(phase: Any) -> tuple[Any, Floats]:
     for _ in range(2):
         beyond = phase >= 0.5 * np.pi - 1e-12
         phase, sign = np.where(beyond, phase - np.pi, phase), np.where(beyond, -sign, sign)
-    return phase + (np.maximum(value_of(phase), -0.5 * np.pi) - value_of(phase)), sign
+    return np.maximum(phase, -0.5 * np.pi), sign
 
 
 def each_run(track_of: Callable[..., Track], *numbers: Any) -> Track:
@@ -458,11 +419,11 @@ def _one_sweep(amplitude: Any, low: Any, high: Any, duration: Any, offset: Any) 
     """That of one run, all numbers (1,)."""
     rate = (high - low) / duration
     cycles = 0.5 * (low + high) * duration
-    count = float(value_of(cycles)[0])
+    count = float(cycles[0])
     _check_count(2.0 * count + 2.0)
     turns = np.arange(0.25, count, 0.5)
     at = 2.0 * turns / (low + np.sqrt(np.maximum(low * low + 2.0 * rate * turns, 0.0)))
-    start = np.concatenate([[0.0], at[value_of(at) < value_of(duration) * (1.0 - 1e-14)], duration])
+    start = np.concatenate([[0.0], at[at < duration * (1.0 - 1e-14)], duration])
     count = len(start) - 1
     nearest = 0.5 * (count - 1)  # the cycle count, whole or half, around which the last stretch's sine is odd
     psi0 = np.concatenate([[0.0], np.full(count - 1, -0.5 * np.pi)])
@@ -480,7 +441,7 @@ def _one_sweep(amplitude: Any, low: Any, high: Any, duration: Any, offset: Any) 
 def _held(start: Any, inner: Any, amplitude: Any, offset: Any, first: Any, last: Any, kink: Any) -> Track:
     """A track of one run, followed by a constant stretch at its last value."""
     end, value = start[-1:], last[-1:]
-    after = end + np.maximum(1.0, value_of(end))
+    after = end + np.maximum(1.0, end)
     return Track(
         np.array([0, len(kink) + 1]), start, np.concatenate([start[1:], after]),
         np.concatenate([inner, polynomial(value)]),
@@ -506,28 +467,28 @@ def polyline_track(edges: Any, first: Any, last: Any, begin: Any, period: Any) -
     )
     size, each = v0.shape[1], np.arange(runs)
     begin = u[:, 0] + np.remainder(begin - u[:, 0], 1.0)
-    at, knots = value_of(begin), value_of(u)
+    at, knots = begin, u
     near = np.abs(knots - at[:, None]) < 1e-13
     nearest = size - np.argmax(near[:, ::-1], axis=1)  # the last of those that are
     at = np.where(near.any(axis=1), knots[each, nearest], at)  # no sliver of the stretch before
     at = np.where(at == knots[:, -1], knots[:, 0], at)
-    begin = begin + (at - value_of(begin))
+    begin = at
     k = np.minimum((knots <= at[:, None]).sum(axis=1) - 1, size - 1)
     left, right, rise = u[each, k], u[each, k + 1], v1[each, k] - v0[each, k]
-    snapped = at == value_of(left)
-    share = np.where((value_of(right) > value_of(left)) & ~snapped, (begin - left) / (right - left), 0.0)
+    snapped = at == left
+    share = np.where((right > left) & ~snapped, (begin - left) / (right - left), 0.0)
     middle = (v0[each, k] + rise * share)[:, None]
     later = k[:, None] + np.arange(1, size + 1)  # edges after t = 0, once around
     around = u[each[:, None], np.where(later > size, later - size, later)] - begin[:, None]
     around = np.where(later > size, around + 1.0, around)
     zero = np.where(snapped, left - begin, 0.0)[:, None]
     t = np.concatenate([zero, around, np.ones((runs, 1))], axis=1)
-    inside = np.maximum(np.minimum(value_of(t), 1.0), 0.0)
+    inside = np.maximum(np.minimum(t, 1.0), 0.0)
     turn = (k[:, None] + np.arange(size + 1)) % size
     rows = each[:, None]
     first = np.concatenate([middle, v0[rows, turn[:, 1:]]], axis=1)
     last = np.concatenate([v1[rows, turn[:, :-1]], middle], axis=1)
-    return linear_track(period[:, None] * (t + (inside - value_of(t))), first, last, periodic=True)
+    return linear_track(period[:, None] * inside, first, last, periodic=True)
 
 
 def cubic_track(start: Any, rows: Any, samples: Any) -> Track:
@@ -535,10 +496,9 @@ def cubic_track(start: Any, rows: Any, samples: Any) -> Track:
 
     Each cubic is cut where it turns. `samples` (C+1,) [V] are the values at `start`, where a kink is marked.
     """
-    plain = value_of(rows)
-    count = len(plain)
+    count = len(rows)
     _check_count(3.0 * count)
-    _, c1, c2, c3 = plain.T
+    _, c1, c2, c3 = rows.T
     with np.errstate(divide="ignore", invalid="ignore"):
         root = np.sqrt(c2**2 - 3.0 * c1 * c3)
         sum_ = -(c2 + np.where(c2 >= 0.0, root, -root))

@@ -1,8 +1,8 @@
 // Legged robots: a whole batch in one call.
 #include <nanobind/stl/tuple.h>
 
-#include "derive/convert.hpp"
-#include "derive/run.hpp"
+#include "base/convert.hpp"
+#include "legged/run.hpp"
 #include "legged/unpack.hpp"
 #include "march/rows.hpp"
 
@@ -85,40 +85,6 @@ nb::tuple run_batch(const Body& body, const LegTables& tables, const Nodes& node
                         returned(std::vector<double>(out.energies.end() - long(out.energy_width), out.energies.end())));
 }
 
-// Derivatives of one run in eight lanes, of which the first ``count`` have a number; ``programs``: the laws by programs alone;
-// ``data``: derivatives of what enters; copies: bodies and tables of perturbed structures, each with its weight in the
-// difference of a lane; the rest as for run_legged.
-//
-// Returns of event rows (events, 12, 8), marks (marks, width, 8), samples (times, width, 8), begins of contacts (feet, 8) and
-// energies (5, 8) at the end, and flags (flags, 3): event, reason, lane.
-nb::tuple tangents_of(const Body& body, const LegTables& tables, const Nodes& nodes, const Signals& signals, const Laws& laws,
-                          const Laws& programs, nb::handle given, const Settings& settings, const Doubles& times, bool account,
-                          nb::object start, nb::handle data, int count, nb::list copies) {
-  const size_t coordinates = body.coordinates() + 2 * body.legs.size(), m = size_t(laws.feet);
-  const Rows rows(given, signals, m * laws.columns, 2 * coordinates, m, body.drives, body.shape());
-  const Start begin(start, m);
-  const DataTangents tangents = data_tangents(data, coordinates, laws, signals, rows.batch.profile);
-  std::vector<PerturbedBody> others;
-  for (nb::handle item : copies) {
-    const auto [other, legs, weight, lane] = nb::cast<std::tuple<Body*, LegTables*, double, int>>(item);
-    if (other->legs.size() != body.legs.size() || legs->lengths != tables.lengths || lane < 0 || lane >= count) {
-      throw std::invalid_argument("perturbed copies of a walker have its legs and steps");
-    }
-    others.push_back({other, legs, weight, lane});
-  }
-  LeggedDerived found;
-  {
-    nb::gil_scoped_release released;
-    const Beginning begun = begin.given ? begin.begun() : Beginning{};
-    found = derive_legged({body, tables, nodes, signals, laws, settings, rows.batch.channels}, programs, rows.batch.of(0),
-                          begin.given ? &begun : nullptr, {times.data(), times.size()}, {tangents, count, others}, account);
-  }
-  LeggedSlopes& slopes = found.slopes;
-  return nb::make_tuple(returned_rows(std::move(found.events)), returned_rows(std::move(slopes.marks)),
-                        returned_rows(std::move(slopes.samples)), returned_rows(std::move(slopes.since)),
-                        returned_rows(std::move(slopes.energies)), returned_rows(std::move(found.flags)));
-}
-
 }  // namespace
 
 void bind_legged(nb::module_& m) {
@@ -133,9 +99,6 @@ void bind_legged(nb::module_& m) {
       .def_prop_ro("lengths", [](const LegTables& t) { return returned(std::vector<double>(t.lengths)); });
   m.def("run_legged", &run_batch, nb::arg("body"), nb::arg("tables"), nb::arg("nodes"), nb::arg("signals"), nb::arg("laws"),
         nb::arg("rows"), nb::arg("settings"), nb::arg("times"), nb::arg("account"), nb::arg("start") = nb::none());
-  m.def("tangents_legged", &tangents_of, nb::arg("body"), nb::arg("tables"), nb::arg("nodes"), nb::arg("signals"),
-        nb::arg("laws"), nb::arg("programs"), nb::arg("rows"), nb::arg("settings"), nb::arg("times"), nb::arg("account"),
-        nb::arg("start").none(), nb::arg("data"), nb::arg("count"), nb::arg("copies"));
 }
 
 }  // namespace tarsus

@@ -25,7 +25,7 @@ struct Ways {
     const auto* carried = reinterpret_cast<const CarriedFoot*>(feet.data());
     std::vector<Beginning> out;
     for (size_t run = 0; run < at.size(); run++) {
-      out.push_back({at.data()[run], nullptr, nullptr, nullptr, until.data()[run], m > 0 ? carried + run * m : nullptr, false});
+      out.push_back({at.data()[run], nullptr, nullptr, nullptr, until.data()[run], m > 0 ? carried + run * m : nullptr});
     }
     return out;
   }

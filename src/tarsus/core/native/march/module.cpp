@@ -8,7 +8,6 @@ void bind_plan(nanobind::module_&);
 void bind_program(nanobind::module_&);
 void bind_modal(nanobind::module_&);
 void bind_legged(nanobind::module_&);
-void bind_window(nanobind::module_&);
 void bind_windows(nanobind::module_&);
 void bind_parts(nanobind::module_&);
 void bind_record(nanobind::module_&);
@@ -32,7 +31,6 @@ NB_MODULE(_native, m) {
   tarsus::bind_program(m);
   tarsus::bind_modal(m);
   tarsus::bind_legged(m);
-  tarsus::bind_window(m);
   tarsus::bind_windows(m);
   tarsus::bind_parts(m);
   tarsus::bind_record(m);

@@ -23,14 +23,13 @@ constexpr size_t CARRIED = sizeof(CarriedFoot) / sizeof(double);
 
 // Where a run starts, foot by foot. held: on the ground; since [s]: begin of that contact; leaving: a free foot at the
 // ground has just been released, even where its contact would hold it; end [s]: of the window, by default the settings'.
-// feet: of a run that goes on, in place of these three; derived: its steps are replayed with derivatives.
+// feet: of a run that goes on, in place of these three.
 struct Beginning {
   double time;
   const uint8_t *held, *leaving;
   const double* since;
   double end = INF;
   const CarriedFoot* feet = nullptr;
-  bool derived = true;
 
   // The settings of a window.
   Settings ended(const Settings& settings) const {

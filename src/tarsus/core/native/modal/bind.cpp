@@ -2,7 +2,7 @@
 #include <nanobind/stl/tuple.h>
 
 #include "base/convert.hpp"
-#include "derive/derived_mode.hpp"
+#include "modal/make.hpp"
 #include "modal/run.hpp"
 #include "modal/unpack.hpp"
 #include "march/rows.hpp"
@@ -47,36 +47,6 @@ struct KeptBook : Book {
     return make_step_tables(mode, lengths, k, nodes);
   }
 
-};
-
-// The derivatives of a book by a number of the structure, which Python makes of its contact modes.
-struct KeptDerivedBook : DerivedBook {
-  nb::object maker;
-
-  KeptDerivedBook(KeptBook& book, nb::object make) : DerivedBook(book), maker(std::move(make)) {}
-
- protected:
-  const KeptBook& kept() const { return static_cast<const KeptBook&>(book); }
-
-  std::unique_ptr<DerivedMode> make(const ContactMode& of) override {
-    nb::gil_scoped_acquire python;
-    const nb::object found = maker(kept().sources[of.number]);
-    auto out = std::make_unique<DerivedMode>();
-    out->rows = kept().unpacked(found[0], of.feet, 0);
-    const int blocks = of.blocks_used, ns = book.sizes.stride;
-    const std::vector<double> from = copied(nb::cast<Doubles>(found[1]));
-    if (out->rows->blocks_used != blocks || from.size() != 4 * size_t(blocks) * blocks) throw std::invalid_argument("the derivatives are those of another contact mode");
-    out->coupling.assign(4 * size_t(ns) * ns, 0.0);
-    for (int r = 0; r < 2 * blocks; r++) {
-      for (int c = 0; c < 2 * blocks; c++) {
-        out->coupling[size_t(r / blocks * ns + r % blocks) * 2 * ns + c / blocks * ns + c % blocks] = from[size_t(r) * 2 * blocks + c];
-      }
-    }
-    return out;
-  }
-  std::unique_ptr<DerivedStep> new_step(const ContactMode& of, const DerivedMode& by, int k) override {
-    return derive_step(of, by, book.lengths, k, kept().nodes);
-  }
 };
 
 FootSet feet_of(const Sizes& sizes, nb::handle mask) {
@@ -163,8 +133,6 @@ void bind_modal(nb::module_& m) {
       .def("require", [](KeptBook& book, nb::handle mask) { return book.require(feet_of(book.sizes, mask)).number; })
       .def_prop_ro("modes", &modes_of)
       .def("step", &step_of);
-  nb::class_<DerivedBook>(m, "AnyDerivedBook");
-  nb::class_<KeptDerivedBook, DerivedBook>(m, "DerivedBook").def(nb::init<KeptBook&, nb::object>(), nb::keep_alive<1, 2>());
   m.def("run_modal", &run_batch, nb::arg("book"), nb::arg("nodes"), nb::arg("signals"), nb::arg("laws"), nb::arg("settings"),
         nb::arg("rows"), nb::arg("begin").none());
 }

@@ -15,7 +15,6 @@ struct Begun : ModalSystem<S> {
 
   void begin_at(const RunData& run, const Beginning& start) {
     this->begin(run);
-    if (start.derived) this->count_from_zero(run);
     this->settings = start.ended(this->settings);
     start_clock(this->clock, this->settings, start);
     FootSet on(this->sizes.constraints());

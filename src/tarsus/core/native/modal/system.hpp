@@ -121,13 +121,6 @@ struct ModalSystem : Modal {
     one.begin(*this);
   }
 
-  // Count film momenta from zero, not from where a step begins: derivatives replay the recorded steps with their own laws.
-  void count_from_zero(const RunData& run) {
-    strong = false;
-    allow(units.of(run, sizes.feet).gap);
-    one.begin(*this);
-  }
-
   void enter() {
     if (!entering) return;
     enter_mode(*this);

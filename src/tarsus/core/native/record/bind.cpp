@@ -1,6 +1,5 @@
 // Recorded steps in Python: samples of them, and where their energy went.
 #include "base/convert.hpp"
-#include "derive/convert.hpp"
 #include "march/rows.hpp"
 #include "record/energies.hpp"
 #include "record/samples.hpp"

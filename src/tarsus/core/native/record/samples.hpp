@@ -1,5 +1,6 @@
 // Samples of recorded steps: the state of a structure at given times.
 #pragma once
+#include "march/kinds.hpp"
 #include "record/replay.hpp"
 
 namespace tarsus::modal {

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tarsus.base.arrays import Floats
-from tarsus.base.dual import columns
+from tarsus.base.columns import columns
 from tarsus.base.spec import Amount, quantity
 from tarsus.model.drive.law import VoltageLaw
 from tarsus.model.drive.parts import Parts, whole_parts

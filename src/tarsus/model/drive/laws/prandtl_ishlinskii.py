@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import model_validator
 
 from tarsus.base.arrays import Floats
-from tarsus.base.dual import columns, dot, value_of
+from tarsus.base.columns import columns, dot
 from tarsus.base.errors import InputError
 from tarsus.base.linear import product
 from tarsus.base.messages import PathErrors
@@ -95,21 +95,19 @@ class PrandtlIshlinskii(VoltageLaw):
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
         """The track cut where plays engage: on each part the engaged follow the voltage, the others rest."""
         w, total = self._felt()[1:]
-        plain = track.plain
         stretch, low, high, engaged, still = self.engaged(track, history)
         new = low == -1.0
         cubic, w = (track.of_run(one)[stretch] for one in (self.coefficients(), w))
         constant = cubic[:, 0] + dot(still, w)
         linear = cubic[:, 1] + dot(engaged, w)
         law = np.stack([constant, linear, cubic[:, 2], cubic[:, 3]], axis=-1)
-        run, slack = plain.run[stretch], 1e-13 * np.broadcast_to(total, len(plain.loops))
-        kink = np.where(new, plain.kink[stretch], True)
-        gain = value_of(linear)
-        kink[1:] |= (np.abs(np.diff(gain)) > slack[run[1:]]) & (run[1:] == run[:-1])
-        again = np.flatnonzero(plain.loops >= 0)
-        loop = np.searchsorted(stretch, plain.runs[again] + plain.loops[again])
+        run, slack = track.run[stretch], 1e-13 * np.broadcast_to(total, len(track.loops))
+        kink = np.where(new, track.kink[stretch], True)
+        kink[1:] |= (np.abs(np.diff(linear)) > slack[run[1:]]) & (run[1:] == run[:-1])
+        again = np.flatnonzero(track.loops >= 0)
+        loop = np.searchsorted(stretch, track.runs[again] + track.loops[again])
         last = np.searchsorted(run, again, side="right") - 1
-        kink[loop] |= np.abs(gain[loop] - gain[last]) > slack[again]
+        kink[loop] |= np.abs(linear[loop] - linear[last]) > slack[again]
         return Parts(stretch, low, high, law, kink)
 
     def engaged(
@@ -120,14 +118,14 @@ class PrandtlIshlinskii(VoltageLaw):
         engaged, and the constant (Q, n) [V] by which each differs from the voltage then, or that it is if it rests."""
         r = self._felt()[0]
         rest = states_along(track, r, remembered(history, r))[0::2]
-        plain, still, r = track.plain, value_of(rest), track.of_run(r)
-        s = plain.direction()[:, None]
-        engage = still + s * value_of(r)
-        stretch, low, high = self._cuts(plain, still, value_of(r), engage)
-        middle = plain.values(stretch, 0.5 * (low + high))[:, None]
+        r = track.of_run(r)
+        s = track.direction()[:, None]
+        engage = rest + s * r
+        stretch, low, high = self._cuts(track, rest, r, engage)
+        middle = track.values(stretch, 0.5 * (low + high))[:, None]
         s = s[stretch]
         engaged = (s * (middle - engage[stretch]) >= 0.0) & (s != 0.0)
-        weighed = np.where(np.isfinite(value_of(r))[stretch], -s * r[stretch], 0.0)
+        weighed = np.where(np.isfinite(r)[stretch], -s * r[stretch], 0.0)
         return stretch, low, high, engaged, np.where(engaged, weighed, rest[stretch])
 
     def _felt(self) -> tuple[Any, Any, Any]:
@@ -137,8 +135,8 @@ class PrandtlIshlinskii(VoltageLaw):
         if np.ndim(r) != np.ndim(w):
             runs = max(len(one) for one in (r, w) if np.ndim(one) > 1)
             r, w = (np.broadcast_to(one, (runs, one.shape[-1])) for one in (r, w))
-        total = np.abs(value_of(self.linear)) + np.abs(value_of(w)).sum(axis=-1)
-        felt = (np.abs(value_of(w)) > 1e-15 * np.asarray(total)[..., None]) | (w != value_of(w))
+        total = np.abs(self.linear) + np.abs(w).sum(axis=-1)
+        felt = np.abs(w) > 1e-15 * np.asarray(total)[..., None]
         return np.where(felt, r, np.inf), np.where(felt, w, 0.0), total
 
     @staticmethod

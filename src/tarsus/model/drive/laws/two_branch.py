@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.arrays import Floats
-from tarsus.base.dual import columns, value_of
+from tarsus.base.columns import columns
 from tarsus.model.drive.law import Cubic, VoltageLaw
 from tarsus.model.drive.parts import Parts, whole_parts
 from tarsus.model.drive.plays import ROUNDING, last_directions, visited
@@ -46,7 +46,7 @@ class TwoBranch(VoltageLaw):
 
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
         """One part for each stretch, on the branch of its direction."""
-        rising = self._rises(track.plain, history)
+        rising = self._rises(track, history)
         law = np.where(
             rising[:, None], *(track.of_run(one.coefficients()) for one in (self.rising, self.falling))
         )
@@ -61,7 +61,7 @@ class TwoBranch(VoltageLaw):
 
     def _rises(self, track: Track, history: Sequence[float]) -> NDArray[np.bool_]:
         """Whether each stretch (S,) is on the rising branch."""
-        past = value_of(columns((0.0, *history)))
+        past = columns((0.0, *history))
         past = np.broadcast_to(past, (len(track.loops), past.shape[-1]))
         ways = np.abs(np.stack([track.first, track.last], axis=1)).max(axis=1)
         largest = np.maximum(np.maximum.reduceat(ways, track.runs[:-1]), np.abs(past).max(axis=1))

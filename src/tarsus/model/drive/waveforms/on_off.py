@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import model_validator
 
 from tarsus.base.arrays import Floats
-from tarsus.base.dual import columns
+from tarsus.base.columns import columns
 from tarsus.base.messages import PathErrors
 from tarsus.base.spec import Amounts, quantity
 from tarsus.model.drive.signal import Signal

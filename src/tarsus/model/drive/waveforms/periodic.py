@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tarsus.base.arrays import Floats
-from tarsus.base.dual import alike
+from tarsus.base.columns import alike
 from tarsus.base.spec import Amount, quantity
 from tarsus.model.drive.signal import Signal
 

@@ -11,12 +11,12 @@ import numpy as np
 from pydantic import ValidationInfo, field_validator, model_validator
 
 from tarsus.base.arrays import Floats
-from tarsus.base.dual import Dual, columns, value_of
+from tarsus.base.columns import columns
 from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors
 from tarsus.base.spec import quantity
 from tarsus.model.drive.signal import Signal
-from tarsus.model.drive.track import NoSlopeError, Track, cubic_track, each_run, linear_track, polynomial
+from tarsus.model.drive.track import Track, cubic_track, each_run, linear_track, polynomial
 
 if TYPE_CHECKING:
     from tarsus.model.drive.recorded import RecordedVolts
@@ -115,13 +115,11 @@ class Sampled(Signal):
         times, levels = self.samples()
         shape = np.broadcast_shapes((1, times.shape[-1]), times.shape, levels.shape)
         times, levels = (np.broadcast_to(one, shape) for one in (times, levels))
-        for run in np.flatnonzero((np.diff(value_of(times), axis=1) <= 0.0).any(axis=1)):
-            _check(value_of(times)[run], value_of(levels)[run])
+        for run in np.flatnonzero((np.diff(times, axis=1) <= 0.0).any(axis=1)):
+            _check(times[run], levels[run])
         if self.interpolation is Interpolation.CUBIC and times.shape[1] >= 3:
             return each_run(_cubics, times, levels)
-        late = value_of(times)[:, 0] > 0.0
-        if isinstance(times, Dual) and (moved := times.slope[:, 0].any(axis=0) & ~late.all()).any():
-            raise NoSlopeError(int(np.flatnonzero(moved)[0]))  # a first sample at t = 0 can only come later
+        late = times[:, 0] > 0.0
         if late.any():
             times = np.concatenate([np.where(late, 0.0, times[:, 0])[:, None], times], axis=1)
             levels = np.concatenate([levels[:, :1], levels], axis=1)
@@ -136,7 +134,7 @@ def _cubics(times: Any, levels: Any) -> Track:
     """The cubic spline of one run, of samples (1, N)."""
     times, levels = times[0], levels[0]
     rows = _spline(times, levels)
-    if value_of(times)[0] > 0.0:
+    if times[0] > 0.0:
         rows = np.concatenate([polynomial(levels[:1]), rows])
         times, levels = np.concatenate([[0.0], times]), np.concatenate([levels[:1], levels])
     return cubic_track(times, rows, levels)
