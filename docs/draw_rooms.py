@@ -9,7 +9,6 @@ TARGET = Path(__file__).with_name("rooms.svg")
 NATIVE = Path(__file__).parents[1] / "src" / "tarsus" / "core" / "native"
 
 ROOMS = {
-    "derive": "derivatives of steps, contact maps and events",
     "packet": "a plan as bytes, run without Python",
     "record": "recorded steps: samples and energies",
     "modal": "a linear structure in each set of held feet",
@@ -18,7 +17,7 @@ ROOMS = {
     "march": "the loop from event to event, landing rule, log",
     "laws": "what acts at a foot: twins and programs",
     "drives": "channels of piecewise polynomials",
-    "base": "rows of 8 numbers, derivatives, small matrices, nodes",
+    "base": "rows of 8 numbers, small matrices, nodes",
 }
 """What each room is, from above."""
 WIDTH, COLUMN, GAP, LINE, HEAD = 1060.0, 250.0, 46.0, 17.0, 62.0
