@@ -136,7 +136,7 @@ class Beside:
         value, error = found.value, found.error
         past = np.searchsorted(mine, times, side="right")
         same = np.array([np.searchsorted(one.times, times, side="right") == past for one in self.events])
-        for k in np.flatnonzero(same.sum(axis=1) > 0):
+        for k in np.flatnonzero(same.sum(axis=1) > 0).tolist():
             alone = same[k] & ~same.all(axis=0)
             value[..., alone] = (beside[k] - own)[..., alone] / self.stencil.places[k]
             part = self._passed(k, mine, past[alone] - 1)

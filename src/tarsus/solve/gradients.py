@@ -322,8 +322,9 @@ class GradientRun(Run):
         assert own is not None
         for path, one in self.beside.items():
             rows = np.full_like(own, np.nan)
-            each = [run.log.marks for run in (self._finer[0], *one.runs)]
-            if all(marks is not None and marks.shape == own.shape for marks in each):
+            marks = (run.log.marks for run in (self._finer[0], *one.runs))
+            each = [rows for rows in marks if rows is not None and rows.shape == own.shape]
+            if len(each) == 1 + len(one.runs):
                 rows = slopes_of(one.stencil, one.bent, own, each[0], each[1:]).value
             rows[own[:, 0] >= self._since(path)] = np.nan
             out[path] = structured_marks(rows, len(self.foot_names))
