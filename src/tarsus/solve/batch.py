@@ -215,7 +215,7 @@ def _run_by_run(
             return Part.of(run.log, np.array([i])), run.period, run.code is ResultCode.LEDGER_OPEN, None
         from tarsus.solve.gradients import gradient_run
 
-        made = gradient_run(with_values(scene, own), paths, seconds, accuracy, shared, 1)
+        made = gradient_run(with_values(scene, own), paths, seconds, accuracy, shared)
         return Part.of(made.log, np.array([i])), made.period, False, made
 
     count = len(next(iter(values.values()))) if values else 1

@@ -13,14 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 from tarsus.base.errors import InputError
-from tarsus.base.workers import Workers
+from tarsus.base.spec import get_value
 from tarsus.core.replay import SampledStates
 from tarsus.measure.measure import no_measure
 from tarsus.measure.periods import PER_WINDOW
 from tarsus.measure.table import Judgement, RunTable
 from tarsus.measure.walking import measured
 from tarsus.measure.whole import WHOLE_RUN
-from tarsus.solve.batch import simulate_batch
+from tarsus.plan.slots import slot
 from tarsus.solve.beside import NUMBERS, Alike, Beside, Parting
 from tarsus.solve.codes import EVENT_TYPE, structured_marks
 from tarsus.solve.differences import (
@@ -37,7 +37,7 @@ from tarsus.solve.differences import (
 from tarsus.solve.engine import RECORDED, Accuracy
 from tarsus.solve.results import Batch
 from tarsus.solve.run import Run, increasing
-from tarsus.solve.simulate import Shared, changed_run
+from tarsus.solve.simulate import Shared, changed_run, prepared
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
@@ -86,7 +86,6 @@ class GradientRun(Run):
 
     stencils: Mapping[str, Stencil] = field(kw_only=True)
     shared: Shared = field(kw_only=True)
-    threads: Workers = None
 
     @property
     def paths(self) -> tuple[str, ...]:
@@ -112,25 +111,41 @@ class GradientRun(Run):
         return MappingProxyType(found)
 
     def _copies(self, stencils: Mapping[str, Stencil]) -> dict[str, Beside]:
-        """Copies of the run by path, all of one batch."""
+        """Copies of the run by path: those that differ in data of its plan in one call of the engine."""
         if not stencils:
             return {}
-        base = {path: value for one in stencils.values() for path, value in one.base.items()}
-        rows = [base | one.values(place) for one in stencils.values() for place in one.places]
-        columns = {path: np.array([row[path] for row in rows]) for path in base}
-        batch = simulate_batch(
-            self.scene,
-            columns,
-            self.duration,
-            accuracy=self.accuracy,
-            threads=self.threads,
-            shared=self.shared,
-        )
-        runs = iter([batch.run(i) for i in range(len(rows))])
+        rows = [one.values(place) for one in stencils.values() for place in one.places]
+        data = [i for i, row in enumerate(rows) if all(slot(self.scene, path) is not None for path in row)]
+        found = dict(zip(data, self._beside_in_one_plan([rows[i] for i in data]), strict=True))
+        for i in set(range(len(rows))) - found.keys():
+            found[i] = changed_run(self.scene, rows[i], self.duration, self.accuracy, self.shared)
+        runs = iter([found[i] for i in range(len(rows))])
         return {
             path: Beside.of(self, self._finer, one, [next(runs) for _ in one.places])
             for path, one in stencils.items()
         }
+
+    def _beside_in_one_plan(self, rows: Sequence[Mapping[str, float]]) -> list[Run]:
+        """Runs with other data of the plan by path, in one call of the engine."""
+        if not rows:
+            return []
+        scene = self.scene
+        base = {path: float(get_value(scene, path)) for row in rows for path in row}
+        values = {path: np.array([row.get(path, own) for row in rows]) for path, own in base.items()}
+        engine, data = prepared(scene, values, self.duration, self.shared, len(rows))
+        log = engine.run(data, self.accuracy, self.track)
+        return [
+            Run(
+                scene,
+                self.duration,
+                float(data.periods[i]),
+                log.alone(i),
+                dict(row),
+                self.accuracy,
+                self.track,
+            )
+            for i, row in enumerate(rows)
+        ]
 
     def _other(self, first: Beside) -> Stencil | None:
         """Where copies are better placed; None where they are well."""
@@ -392,7 +407,6 @@ def gradient_run(
     seconds: float,
     accuracy: Accuracy | None,
     shared: Shared,
-    threads: Workers = None,
 ) -> GradientRun:
     """A run with derivatives by the numbers at paths, or along directions by name.
 
@@ -413,5 +427,5 @@ def gradient_run(
         raise InputError(problems)
     return GradientRun(
         scene, seconds, run.period, run.log, {}, accuracy, kept=run.motion, wall_s=time.perf_counter() - start,
-        stencils=stencils, shared=shared, threads=threads,
+        stencils=stencils, shared=shared,
     )  # fmt: skip

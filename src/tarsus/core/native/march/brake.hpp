@@ -226,7 +226,7 @@ class LeastEnergy {
       if (!(dot(bounds.rows[r], move) > 0.0)) continue;
       rows.push_back(bounds.rows[r]);
       moves.push_back(std::move(move));
-      most.push_back(std::max(bounds.most[r], 0.0));  // none is against no impulses at all
+      most.push_back(bounds.most[r]);
     }
     by = Square(int(rows.size()));
     for (int r = 0; r < by.size; r++) {

@@ -178,7 +178,8 @@ TARSUS_APART inline void happen(Modal& m) {
   if (!loose.empty()) return let_go(m, std::move(loose), std::move(leaves));
   m.note_parts();
   add_film_momenta(m);
-  stop(m, std::move(stopped));
+  // one at a time: whether the others rest is found once it is known whether this one sticks; two at once may have two motions
+  stop(m, {*std::min_element(stopped.begin(), stopped.end())});
 }
 
 }  // namespace tarsus::modal

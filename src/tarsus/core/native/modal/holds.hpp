@@ -1,5 +1,5 @@
-// Feet whose contacts hold them no longer: they leave the ground, or begin to slide; and those that have come to a stop. All that do so at one
-// moment are decided on the motion of that moment, and change together: no order of the feet matters.
+// Feet whose contacts hold them no longer: they leave the ground, or begin to slide; and those that have come to a stop. All that leave or begin to
+// slide at one moment are decided on the motion of that moment, and change together. Of those that stop one is decided at a time.
 #pragma once
 #include "modal/contact.hpp"
 
@@ -170,7 +170,7 @@ inline bool reconsider_slides(Modal& m) {
     const bool none = std::fabs(rate) <= no_slide(m, i);
     const int begun = foot.slide;
     if (!none) foot.slide = UNDER_WAY;
-    if (begun == UNDER_WAY && none) stopped.push_back(i);
+    if (begun == UNDER_WAY && none && stopped.empty()) stopped.push_back(i);  // one at a time, see `happen`
     if (none || foot.sense * rate > 0.0) continue;
     foot.sense = -foot.sense;
     m.values[m.sizes.feet + i] = -m.values[m.sizes.feet + i];
