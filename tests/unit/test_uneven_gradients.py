@@ -140,10 +140,10 @@ def test_trotters_on_uneven_ground(
 )
 def test_the_packaged_millipede_on_uneven_ground(shape: dict[str, Any], names: tuple[str, ...]) -> None:
     """Its film and attraction act on every foot. Runs know gaps to 1e-17 m or so, differences over 1e-9 m as much less
-    well; over shorter ones their errors grow as these become shorter, the derivatives' do not."""
+    well: these derivatives state errors of up to 2e-5 of the largest themselves."""
     scene = with_values(ts.load_scene("millipede", hz=50, volts=14), {"ground.profile": shape})
     run = assert_as_differences(
-        scene, [*shaped(*names), "ground.film.coefficient"], 0.05, 1e-5, (5e-2, 2e-2, 1e-3)
+        scene, [*shaped(*names), "ground.film.coefficient"], 0.05, 5e-5, (5e-2, 2e-2, 1e-3)
     )
     assert len(run.events) >= 30
 
