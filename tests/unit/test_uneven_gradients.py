@@ -126,24 +126,27 @@ def test_trotters_on_uneven_ground(
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("shape", "names"),
+    ("shape", "names", "within"),
     [
-        ({"kind": "pits", "spacing": 3e-4, "width": 1.2e-4, "depth": 2e-8, "start": 3.7e-5}, ("depth",)),
+        ({"kind": "pits", "spacing": 3e-4, "width": 1.2e-4, "depth": 2e-8, "start": 3.7e-5}, ("depth",), 5e-5),
         (
             {
                 "kind": "polyline",
                 "given": [(-0.02, 0.0), (-1e-3, -3e-8), (1e-3, 2e-8), (2.1e-3, -3e-8), (0.02, 0.0)],
             },
             ("given.1.1", "given.2.1"),
+            5e-4,
         ),
     ],
 )
-def test_the_packaged_millipede_on_uneven_ground(shape: dict[str, Any], names: tuple[str, ...]) -> None:
+def test_the_packaged_millipede_on_uneven_ground(
+    shape: dict[str, Any], names: tuple[str, ...], within: float
+) -> None:
     """Its film and attraction act on every foot. Runs know gaps to 1e-17 m or so, differences over 1e-9 m as much less
-    well: these derivatives state errors of up to 2e-5 of the largest themselves."""
+    well: these derivatives state errors of up to 2e-5 and 1.3e-4 of the largest themselves."""
     scene = with_values(ts.load_scene("millipede", hz=50, volts=14), {"ground.profile": shape})
     run = assert_as_differences(
-        scene, [*shaped(*names), "ground.film.coefficient"], 0.05, 5e-5, (5e-2, 2e-2, 1e-3)
+        scene, [*shaped(*names), "ground.film.coefficient"], 0.05, within, (5e-2, 2e-2, 1e-3)
     )
     assert len(run.events) >= 30
 
