@@ -85,12 +85,8 @@ class Beside:
         events = tuple(Alike.of(run, one) for one in runs)
         own = np.array([run.events[name] for name in NUMBERS], dtype=float).reshape(len(NUMBERS), -1)
         there, rows = _no_better(own, np.nan_to_num(finer[1].rows)), [one.rows for one in events]
-        slopes = slopes_of(stencil, 0.0, own, there, rows)
-        seen = (
-            slopes.value[list(_FELT)],
-            stencil.bend(own, rows)[list(_FELT)],
-            _known(own, there)[list(_FELT)],
-        )
+        whole = stencil.slope(own, rows), stencil.bend(own, rows), _known(own, there)
+        seen = tuple(one[list(_FELT)] for one in whole)
         if not np.isfinite(seen[0]).any():  # nothing touches: how it moves at its end tells
             last = [one.motion.last.reshape(2, -1) for one in (run, finer[0], *runs)]
             seen = stencil.slope(last[0], last[2:]), stencil.bend(last[0], last[2:]), _known(last[0], last[1])

@@ -82,7 +82,7 @@ def _stencils_of(order: int) -> tuple[tuple[Floats, Floats], ...]:
     return tuple((places, _slope_weights(places)) for places in (both, side, -side))
 
 
-_STENCILS = {order: _stencils_of(order) for order in (2, 4, 8)}
+_STENCILS = {order: _stencils_of(order) for order in (2, 4)}
 """By their order: of second for runs, of fourth for what is worked out of a scene's numbers."""
 
 

@@ -20,7 +20,7 @@ from tarsus.measure.periods import PER_WINDOW
 from tarsus.measure.table import Judgement, RunTable
 from tarsus.measure.walking import measured
 from tarsus.measure.whole import WHOLE_RUN
-from tarsus.plan.slots import slot
+from tarsus.plan.slots import rows_for, slot
 from tarsus.solve.beside import NUMBERS, Alike, Beside, Parting
 from tarsus.solve.codes import EVENT_TYPE, structured_marks
 from tarsus.solve.differences import (
@@ -34,10 +34,10 @@ from tarsus.solve.differences import (
     directions_of,
     slopes_of,
 )
-from tarsus.solve.engine import RECORDED, Accuracy
+from tarsus.solve.engine import RECORDED, Accuracy, Engine
 from tarsus.solve.results import Batch
 from tarsus.solve.run import Run, increasing
-from tarsus.solve.simulate import Shared, changed_run, prepared
+from tarsus.solve.simulate import Shared, changed_run
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
@@ -132,8 +132,8 @@ class GradientRun(Run):
         scene = self.scene
         base = {path: float(get_value(scene, path)) for row in rows for path in row}
         values = {path: np.array([row.get(path, own) for row in rows]) for path, own in base.items()}
-        engine, data = prepared(scene, values, self.duration, self.shared, len(rows))
-        log = engine.run(data, self.accuracy, self.track)
+        data = rows_for(scene, self.plan, values, self.duration, count=len(rows))
+        log = Engine(self.plan, self.duration, self.shared).run(data, self.accuracy, self.track)
         return [
             Run(
                 scene,
