@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.solve.codes import EVENT_TYPE
-from tarsus.solve.differences import BENT, ROUNDING, Slopes, Stencil, slopes_of
+from tarsus.solve.differences import BENT, ROUNDING, EventKeys, Slopes, Stencil, matched_events, slopes_of
 
 if TYPE_CHECKING:
     from tarsus.solve.run import Run
@@ -42,24 +42,14 @@ class Alike:
 
     @classmethod
     def of(cls, run: Run, other: Run) -> Alike:
-        """Foot by foot the same kinds of events one after the other: feet far from each other may change places."""
+        """As `matched_events` finds them."""
         own, theirs = run.events, other.events
         table = np.array([theirs[name] for name in NUMBERS], dtype=float).reshape(len(NUMBERS), -1)
         rows = np.full((len(NUMBERS), len(own)), np.nan)
-        parting: Parting | None = None
-        for foot in range(len(run.foot_names)):
-            here, there = np.flatnonzero(own["foot"] == foot), np.flatnonzero(theirs["foot"] == foot)
-            count = min(len(here), len(there))
-            same = own["kind"][here[:count]] == theirs["kind"][there[:count]]
-            alike = count if same.all() else int(np.argmin(same))
-            rows[:, here[:alike]] = table[:, there[:alike]]
-            after = [
-                float(one["time"][at[alike]]) for one, at in ((own, here), (theirs, there)) if len(at) > alike
-            ]
-            if after and (parting is None or min(after) < parting.time):
-                parting = Parting(min(after), foot)
-        if parting is not None:
-            rows[:, own["time"] >= parting.time] = np.nan
+        found = matched_events(*(EventKeys(one["foot"], one["kind"], one["time"]) for one in (own, theirs)))
+        rows[:, found.here] = table[:, found.there]
+        rows[:, own["time"] >= found.time] = np.nan
+        parting = None if found.foot < 0 else Parting(found.time, found.foot)
         return cls(rows, np.sort(theirs["time"]), parting)
 
 

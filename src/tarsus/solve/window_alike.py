@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tarsus.core import arrays as a
+from tarsus.solve.differences import EventKeys, matched_events
 from tarsus.solve.window_run import Ran, gathered
 
 Floats = npt.NDArray[np.float64]
@@ -86,18 +87,8 @@ def alike(own: Ran, other: Ran, late: Floats, doubt: NoSlope) -> EventsAlike:
 def _matched(own: Ran, other: Ran, window: int, place: Integers) -> tuple[float, int]:
     """Put the events of one window into places, foot by foot; from when on there are others, and of which foot."""
     mine, theirs = (np.arange(*one.begin[window : window + 2]) for one in (own, other))
+    rows = own.events[mine], other.events[theirs]
+    found = matched_events(*(EventKeys(one[:, a.E_FOOT], one[:, a.E_KIND], one[:, a.E_TIME]) for one in rows))
     place[mine] = -1
-    out = np.inf, -1
-    for foot in np.unique(np.concatenate([own.events[mine, a.E_FOOT], other.events[theirs, a.E_FOOT]])):
-        here, there = (at[ran.events[at, a.E_FOOT] == foot] for ran, at in ((own, mine), (other, theirs)))
-        count = min(len(here), len(there))
-        same = own.events[here[:count], a.E_KIND] == other.events[there[:count], a.E_KIND]
-        alike = count if same.all() else int(np.argmin(same))
-        place[here[:alike]] = there[:alike]
-        after = [
-            float(ran.events[at[alike], a.E_TIME])
-            for ran, at in ((own, here), (other, there))
-            if len(at) > alike
-        ]
-        out = min(out, (min(after, default=np.inf), int(foot)))
-    return out
+    place[mine[found.here]] = theirs[found.there]
+    return found.time, found.foot
