@@ -25,13 +25,12 @@ from tarsus_reproduce.verb import reproduce as reproduce  # for type checkers: f
 from tarsus.base.spec import get_value as get_value, quantity as quantity, with_values as with_values
 from tarsus.calibrate.weighted_ensemble import load_ensemble as load_ensemble
 from tarsus.files.library import load_scene as load_scene
-from tarsus.files.store import read_run as load_run
 from tarsus.files.toml import read_scene as read_scene, write_scene as write_scene
 from tarsus.fit.fitting import fit as fit
 from tarsus.model.laws import load_laws as load_laws
 from tarsus.orbits import periodic as periodic
 from tarsus.records.readers import read_measurement as read_measurement
-from tarsus.solve import gradient as gradient, simulate_batch as simulate_batch
+from tarsus.solve import gradient as gradient, load_run as load_run, simulate_batch as simulate_batch
 
 # Nouns.
 from tarsus.base.errors import InputError as InputError

@@ -159,7 +159,6 @@ SYSTEMS = """
 import numpy as np
 import tarsus as ts
 from tarsus.inspection.runs import run_data
-from tarsus.files.store import read_run, write_run
 from tarsus.files.toml import parse_scene, scene_text
 from tarsus.model.laws.registry import built_in
 from tarsus.report import write_report
@@ -181,8 +180,7 @@ for name, scene in scenes.items():
     assert parse_scene(text) == scene
     run = ts.simulate(scene, scene.duration)
     data = run.to_dataset()
-    write_run(run, folder / name)
-    back = read_run(folder / name)
+    back = ts.load_run(run.save(folder / name))
     page = write_report(run, folder / "report.html").read_text() if name == "legged" else None
     path = "ground.suction.drag"
     drag = ts.get_value(scene, path)
@@ -196,7 +194,7 @@ for name, scene in scenes.items():
         "works": {law: float(data[f"{law}_work"][-1]) for law in run.ledger.laws},
         "units": [data[f"gust_{what}"].attrs["units"] for what in ("force", "work")],
         "named": data["suction_force"].attrs["long_name"],
-        "file": sorted(set(back.dataset) & {"gust_work", "suction_work"}),
+        "file": sorted(set(back.variables()) & {"gust_work", "suction_work"}),
         "json": sorted(run_data(run, [])["ledger_J"]["laws"]),
         "lines": page and ["lost to the seal" in page, "work of the breeze" in page],
         "batch": len(batch.events(0)) and not np.array_equal(batch.events(0), batch.events(1)),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 
 import tarsus as ts
-from tarsus.files.store import read_run, write_run
 
 
 class Sticky(ts.SmoothLaw):
@@ -34,8 +33,7 @@ def test_a_run_cites_the_library_its_device_and_its_laws_once(tmp_path):
     assert "Walking Micro-Robots" in found["phdthesis{tarsus-source-1"] and "chapter 2" in run.citations()
     assert "Sticky feet \\& other forces" in found["misc{tarsus-source-2"]
     assert "year = {2019}" in found["misc{tarsus-source-2"]
-    write_run(run, tmp_path / "run")
-    assert read_run(tmp_path / "run", {"sticky": Sticky}).citations() == run.citations()
+    assert ts.load_run(run.save(tmp_path / "run"), {"sticky": Sticky}).citations() == run.citations()
 
 
 def test_a_scene_of_ones_own_cites_the_laws_it_uses():

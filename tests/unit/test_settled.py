@@ -8,7 +8,6 @@ import tarsus as ts
 from scene_files import scene
 from tarsus.cli import main
 from tarsus.files.settled import settled
-from tarsus.files.store import read_run, write_run
 
 
 def table(restitution, gamma, gap=0.0):
@@ -54,8 +53,7 @@ def test_where_events_do_not_tell_the_run_says_so():
 
 def test_a_stored_run_says_the_same(tmp_path):
     run = ts.simulate("cantilever", 0.2)
-    write_run(run, tmp_path / "out")
-    assert settled(read_run(tmp_path / "out")) == settled(run)
+    assert settled(ts.load_run(run.save(tmp_path / "out"))) == settled(run)
 
 
 def test_the_command_says_it(capsys):

@@ -21,9 +21,9 @@ from scipy.io import loadmat
 import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.files import store
-from tarsus.files.store import read_run, write_run
+from tarsus.files.store import write_run
 from tarsus.files.whole import write_text
-from tarsus.solve import Run
+from tarsus.solve import Run, load_run
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def run() -> Run:
 @pytest.fixture(scope="module")
 def folder(run: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("store") / "out"
-    write_run(run, path, mat=True)
+    write_run(run.arrays(), path, mat=True)
     return path
 
 
@@ -46,7 +46,7 @@ def contents(folder: Path) -> set[str]:
 
 
 def test_writes_every_file_and_reports_them(run: Run, tmp_path: Path) -> None:
-    written = write_run(run, tmp_path / "a" / "b")
+    written = write_run(run.arrays(), tmp_path / "a" / "b")
     expected = {
         "scene.toml",
         "series.nc",
@@ -81,7 +81,7 @@ def test_series_opens_in_xarray_with_units_and_names(run: Run, folder: Path) -> 
 
 
 def test_read_run_gives_back_what_was_written(run: Run, folder: Path) -> None:
-    back = read_run(folder)
+    back = load_run(folder)
     assert back.scene == run.scene
     assert back.foot_names == run.foot_names
     assert (back.code.name, back.code.value, back.ok) == (run.code.name, run.code.value, False)
@@ -108,8 +108,35 @@ def test_read_run_gives_back_what_was_written(run: Run, folder: Path) -> None:
         np.testing.assert_array_equal(dataset[name].values, variable.values)
 
 
+def test_a_run_that_was_read_answers_as_the_one_that_was_written(run: Run, folder: Path) -> None:
+    back = load_run(folder)
+    assert str(back.table()) == str(run.table()) and back.remarks == run.remarks
+    assert (back.period, back.end_time, back.ended) == (run.period, run.end_time, run.ended)
+    np.testing.assert_equal(back.electrical_energy, run.electrical_energy)
+    times = np.linspace(0.0, run.end_time, 37)
+    np.testing.assert_array_equal(back.states(times).gap, run.states(times).gap)
+    np.testing.assert_array_equal(back.to_dataset(times)["velocity"], run.to_dataset(times)["velocity"])
+
+
+def test_a_run_of_earlier_versions_is_read(folder: Path, tmp_path: Path) -> None:
+    """Their folders have neither accuracy nor the energy of the electrodes, and may warn of what there is no more."""
+    shutil.copytree(folder, tmp_path / "run")
+    for name, changes in (
+        ("summary.json", {"accuracy": None}),
+        ("measures.json", {"electrical_energy": None, "warnings": [{"kind": "GONE", "sentence": "No more."}]}),
+    ):
+        content = json.loads((tmp_path / "run" / name).read_text()) | changes
+        kept = {key: value for key, value in content.items() if value is not None}
+        (tmp_path / "run" / name).write_text(json.dumps(kept))
+    back = load_run(tmp_path / "run")
+    assert math.isnan(back.electrical_energy) and back.measures.warnings == () and "peak" in back.measures
+    assert "electrodes" not in str(back.table())
+    with pytest.raises(InputError, match="has other events than were kept"):  # those of its own accuracy
+        back.states([0.0, 0.01])
+
+
 def test_writing_a_stored_run_again_gives_equal_files(folder: Path, tmp_path: Path) -> None:
-    write_run(read_run(folder), tmp_path)
+    load_run(folder).save(tmp_path)
     for name in ("scene.toml", "events.csv", "measures.json", "provenance.json", "summary.json"):
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
 
@@ -158,11 +185,11 @@ def test_matlab_file_has_short_names_and_units(run: Run, folder: Path) -> None:
 
 @pytest.mark.slow
 def test_rerun_replaces_own_files_and_keeps_others(run: Run, tmp_path: Path) -> None:
-    write_run(run, tmp_path, mat=True)
+    write_run(run.arrays(), tmp_path, mat=True)
     (tmp_path / "report.html").write_text("of the run before")
     (tmp_path / "notes.txt").write_text("mine")
-    write_run(ts.simulate("cantilever", 1e-3), tmp_path)
-    assert read_run(tmp_path).ok
+    ts.simulate("cantilever", 1e-3).save(tmp_path)
+    assert load_run(tmp_path).ok
     assert (tmp_path / "notes.txt").read_text() == "mine"
     assert {"series.mat", "report.html"}.isdisjoint(contents(tmp_path))
 
@@ -171,9 +198,9 @@ def test_refuses_a_file_and_a_place_that_cannot_be_made(run: Run, tmp_path: Path
     taken = tmp_path / "taken"
     taken.write_text("a file")
     with pytest.raises(InputError, match="is a file"):
-        write_run(run, taken)
+        write_run(run.arrays(), taken)
     with pytest.raises(InputError, match="cannot write"):
-        write_run(run, taken / "below")
+        write_run(run.arrays(), taken / "below")
     assert taken.read_text() == "a file"
 
 
@@ -185,7 +212,7 @@ def test_refuses_a_folder_without_permission(
 
     monkeypatch.setattr(store.tempfile, "mkdtemp", closed)
     with pytest.raises(InputError, match="permission denied"):
-        write_run(run, tmp_path / "new")
+        write_run(run.arrays(), tmp_path / "new")
     assert not (tmp_path / "new").exists()
 
 
@@ -197,12 +224,12 @@ def test_interrupt_leaves_nothing_half_done(
         raise KeyboardInterrupt
 
     fresh, old = tmp_path / "fresh", tmp_path / "old"
-    write_run(run, old)
+    write_run(run.arrays(), old)
     before = {path.name: path.read_bytes() for path in old.iterdir()}
     monkeypatch.setattr(store, when, interrupted)
     for folder in (fresh, old):
         with pytest.raises(KeyboardInterrupt):
-            write_run(run, folder)
+            write_run(run.arrays(), folder)
     assert not fresh.exists()
     assert {path.name: path.read_bytes() for path in old.iterdir()} == before
 
@@ -210,7 +237,7 @@ def test_interrupt_leaves_nothing_half_done(
 def test_interrupt_while_moving_is_seen_when_reading(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    write_run(run, tmp_path)
+    write_run(run.arrays(), tmp_path)
     moved = []
     replace = os.replace
 
@@ -222,23 +249,23 @@ def test_interrupt_while_moving_is_seen_when_reading(
 
     monkeypatch.setattr(os, "replace", some)
     with pytest.raises(KeyboardInterrupt):
-        write_run(run, tmp_path)
+        write_run(run.arrays(), tmp_path)
     assert not any(name.startswith(".") for name in contents(tmp_path))
     with pytest.raises(InputError, match="no whole run"):
-        read_run(tmp_path)
+        load_run(tmp_path)
 
 
 def test_read_run_refuses_what_is_no_run(run: Run, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no whole run"):
-        read_run(tmp_path)
-    write_run(run, tmp_path)
+        load_run(tmp_path)
+    write_run(run.arrays(), tmp_path)
     summary = json.loads((tmp_path / "summary.json").read_text())
     (tmp_path / "summary.json").write_text(json.dumps(summary | {"format": 99}))
     with pytest.raises(InputError, match="format 99"):
-        read_run(tmp_path)
+        load_run(tmp_path)
     (tmp_path / "summary.json").write_text("{")
     with pytest.raises(InputError, match=r"summary\.json"):
-        read_run(tmp_path)
+        load_run(tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -250,6 +277,7 @@ def test_read_run_refuses_what_is_no_run(run: Run, tmp_path: Path) -> None:
         (store.EVENTS_FILE, lambda text: text.replace("bounce", "bonuce"), "is no event"),
         (store.EVENTS_FILE, lambda text: "", "events.csv is damaged"),
         (store.MEASURES_FILE, lambda text: "{}", "lacks 'ledger'"),
+        (store.SUMMARY_FILE, lambda text: text.replace("STEP_LIMIT", "STEPS"), "no run ends as 'STEPS'"),
     ],
 )
 def test_damaged_files_are_not_read_as_another_run(folder: Path, tmp_path: Path, file, damage, said) -> None:
@@ -257,7 +285,7 @@ def test_damaged_files_are_not_read_as_another_run(folder: Path, tmp_path: Path,
     damaged = tmp_path / "run" / file
     damaged.write_text(damage(damaged.read_text(encoding="utf-8")), encoding="utf-8")
     with pytest.raises(InputError, match=said):
-        read_run(tmp_path / "run")
+        load_run(tmp_path / "run")
 
 
 def test_write_text_is_whole_or_absent(tmp_path: Path) -> None:
@@ -278,8 +306,8 @@ def test_run_without_events_feet_or_drives_is_stored(tmp_path: Path) -> None:
     bare = ts.simulate(
         ts.Scene(name="bare", robot=ts.Robot(structure=structure), initial=start, duration=1e-2)
     )
-    write_run(bare, tmp_path, mat=True)
-    back = read_run(tmp_path)
+    write_run(bare.arrays(), tmp_path, mat=True)
+    back = load_run(tmp_path)
     assert len(back.events) == 0
     assert back.to_dataset()["gap"].shape == (0, len(bare.series.time))
 

@@ -82,7 +82,7 @@ def _write(
     from tarsus.files.store import REPORT_FILE, write_run
 
     scene: Scene = run.scene
-    written = list(write_run(run, folder, mat=mat))
+    written = list(write_run(run.arrays(), folder, mat=mat))
     if report:
         from tarsus.report import write_report
 

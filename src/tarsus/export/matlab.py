@@ -33,8 +33,7 @@ def exported(described: Subject, step: float | None) -> Exported:
     model, reason = io.BytesIO(), _reason(described)
     savemat(model, _content(described, reason), format="5", long_field_names=True, oned_as="column")
     with TemporaryDirectory() as folder:
-        run: Any = described.run  # asked like a stored one
-        write_matlab(run, run.variables(), series := Path(folder) / "series.mat")
+        write_matlab(described.run.events, described.run.variables(), series := Path(folder) / "series.mat")
         whole = series.read_bytes()
     lost = [f"run_model.m does not run this robot: {reason}"] if reason else []
     ageing = [

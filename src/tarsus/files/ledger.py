@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from tarsus.files.store import RunLike
+from typing import Any
 
 LEDGER_WORDS: dict[str, str] = {
     "work_in": "work in by the drives",
@@ -46,16 +43,21 @@ class Ledger:
     residual: float
     closure: float
 
+    @classmethod
+    def of(cls, table: Mapping[str, Any]) -> Ledger:
+        """From plain data that `to_dict` gave; an energy that is null is not known."""
+        laws = {name: read_number(work) for name, work in table["laws"].items()}
+        return cls(**{name: read_number(value) for name, value in table.items() if name != "laws"}, laws=laws)
 
-def ledger_table(run: RunLike) -> dict[str, Any]:
-    """Energy ledger as plain data [J], works of laws by name under `laws`; `closure` [1]."""
-    laws = {name: float(work) for name, work in run.ledger.laws.items()}
-    terms = {f.name: float(getattr(run.ledger, f.name)) for f in fields(Ledger) if f.name != "laws"}
-    return {**terms, "laws": laws}
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data [J], works of laws by name under `laws`; `closure` [1]."""
+        laws = {name: float(work) for name, work in self.laws.items()}
+        terms = {one.name: float(getattr(self, one.name)) for one in fields(self) if one.name != "laws"}
+        return {**terms, "laws": laws}
 
 
-def ledger_lines(run: RunLike) -> list[tuple[str, float]]:
-    """Lines of the energy account in words, with their energies [J]; one for every law that acted."""
+def ledger_lines(run: Any) -> list[tuple[str, float]]:
+    """Lines of a run's energy account in words, with their energies [J]; one for every law that acted."""
     acting = run.scene.ground.acting_laws
     lines = [(text, float(getattr(run.ledger, name))) for name, text in LEDGER_WORDS.items()]
     for name, work in run.ledger.laws.items():
@@ -67,10 +69,3 @@ def ledger_lines(run: RunLike) -> list[tuple[str, float]]:
 def read_number(value: float | None) -> float:
     """A number as JSON holds it: null is not a number."""
     return math.nan if value is None else float(value)
-
-
-def stored_ledger(table: Mapping[str, Any]) -> Ledger:
-    """The ledger of a table that `ledger_table` made, read back from a file."""
-    laws = {name: read_number(work) for name, work in table["laws"].items()}
-    terms = {name: read_number(value) for name, value in table.items() if name != "laws"}
-    return Ledger(**terms, laws=laws)

@@ -5,15 +5,12 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.workers import spread
-
-if TYPE_CHECKING:
-    from tarsus.files.runstore import RunStore
 
 Arrays = dict[str, NDArray[Any]]
 Function = Callable[[NDArray[np.float64]], Mapping[str, NDArray[Any]]]
@@ -37,9 +34,12 @@ class Memo:
     computed, reused: points that were computed in this process, and that were read back from the store.
     """
 
-    def __init__(self, store: RunStore, name: str = "") -> None:
+    def __init__(
+        self, read: Callable[[str], Arrays | None], write: Callable[[str, Arrays], None], name: str = ""
+    ) -> None:
+        """read, write: of a store, arrays by key."""
         self.computed = self.reused = 0
-        self._store, self._name = store, name
+        self._read, self._write, self._name = read, write, name
         self._place: dict[bytes, int] = {}
         self._parts: list[Arrays] = []
 
@@ -121,7 +121,7 @@ class Memo:
         """Arrays of a batch, and whether they were read."""
         said = hashlib.sha256(f"{self._name}\0{points.shape}\0".encode() + points.tobytes())
         key = said.hexdigest()[:KEY_DIGITS]
-        kept = self._store.read(key)
+        kept = self._read(key)
         if kept is not None and np.array_equal(kept.pop(POINTS), points):
             return kept, True
         made = {name: np.asarray(array) for name, array in function(points).items()}
@@ -129,7 +129,7 @@ class Memo:
             raise ValueError(
                 f"a function of {len(points)} points gives as many values, under names but '{POINTS}'"
             )
-        self._store.write(key, {POINTS: points, **made})
+        self._write(key, {POINTS: points, **made})
         return made, False
 
     def _remember(self, points: NDArray[np.float64], arrays: Mapping[str, NDArray[Any]]) -> None:

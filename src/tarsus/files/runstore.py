@@ -181,7 +181,7 @@ class RunStore:
 
     def memo(self, name: str = "") -> Memo:
         """What is known of a function: `Memo`, the same one whenever it is asked for by its name."""
-        return self._memos.setdefault(name, Memo(self, name))
+        return self._memos.setdefault(name, Memo(self.read, self.write, name))
 
     def evaluate(
         self,

@@ -55,7 +55,7 @@ def drive_period(scene: Any) -> float | None:
 
 
 def settled(run: Any) -> Settled | None:
-    """Whether the contacts of a run (`tarsus.files.store.RunLike`) repeat at its end; None without a periodic drive."""
+    """Whether the contacts of a run repeat at its end; None without a periodic drive."""
     period = drive_period(run.scene)
     if period is None:
         return None

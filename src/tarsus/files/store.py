@@ -1,7 +1,7 @@
 """A run on disk: one folder that anyone can open without this package.
 
 `write_run` writes scene, series, events, measures, provenance, citations and a summary; `read_run` reads them
-back as a `StoredRun`, which offers what a report needs of a run. Files are written beside their destination
+back as the same `RunArrays`, of which `tarsus.solve.Run.of` makes a run. Files are written beside their destination
 and moved into place, the summary last: a folder with a `summary.json` holds one whole run.
 """
 
@@ -18,28 +18,28 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.events import EVENT_WORDS
-from tarsus.base.messages import Hinted, nearest
 from tarsus.files.jsontext import json_text, read_json
 from tarsus.files.kinds import SUMMARY_FILE, folder_sentence
-from tarsus.files.ledger import Ledger, ledger_table, read_number, stored_ledger
+from tarsus.files.ledger import Ledger, read_number
 from tarsus.files.series import Variables, matlab_content, read_netcdf, variables_of, write_netcdf
 from tarsus.files.toml import SCENE_FILE, read_scene, write_scene
 from tarsus.files.version import package_version
 from tarsus.files.whole import reason_of
 
 if TYPE_CHECKING:
-    import xarray
-
-    from tarsus.tables.table import Table
+    from tarsus.model.scene import Scene
 
 FORMAT = 2
 """Version of the folder's layout, stored in `summary.json`."""
+
+DONE = "DONE"
+"""Name of the code of a run that reached its end."""
 
 SERIES_FILE = "series.nc"
 MATLAB_FILE = "series.mat"
@@ -72,134 +72,35 @@ EVENT_UNITS: dict[str, str] = {
 _CITE_TARSUS = "The Tarsus developers: Tarsus, contact dynamics of legged piezoelectric micro-robots"
 
 
-class RunLike(Protocol):
-    """What the store and the report read of a run (SI units throughout)."""
-
-    @property
-    def scene(self) -> Any: ...
-    @property
-    def events(self) -> np.ndarray: ...
-    @property
-    def foot_names(self) -> Sequence[str]: ...
-    @property
-    def code(self) -> Any: ...
-    @property
-    def ok(self) -> bool: ...
-    @property
-    def ledger(self) -> Any: ...
-    @property
-    def measures(self) -> Mapping[str, Any]: ...
-    @property
-    def duration(self) -> float: ...
-    @property
-    def wall_s(self) -> float: ...
-    def variables(self) -> Variables: ...
-
-
 @dataclass(frozen=True)
-class StoredCode:
-    """Result code of a stored run: its `name` and the sentence it stands for (`value`)."""
+class RunArrays:
+    """What a folder holds of a run over ``duration`` [s], in SI units.
 
-    name: str
-    value: str
+    code: name of its `tarsus.solve.ResultCode`, and that sentence; events: the run's structured array; variables: its
+    series; measures, warnings: plain data, as `tarsus.measure.Measures.to_dict` and `warned` give them;
+    electrical_energy [J]: NaN where it was not kept; accuracy: fields of the run's `tarsus.solve.Accuracy`, none where
+    it had none of its own.
+    """
 
-
-@dataclass(frozen=True)
-class StoredMeasure:
-    """One measure of a stored run; `per_foot` maps foot name -> value in `unit`, `scope` says whose number `value` is,
-    `height` [m] and `dwell` [s] what it counts, where it counts."""
-
-    value: float
-    unit: str
-    spread: float
-    n: int
-    definition: str
-    per_foot: Mapping[str, float] = field(default_factory=dict)
-    scope: str = ""
-    height: float | None = None
-    dwell: float | None = None
-
-
-@dataclass(frozen=True)
-class StoredCaution:
-    """A sentence to read beside the measures of a stored run, and the name of what it is about as a `StoredCode`."""
-
-    kind: StoredCode
-    sentence: str
-
-    def __str__(self) -> str:
-        return self.sentence
-
-
-class StoredMeasures(dict[str, StoredMeasure]):
-    """Measures of a stored run by name, as in Python or as printed; warnings: what to know when reading them."""
-
-    def __missing__(self, name: str) -> StoredMeasure:
-        spelt = str(name).strip().replace(" ", "_")
-        if spelt in self:
-            return self[spelt]
-        raise KeyError(f"there is no measure '{name}'{nearest(str(name), self)}")
-
-    def __init__(self, values: Mapping[str, StoredMeasure], warnings: Sequence[StoredCaution] = ()) -> None:
-        super().__init__(values)
-        self.warnings = tuple(warnings)
-
-
-@dataclass(frozen=True)
-class StoredRun(Hinted):
-    """A run read back from a folder; series as `dataset`, events as the run's structured array."""
-
-    _guesses: ClassVar[Mapping[str, str]] = {
-        "t": "'time'", "series": "'dataset'", "states": "'dataset'", "to_dataframe": "dataset.to_dataframe()",
-    }  # fmt: skip
-
-    scene: Any
-    dataset: xarray.Dataset
-    events: np.ndarray
-    foot_names: tuple[str, ...]
-    code: StoredCode
-    ok: bool
-    ledger: Ledger
-    measures: StoredMeasures
+    scene: Scene
     duration: float
-    version: str
-    wall_s: float = math.nan
+    code: str
+    sentence: str
+    events: np.ndarray
+    variables: Variables
+    ledger: Ledger
+    measures: Mapping[str, Mapping[str, Any]]
+    warnings: Sequence[Mapping[str, str]]
+    electrical_energy: float = math.nan
+    accuracy: Mapping[str, Any] = field(default_factory=dict)
 
     @property
-    def time(self) -> np.ndarray:
-        """Times (nt,) [s] of the series."""
-        return self.dataset["time"].values
-
-    @property
-    def gap(self) -> np.ndarray:
-        """Gap (m, nt) [m] of every foot at these times."""
-        return self.dataset["gap"].values
-
-    def table(self) -> Table:
-        """The run, its measures and its energy account."""
-        from tarsus.files.summary import run_summary
-
-        return run_summary(self)
-
-    def _repr_html_(self) -> str:
-        return self.table().html()
-
-    def variables(self) -> Variables:
-        """The stored series as plain arrays."""
-        return variables_of(self.dataset)
-
-    def to_dataset(self) -> xarray.Dataset:
-        """The stored series."""
-        return self.dataset
-
-    def citations(self) -> str:
-        """What to cite for this run, as BibTeX."""
-        from tarsus.files.citations import bibtex
-
-        return bibtex(self.scene)
+    def foot_names(self) -> tuple[str, ...]:
+        """Names of the feet, in the order of the events' foot numbers."""
+        return tuple(self.scene.robot.feet)
 
 
-def write_run(run: RunLike, directory: str | Path, mat: bool = False) -> list[Path]:
+def write_run(run: RunArrays, directory: str | os.PathLike[str], mat: bool = False) -> list[Path]:
     """Write a run into `directory` (made if missing) and return the files written.
 
     Files of an earlier run in the same folder are replaced, its report and `.mat` removed, everything else
@@ -208,28 +109,22 @@ def write_run(run: RunLike, directory: str | Path, mat: bool = False) -> list[Pa
     """
     folder = Path(directory)
     with _staging(folder) as stage:
-        variables = run.variables()
         write_scene(run.scene, stage / SCENE_FILE)
-        _write_netcdf(run, variables, stage / SERIES_FILE)
+        _write_netcdf(run, stage / SERIES_FILE)
         if mat:
-            write_matlab(run, variables, stage / MATLAB_FILE)
+            write_matlab(run.events, run.variables, stage / MATLAB_FILE)
         (stage / EVENTS_FILE).write_text(events_csv(run.events, run.foot_names), encoding="utf-8")
         _write_json(stage / MEASURES_FILE, _measured(run))
         _write_json(stage / PROVENANCE_FILE, provenance_table(run.scene))
         (stage / CITATIONS_FILE).write_text(_citations(run.scene), encoding="utf-8")
-        _write_json(stage / SUMMARY_FILE, _summary(run, len(variables["time"].values)))
+        _write_json(stage / SUMMARY_FILE, _summary(run))
         return _move_into(stage, folder)
 
 
-def read_run(directory: str | Path, laws: Mapping[str, Any] | None = None) -> StoredRun:
+def read_run(directory: str | os.PathLike[str], laws: Mapping[str, Any] | None = None) -> RunArrays:
     """Read a folder made by `write_run`; `laws` are the user's laws its scene needs, by kind.
 
     Raises InputError if the folder holds no whole run, or one of another format.
-
-    Returns
-    -------
-    StoredRun
-        What `write_run` wrote, asked like a `Run`.
     """
     folder = Path(directory)
     if not folder.is_dir():
@@ -243,64 +138,30 @@ def read_run(directory: str | Path, laws: Mapping[str, Any] | None = None) -> St
         raise InputError([f"{folder} holds a run of format {found!r}; this version reads format {FORMAT}"])
     table = read_json(folder / MEASURES_FILE)
     try:
-        return _stored_run(folder, summary, table, laws)
+        return RunArrays(
+            scene=read_scene(folder / SCENE_FILE, laws),
+            duration=read_number(summary["duration_s"]),
+            code=summary["code"],
+            sentence=summary["sentence"],
+            events=_read_events(folder / EVENTS_FILE, summary["feet"], summary["events"]),
+            ledger=Ledger.of(table["ledger"]),
+            measures=table["measures"],
+            warnings=table.get("warnings", ()),
+            electrical_energy=read_number(table.get("electrical_energy")),
+            accuracy=summary.get("accuracy", {}),
+            variables=variables_of(read_netcdf(folder / SERIES_FILE)),  # last: the longest to read
+        )
     except KeyError as error:
         raise InputError(
             [f"{folder} holds no whole run: {SUMMARY_FILE} or {MEASURES_FILE} lacks {error}"]
         ) from error
 
 
-def _stored_run(
-    folder: Path, summary: Mapping[str, Any], table: Mapping[str, Any], laws: Mapping[str, Any] | None
-) -> StoredRun:
-    names = tuple(summary["feet"])
-    return StoredRun(
-        scene=read_scene(folder / SCENE_FILE, laws),
-        events=_read_events(folder / EVENTS_FILE, names, summary["events"]),
-        foot_names=names,
-        code=StoredCode(summary["code"], summary["sentence"]),
-        ok=summary["ok"],
-        ledger=stored_ledger(table["ledger"]),
-        measures=StoredMeasures(
-            {name: _stored_measure(entry) for name, entry in table["measures"].items()},
-            [
-                StoredCaution(StoredCode(one["kind"], one["sentence"]), one["sentence"])
-                for one in table.get("warnings", ())
-            ],
-        ),
-        duration=read_number(summary["duration_s"]),
-        version=summary["tarsus"],
-        dataset=read_netcdf(folder / SERIES_FILE),  # last: the longest to read
-    )
-
-
-def measures_table(run: RunLike) -> dict[str, dict[str, Any]]:
-    """Measures as plain data: name -> value, unit, spread, n, definition, scope, height_m, dwell_s (None where
-    nothing is counted), per_foot (foot name -> value)."""
+def _measured(run: RunArrays) -> dict[str, Any]:
     return {
-        name: {
-            "value": float(m.value),
-            "unit": m.unit,
-            "spread": float(m.spread),
-            "n": int(m.n),
-            "definition": m.definition,
-            "scope": str(m.scope),
-            "height_m": m.height,
-            "dwell_s": m.dwell,
-            "per_foot": {foot: float(value) for foot, value in m.per_foot.items()},
-        }
-        for name, m in run.measures.items()
-    }
-
-
-def warnings_table(run: RunLike) -> list[dict[str, str]]:
-    """Warnings on the measures as plain data: kind, sentence."""
-    warnings = getattr(run.measures, "warnings", ())
-    return [{"kind": one.kind.name, "sentence": str(one)} for one in warnings]
-
-
-def _measured(run: RunLike) -> dict[str, Any]:
-    return {"measures": measures_table(run), "warnings": warnings_table(run), "ledger": ledger_table(run)}
+        "measures": run.measures, "warnings": run.warnings, "ledger": run.ledger.to_dict(),
+        "electrical_energy": run.electrical_energy,
+    }  # fmt: skip
 
 
 def provenance_table(scene: Any) -> dict[str, dict[str, Any]]:
@@ -337,43 +198,44 @@ def events_csv(events: np.ndarray, foot_names: Sequence[str]) -> str:
     return out.getvalue()
 
 
-def _write_netcdf(run: RunLike, variables: Variables, path: Path) -> None:
+def _write_netcdf(run: RunArrays, path: Path) -> None:
     attrs = {
         "title": str(run.scene.name),
         "source": f"tarsus {package_version()}",
-        "result_code": run.code.name,
-        "result": str(run.code.value),
+        "result_code": run.code,
+        "result": run.sentence,
     }
-    write_netcdf(variables, attrs, path)
+    write_netcdf(run.variables, attrs, path)
 
 
-def write_matlab(run: RunLike, variables: Variables, path: Path) -> None:
+def write_matlab(events: np.ndarray, variables: Variables, path: Path) -> None:
     """Series and events as MATLAB variables (`.mat`, version 5); units in structures, names in cell arrays."""
     from scipy.io import savemat
 
     content = matlab_content(variables)
-    content["events"] = {name: run.events[name].astype(float) for name in run.events.dtype.names or ()}
+    content["events"] = {name: events[name].astype(float) for name in events.dtype.names or ()}
     content["event_units"] = EVENT_UNITS
     content["event_kinds"] = np.array([EVENT_WORDS[k] for k in sorted(EVENT_WORDS)], dtype=object)
     savemat(path, content, format="5", long_field_names=True, oned_as="column")
 
 
-def _summary(run: RunLike, samples: int) -> dict[str, Any]:
+def _summary(run: RunArrays) -> dict[str, Any]:
     """What was run and how it ended; nothing of the machine, so that equal runs give equal files."""
     versions = {name: metadata.version(name) for name in ("numpy", "scipy")}
     return {
         "format": FORMAT,
         "tarsus": package_version(),
         "scene": str(run.scene.name),
-        "code": run.code.name,
-        "sentence": str(run.code.value),
-        "ok": bool(run.ok),
+        "code": run.code,
+        "sentence": run.sentence,
+        "ok": run.code == DONE,
         "duration_s": float(run.duration),
-        "feet": [str(name) for name in run.foot_names],
+        "accuracy": dict(run.accuracy),
+        "feet": list(run.foot_names),
         "events": len(run.events),
-        "samples": samples,
+        "samples": len(run.variables["time"].values),
         "ledger_closure": float(run.ledger.closure),
-        "measures": {name: {"value": float(m.value), "unit": m.unit} for name, m in run.measures.items()},
+        "measures": {name: {key: m[key] for key in ("value", "unit")} for name, m in run.measures.items()},
         "versions": versions,
     }
 
@@ -412,21 +274,6 @@ def _events_of(header: list[str], rows: list[list[str]], foot_names: Sequence[st
         else:
             events[name] = [float(cell) if cell else math.nan for cell in cells]
     return events
-
-
-def _stored_measure(entry: Mapping[str, Any]) -> StoredMeasure:
-    per_foot = {foot: read_number(value) for foot, value in entry["per_foot"].items()}
-    return StoredMeasure(
-        value=read_number(entry["value"]),
-        unit=entry["unit"],
-        spread=read_number(entry["spread"]),
-        n=entry["n"],
-        definition=entry["definition"],
-        per_foot=per_foot,
-        scope=entry.get("scope", ""),
-        height=entry.get("height_m"),
-        dwell=entry.get("dwell_s"),
-    )
 
 
 def _write_json(path: Path, content: Any) -> None:

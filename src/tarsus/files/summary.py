@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from tarsus.files.ledger import LEDGER_WORDS, ledger_lines
 from tarsus.files.settled import settled
 from tarsus.tables.numbers import amount, number, spaced
 from tarsus.tables.table import ROW, Column, Table
-
-if TYPE_CHECKING:
-    from tarsus.files.store import RunLike
 
 MOST_FEET_LISTED = 8
 """Feet of which each measure is listed; of more, the least and the largest: else the table is longer than a screen."""
@@ -29,22 +26,23 @@ LEAST = 1e-12
 
 
 def run_summary(run: Any, *, ledger: bool = True) -> Table:
-    """A run (`RunLike`) and its measures; with `ledger` its energy account, for which one of a batch is run again."""
-    code = run.code if ledger else run.__dict__.get("code") or getattr(run, "ended", None) or run.code
+    """A run and its measures; with `ledger` its energy account, for which one of a batch is run again."""
+    code = run.code if ledger else run.__dict__.get("code", run.ended)
     title = f"{run.scene.name}: {run.duration:g} s simulated, {len(run.events)} events. {code.value}"
     parts = [account(run)] if ledger else []
     told = settled(run)
-    notes = (*([] if told is None else [str(told)]), *getattr(run, "remarks", ()))
+    notes = (*([] if told is None else [str(told)]), *run.remarks)
     return measures_summary(run.measures, title, notes, parts)
 
 
 def measures_summary(
-    measures: Mapping[str, Any],
+    measures: Any,
     title: str = "Measures",
     notes: Sequence[str] = (),
     parts: Sequence[Table] = (),
 ) -> Table:
-    """All measures with the spread over their n values; of few feet each, of many the ends. Warnings are notes."""
+    """All of `tarsus.measure.Measures` with the spread over their n values; of few feet each, of many the ends.
+    Warnings are notes."""
     wide = any(_ends(one.per_foot) for one in measures.values())
     columns = ["measure", Column("value", ROW), Column("spread", ROW, 2), "n"]
     columns += ["least foot", "largest foot"] if wide else []
@@ -57,7 +55,7 @@ def measures_summary(
         blank = ("", "") if wide else ()
         rows += [(f"   foot {foot}", value, None, None, *blank, "") for foot, value in listed.items()]
         units += [one.unit] * (1 + len(listed))
-    notes = (*notes, *(f"Note: {one}" for one in getattr(measures, "warnings", ())))
+    notes = (*notes, *(f"Note: {one}" for one in measures.warnings))
     return Table(title, (*columns, "counted over"), rows, notes, parts, units=units)
 
 
@@ -84,14 +82,14 @@ def _ends(values: Mapping[str, float]) -> list[tuple[str, float]]:
     return [(foot, known[foot]) for foot in ends]
 
 
-def account(run: RunLike) -> Table:
+def account(run: Any) -> Table:
     """The energy account in words: every term [J], its share of the largest, and what is left over."""
     lines = [one for one in ledger_lines(run) if one[1] != 0.0 or one[0] != LEDGER_WORDS["friction"]]
     largest = max(abs(value) for _, value in lines) or 1.0
     rows = [(label, value if abs(value) > LEAST * largest else 0.0) for label, value in lines]
     rows.append(("residual (closes the ledger)", float(f"{float(run.ledger.residual):.2g}")))
     notes = [f"Work in, changes and losses agree to {number(run.ledger.closure, 2)} of the largest term."]
-    taken = getattr(run, "electrical_energy", math.nan)  # of a run that was read it is not kept
+    taken = run.electrical_energy
     if taken and math.isfinite(taken):
         notes.append(f"The electrodes of the drives took {amount(taken, 'J')}.")
     return Table(

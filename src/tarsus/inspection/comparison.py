@@ -15,8 +15,8 @@ from tarsus.tables.view import View
 if TYPE_CHECKING:
     import numpy as np
 
-    from tarsus.files.store import StoredRun
     from tarsus.model.scene import Scene
+    from tarsus.solve import Run
 
 SAME_EVENT = 1e-6
 """Times of events that differ by less than this part of the run's duration are the same: runs are computed to some
@@ -29,7 +29,7 @@ def of_scenes(names: tuple[str, str], a: Scene, b: Scene) -> View:
     return View(data, Table(_title(data), (), (), parts=_of_values(data)))
 
 
-def of_runs(names: tuple[str, str], a: StoredRun, b: StoredRun) -> View:
+def of_runs(names: tuple[str, str], a: Run, b: Run) -> View:
     """Where the events of two runs part, their measures and energies, and the values of their scenes that differ."""
     of_b = dict(ledger_lines(b))
     measures = [
@@ -101,7 +101,7 @@ def _inside(a: Scene, b: Scene, path: str) -> bool | None:
     return None
 
 
-def _parting(a: StoredRun, b: StoredRun) -> dict[str, Any] | None:
+def _parting(a: Run, b: Run) -> dict[str, Any] | None:
     """The first event at which two runs do something else, or at another time; None if they never do."""
     close = SAME_EVENT * max(a.duration, b.duration)
     for i in range(max(len(a.events), len(b.events))):
@@ -114,7 +114,7 @@ def _parting(a: StoredRun, b: StoredRun) -> dict[str, Any] | None:
     return None
 
 
-def _event(run: StoredRun, event: np.void) -> dict[str, Any]:
+def _event(run: Run, event: np.void) -> dict[str, Any]:
     return {
         "kind": EVENT_WORDS[int(event["kind"])],
         "foot": run.foot_names[int(event["foot"])],

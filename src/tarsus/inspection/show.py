@@ -13,7 +13,6 @@ from tarsus.base.plausible import remarks
 from tarsus.base.spec import float_paths
 from tarsus.files.installed import kind_of
 from tarsus.files.library import load_scene
-from tarsus.files.store import read_run
 from tarsus.files.tables import FileKind
 from tarsus.inspection import comparison, records, studies
 from tarsus.inspection.folders import result_view
@@ -86,7 +85,9 @@ def show(
                 Path(name), channel, axis=axis, axis_unit=axis_unit, step=step, drive=drive, record=record
             )
         case FileKind.RUN:
-            run = read_run(name, laws)
+            from tarsus.solve import load_run
+
+            run = load_run(name, laws)
             return View(run_data(run), run.table())
         case FileKind.SWEEP:
             from tarsus.study.studyfile import load_sweep
@@ -106,7 +107,9 @@ def show(
 def _compared(first: str, second: str, laws: dict[str, Any]) -> View:
     kinds = [kind_of(name) for name in (first, second)]
     if all(kind is FileKind.RUN for kind in kinds):
-        return comparison.of_runs((first, second), read_run(first, laws), read_run(second, laws))
+        from tarsus.solve import load_run
+
+        return comparison.of_runs((first, second), load_run(first, laws), load_run(second, laws))
     problems = [
         f"'{name}' is {kind.value[1]}: compare two runs, or two devices or scene files"
         for name, kind in zip((first, second), kinds, strict=True)

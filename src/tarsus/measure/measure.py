@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.messages import nearest
 from tarsus.core import _native
+from tarsus.files.ledger import read_number
 from tarsus.files.summary import measures_summary
 from tarsus.measure.history import Counting
 from tarsus.measure.segments import Floats, Rows
@@ -72,6 +73,24 @@ class Measure:
         shown, spread = amount(self.value, self.unit), amount(self.spread, self.unit)
         return f"{shown} (spread {spread}, n = {self.n}), {self.scope}: {self.definition}"
 
+    @classmethod
+    def of(cls, table: Mapping[str, Any]) -> Measure:
+        """From plain data that `to_dict` gave; a number that is null is none."""
+        per_foot = {foot: read_number(value) for foot, value in table["per_foot"].items()}
+        return cls(
+            read_number(table["value"]), table["unit"], read_number(table["spread"]), table["n"], table["definition"],
+            per_foot, Scope(table["scope"]), table["height_m"], table["dwell_s"],
+        )  # fmt: skip
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data: value, unit, spread, n, definition, scope, height_m, dwell_s (None where nothing is counted),
+        per_foot (foot name -> value)."""
+        return {
+            "value": float(self.value), "unit": self.unit, "spread": float(self.spread), "n": int(self.n),
+            "definition": self.definition, "scope": str(self.scope), "height_m": self.height, "dwell_s": self.dwell,
+            "per_foot": {foot: float(value) for foot, value in self.per_foot.items()},
+        }  # fmt: skip
+
 
 class CautionKind(Enum):
     """What a number may mislead about."""
@@ -101,6 +120,24 @@ class Measures(Mapping[str, Measure]):
     def __init__(self, values: Mapping[str, Measure], warnings: Sequence[Caution] = ()) -> None:
         self._values = dict(values)
         self.warnings = tuple(warnings)
+
+    @classmethod
+    def of(cls, measures: Mapping[str, Any], warned: Sequence[Mapping[str, str]]) -> Measures:
+        """From plain data that `to_dict` and `warned` gave; a warning of a kind that is none any more is left out."""
+        kept = [one for one in warned if one["kind"] in CautionKind.__members__]
+        return cls(
+            {name: Measure.of(one) for name, one in measures.items()},
+            [Caution(CautionKind[one["kind"]], one["sentence"]) for one in kept],
+        )
+
+    def to_dict(self) -> dict[str, dict[str, Any]]:
+        """As plain data: each as `Measure.to_dict`."""
+        return {name: one.to_dict() for name, one in self._values.items()}
+
+    @property
+    def warned(self) -> list[dict[str, str]]:
+        """The warnings as plain data: kind, sentence."""
+        return [{"kind": one.kind.name, "sentence": one.sentence} for one in self.warnings]
 
     def __getitem__(self, name: str) -> Measure:
         found = self._values.get(measure_name(name))

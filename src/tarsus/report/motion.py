@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.files.series import Variables
 from tarsus.files.settled import drive_period
-from tarsus.files.store import RunLike
 from tarsus.model.profile import line_between
 from tarsus.model.structure.walker import RIGID
+
+if TYPE_CHECKING:
+    from tarsus.solve import Run
 
 AIR, STUCK, SLIPPING = 0, 1, 2
 """States of a foot."""
@@ -129,26 +131,25 @@ def frame_limit(legs: int, drives: int, characters: int) -> int:
     return min(MOST_FRAMES, int(characters * 3 / 4 / (10.0 + 6.25 * legs + drives)))
 
 
-def whole_motion(run: RunLike) -> Motion:
+def whole_motion(run: Run) -> Motion:
     """The motion of a walker's run at the times of its series."""
     return _motion(run.scene, run.foot_names, run.variables(), drive_period(run.scene))
 
 
-def motion_of(run: RunLike, most: int = MOST_FRAMES, whole: Motion | None = None) -> Motion:
+def motion_of(run: Run, most: int = MOST_FRAMES, whole: Motion | None = None) -> Motion:
     """The motion of a walker's run, or of its last drive periods where it has too many for `most` frames.
 
     `run.scene.robot.structure` is a `Walker`; `whole` its `whole_motion`, if at hand. A leg without a foot swings at
-    the height its springs give it, over ground as far below as under the other feet at rest. A run that can tell its
-    state at any time is asked for more of them where its series are too coarse.
+    the height its springs give it, over ground as far below as under the other feet at rest. A run that was
+    simulated is asked for more times where its series are too coarse.
     """
     whole = whole_motion(run) if whole is None else whole
     first, last = _stretch(whole.time, whole.period, most)
     near = 1e-9 * (last - first)
     inside = (whole.time >= first - near) & (whole.time <= last + near)
-    if not hasattr(run, "at") or int(inside.sum()) >= min(most, len(whole.time)):
+    if run.stored is not None or int(inside.sum()) >= min(most, len(whole.time)):
         return whole.taken(inside).thinned(most)
-    again = cast("Callable[[np.ndarray], Variables]", run.variables)
-    return _motion(run.scene, run.foot_names, again(np.linspace(first, last, most)), whole.period)
+    return _motion(run.scene, run.foot_names, run.variables(np.linspace(first, last, most)), whole.period)
 
 
 def _stretch(time: np.ndarray, period: float | None, most: int) -> tuple[float, float]:

@@ -18,7 +18,6 @@ from PIL import Image
 from tarsus.base.errors import InputError
 from tarsus.base.units import format_quantity
 from tarsus.files.library import SceneLike, load_scene
-from tarsus.files.store import RunLike, read_run
 from tarsus.files.whole import written_whole
 from tarsus.model.laws.userfile import laws_of
 from tarsus.model.scene import Scene
@@ -27,7 +26,7 @@ from tarsus.report.motion import Motion, motion_of
 from tarsus.report.stage import BACK, LIFT, WalkStage, stage_of
 from tarsus.report.style import INK, MUTED
 from tarsus.report.walk_figures import draw_ground, draw_robot
-from tarsus.solve.simulate import simulate
+from tarsus.solve import Run, load_run, simulate
 
 FRAMES = 48
 """Frames of a drive period, or of a run without one."""
@@ -59,7 +58,7 @@ WIDEST = 4096
 
 
 def movie(
-    walk: RunLike | SceneLike,
+    walk: Run | SceneLike,
     output: str | Path,
     *,
     periods: int = PERIODS,
@@ -97,7 +96,7 @@ def movie(
     found: Any = walk
     if isinstance(walk, str | os.PathLike):
         laws = laws_of(law)
-        found = read_run(Path(walk), laws) if Path(walk).is_dir() else load_scene(walk, laws=laws)
+        found = load_run(walk, laws) if Path(walk).is_dir() else load_scene(walk, laws=laws)
     if isinstance(found, Scene):
         found = simulate(found, duration)
     elif duration is not None:
@@ -105,7 +104,7 @@ def movie(
     return write_movie(found, output, width=width, periods=periods)
 
 
-def write_movie(run: RunLike, path: str | Path, *, width: int = 720, periods: int = PERIODS) -> Path:
+def write_movie(run: Run, path: str | Path, *, width: int = 720, periods: int = PERIODS) -> Path:
     """Write the last drive periods of a walk as a GIF that repeats or a WebM, and return its path.
 
     Parameters

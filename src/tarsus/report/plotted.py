@@ -13,12 +13,11 @@ from matplotlib.axes import Axes
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.files.runstore import COLLECTED_FILE
-from tarsus.files.store import SERIES_FILE, read_run
+from tarsus.files.store import SERIES_FILE
 from tarsus.model.laws.userfile import laws_of
 from tarsus.report import plot as figures
 from tarsus.report.saved import blank, figure_of, offered, write_figure
-from tarsus.solve.results import Batch
-from tarsus.solve.run import Run
+from tarsus.solve import Batch, Run, load_run
 from tarsus.solve.shown import RUN_FIGURES
 
 
@@ -103,10 +102,10 @@ def _of_run(
 ) -> Axes:
     if over is not None:
         raise InputError("--over is for batches and sweeps: a run is drawn over time")
-    return _figure(read_run(folder, laws), name, only)
+    return _figure(load_run(folder, laws), name, only)
 
 
-def _figure(run: Any, name: str, only: Sequence[str] | None) -> Axes:
+def _figure(run: Run, name: str, only: Sequence[str] | None) -> Axes:
     if name == "motion":
         return figures.motion(run, only, axes=blank())
     if only is not None and (name == "ledger" or len(only) > 1):

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from markupsafe import Markup
 
-from tarsus.files.store import RunLike
 from tarsus.model.structure import Beam
 from tarsus.report.charts import Window
 from tarsus.report.packing import packed, packed_times, script_text
 from tarsus.report.pages import rendered
 from tarsus.report.series import RunSeries
 from tarsus.report.style import scale_of
+
+if TYPE_CHECKING:
+    from tarsus.solve import Run
 
 FRAMES = 1200
 """Moments that are kept: two periods at twenty a second and half a minute each."""
@@ -20,7 +24,7 @@ MOST_POINTS = 12
 """Points drawn: more do not stand beside each other on a narrow screen."""
 
 
-def points_section(run: RunLike, series: RunSeries, window: Window, index: int) -> Markup:
+def points_section(run: Run, series: RunSeries, window: Window, index: int) -> Markup:
     """The moving points of a run within a window, as an HTML fragment that needs nothing else.
 
     It stands still until it is asked to play. A beam's line goes through its clamp, level there, and its two points.

@@ -14,7 +14,7 @@ from markupsafe import Markup
 from tarsus.base.events import EVENT_WORDS, IMPACTS, SLIDING
 from tarsus.base.spec import float_paths
 from tarsus.files.settled import settled
-from tarsus.files.store import EVENTS_FILE, RunLike
+from tarsus.files.store import EVENTS_FILE
 from tarsus.files.summary import about, account, deviation, measures_summary
 from tarsus.model.structure import Walker
 from tarsus.report import figures, walk_figures
@@ -31,6 +31,7 @@ from tarsus.tables.table import Column, Table
 
 if TYPE_CHECKING:
     from tarsus.orbits.attractors import Attractors
+    from tarsus.solve import Run
 
 Shown = Plate | Callable[[int], Markup]
 """A figure, or what makes one with its number."""
@@ -48,7 +49,7 @@ EVENT_FIELDS = {kind: _LANDING if kind in IMPACTS else _HOLDING for kind in EVEN
 
 
 def write_report(
-    run: RunLike, path: str | Path, companion: RunLike | None = None, others: Attractors | None = None, *,
+    run: Run, path: str | Path, companion: Run | None = None, others: Attractors | None = None, *,
     static: bool = False,
 ) -> Path:  # fmt: skip
     """Write the report of a run as one self-contained HTML file and return its path.
@@ -61,7 +62,7 @@ def write_report(
 
 
 def report_html(
-    run: RunLike, companion: RunLike | None = None, others: Attractors | None = None, *, static: bool = True
+    run: Run, companion: Run | None = None, others: Attractors | None = None, *, static: bool = True
 ) -> str:
     """The page as text; see `write_report`."""
     series = series_of(run)
@@ -80,9 +81,9 @@ def report_html(
     return page(f"{run.scene.name} – run report", body)
 
 
-def _warnings(run: RunLike) -> list[str]:
+def _warnings(run: Run) -> list[str]:
     """What a reader must not miss: an impact map that can create energy, and the run's own remarks."""
-    remarks: list[str] = list(getattr(run, "remarks", ()))
+    remarks: list[str] = list(run.remarks)
     if run.scene.ground.impact is None:
         return remarks
     from tarsus.impacts.energy import creation_warning  # with its package come scipy's statistics
@@ -91,7 +92,7 @@ def _warnings(run: RunLike) -> list[str]:
     return remarks if created is None else [created, *remarks]
 
 
-def _walk(run: RunLike, detail: Window) -> tuple[list[Shown], list[Shown]]:
+def _walk(run: Run, detail: Window) -> tuple[list[Shown], list[Shown]]:
     """Figures of a walk, and those of the forces on its feet."""
     whole = whole_motion(run)
     motion: list[Shown] = [partial(walk_section, motion_of(run, whole=whole)), walk_figures.travel(whole)]
@@ -102,7 +103,7 @@ def _walk(run: RunLike, detail: Window) -> tuple[list[Shown], list[Shown]]:
     return [*motion, walk_figures.footfalls(whole, detail)], [walk_figures.ground_forces(whole, detail)]
 
 
-def _motion(run: RunLike, series: RunSeries, detail: Window) -> tuple[list[Shown], list[Shown]]:
+def _motion(run: Run, series: RunSeries, detail: Window) -> tuple[list[Shown], list[Shown]]:
     """Figures of the motion of points, and those of the forces on the first feet."""
     motion: list[Shown] = [figures.motion(series, series.whole)]
     if detail != series.whole:
@@ -151,7 +152,7 @@ def _signal(signal: Any) -> str:
     return f"{name}, {', '.join(parts)}" if parts else name
 
 
-def _key_figures(run: RunLike) -> list[tuple[str, str, str]]:
+def _key_figures(run: Run) -> list[tuple[str, str, str]]:
     """The first measures: name, value, and of what."""
     found = []
     for name, measure in list(run.measures.items())[:4]:
@@ -161,7 +162,7 @@ def _key_figures(run: RunLike) -> list[tuple[str, str, str]]:
     return found
 
 
-def _events(run: RunLike) -> dict[str, Any]:
+def _events(run: Run) -> dict[str, Any]:
     """The events as a table, and what is said above it; nothing without any."""
     events = run.events
     if not len(events):
@@ -189,7 +190,7 @@ def _events(run: RunLike) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _values(run: RunLike) -> Table:
+def _values(run: Run) -> Table:
     """Every number of the scene, its source as a label."""
     found: Table = run.scene.table()
     label = Markup('<span class="tag {0}">{0}</span>')

@@ -6,14 +6,13 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from tarsus.base.events import CONTACT_BEGINS, EventKind
 from tarsus.files.series import Variables
 from tarsus.files.settled import drive_period
-from tarsus.files.store import RunLike
 from tarsus.model.laws.base import Law
 from tarsus.report.charts import Window
 from tarsus.report.style import samples_inside
@@ -62,7 +61,7 @@ class RunSeries:
         return ((complete - number) * self.period, complete * self.period)
 
 
-def series_of(run: RunLike) -> RunSeries:
+def series_of(run: Run) -> RunSeries:
     """Collect a run's series, contact intervals and drive period."""
     return _series(run, run.variables())
 
@@ -71,7 +70,7 @@ def last_turns(run: Run, turns: int, samples: int) -> RunSeries:
     """The same over the last whole drive periods of a run, `turns` of them at most, with `samples` in each."""
     period = drive_period(run.scene)
     if period is None or run.end_time < period:
-        return series_of(cast(RunLike, run))
+        return series_of(run)
     last = math.floor(run.end_time / period * (1.0 + 1e-9))
     first = max(last - turns, 0)
     times = np.linspace(first * period, min(last * period, run.end_time), (last - first) * samples + 1)

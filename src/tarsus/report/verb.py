@@ -10,7 +10,7 @@ from typing import Any
 from tarsus.base.errors import InputError
 from tarsus.cluster.status import status_of
 from tarsus.files.runstore import COLLECTED_FILE, PLAN_FILE
-from tarsus.files.store import REPORT_FILE, SUMMARY_FILE, read_run
+from tarsus.files.store import REPORT_FILE, SUMMARY_FILE
 from tarsus.model.laws.userfile import laws_of
 
 PAGES = ("report.html", "reproduction.html", "index.html")
@@ -57,8 +57,9 @@ def page_of(
         return _map_page(folder, laws, draw), True
     if (folder / SUMMARY_FILE).is_file():
         from tarsus.report.run_page import write_report
+        from tarsus.solve import load_run
 
-        return write_report(read_run(folder, laws), folder / REPORT_FILE), True
+        return write_report(load_run(folder, laws), folder / REPORT_FILE), True
     if (folder / PLAN_FILE).is_file() and not (folder / REPORT_FILE).is_file():
         return _sweep_page(folder), True
     for name in PAGES:

@@ -10,7 +10,7 @@ from tarsus.solve.batch import simulate_batch
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.results import Batch
-from tarsus.solve.run import Run
+from tarsus.solve.run import Run, load_run
 from tarsus.solve.session import Session
 from tarsus.solve.simulate import simulate
 
@@ -29,6 +29,7 @@ __all__ = [
     "Run",
     "Session",
     "gradient",
+    "load_run",
     "simulate",
     "simulate_batch",
 ]

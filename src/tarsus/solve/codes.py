@@ -48,8 +48,10 @@ class ResultCode(Enum):
 
     @property
     def number(self) -> int:
-        """The kernel's return code for it."""
-        return next(code for code, result in _CODES.items() if result is self)
+        """The kernel's return code for it: that of its end where its account is open, one of those of motion that grew
+        without bound."""
+        own = {ResultCode.LEDGER_OPEN: ResultCode.DONE, ResultCode.DIVERGED: ResultCode.NOT_FINITE}.get(self, self)
+        return next(code for code, result in _CODES.items() if result is own)
 
 
 CLOSED = 1e-8
@@ -160,6 +162,11 @@ def structured_events(rows: np.ndarray) -> np.ndarray:
     out = _as_events(rows[order])
     out["time"] = rows[given[order], a.E_TIME]
     return out
+
+
+def event_rows(events: np.ndarray) -> np.ndarray:
+    """Kernel event rows (ne, 12) of a structured array of events."""
+    return np.stack([events[name].astype(float) for name in _FIELDS], axis=1)
 
 
 def structured_marks(rows: np.ndarray, feet: int) -> np.ndarray:

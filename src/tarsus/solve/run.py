@@ -20,19 +20,28 @@ from tarsus.base.spec import with_values
 from tarsus.base.units import parse_quantity
 from tarsus.files.summary import run_summary
 from tarsus.measure.measure import Measures
+from tarsus.measure.periods import scene_period
 from tarsus.measure.walking import measures_of
 from tarsus.solve import shown
-from tarsus.solve.codes import CLOSED, ResultCode, structured_events, structured_marks, without_marks
+from tarsus.solve.codes import (
+    CLOSED,
+    ResultCode,
+    event_rows,
+    structured_events,
+    structured_marks,
+    without_marks,
+)
+from tarsus.solve.engine import Accuracy, Log
 
 if TYPE_CHECKING:
     import xarray
 
     from tarsus.core.replay import SampledStates
     from tarsus.files.ledger import Ledger
-    from tarsus.files.series import Variable
+    from tarsus.files.series import Variables
+    from tarsus.files.store import RunArrays
     from tarsus.model.scene import Scene
     from tarsus.plan.lowering import Plan
-    from tarsus.solve.engine import Accuracy, Log
     from tarsus.solve.motion import Motion
     from tarsus.solve.outputs import Output
     from tarsus.solve.series import Series
@@ -58,14 +67,19 @@ def increasing(times: npt.ArrayLike) -> np.ndarray:
     return when
 
 
+SAME_EVENT = 1e-9
+"""Times of events that differ by less than this part of the run's duration are the same: steps leave as much."""
+
+
 @dataclass(frozen=True, repr=False)
 class Run(Hinted):
-    """A finished simulation over ``duration`` [s]: by `simulate`, or one of a batch.
+    """A finished simulation over ``duration`` [s]: by `simulate`, one of a batch, or read from a folder.
 
     base, values: the scene described, and what this run has instead, by path; period [s]: drive period of the
     statistics; log: what the engine noted; wall_s: seconds it took. kept: its motion; a batch keeps none, and its runs
-    are made once more, step for step, when they are asked for series or energies. ended_as: its code by the batch that
-    it is of.
+    are made once more, step for step, when they are asked for series or energies. ended_as: its code by the batch or
+    folder that it is of. stored: what was read of it; its states at other times than those kept are of a run that is
+    made once more.
     """
 
     base: Scene
@@ -78,14 +92,44 @@ class Run(Hinted):
     kept: Motion | None = None
     ended_as: ResultCode | None = None
     wall_s: float = math.nan
+    stored: RunArrays | None = None
 
     _guesses: ClassVar[Mapping[str, str]] = {
         "t": "'time'", "times": "'time'", "gaps": "'gap'", "x": "'states(times).x', or 'to_dataset()'",
         "displacement": "to_dataset()['displacement']", "velocity": "to_dataset()['velocity']",
         "energy": "'ledger'", "energies": "'ledger'", "write": "'save'", "to_csv": "'save', which writes all files",
-        "to_dataframe": "to_dataset().to_dataframe()", "data": "'to_dataset'", "status": "'code'",
-        "success": "'ok'", "done": "'ok'",
+        "to_dataframe": "to_dataset().to_dataframe()", "data": "'to_dataset'", "dataset": "'to_dataset'",
+        "status": "'code'", "success": "'ok'", "done": "'ok'",
     }  # fmt: skip
+
+    @classmethod
+    def of(cls, arrays: RunArrays) -> Run:
+        """The run of which a folder holds these arrays: events, series, measures and energies are those that were kept.
+
+        Raises InputError for a code by which no run ends.
+        """
+        scene, code = arrays.scene, ResultCode.__members__.get(arrays.code)
+        if code is None:
+            known = ", ".join(ResultCode.__members__)
+            raise InputError(f"{scene.name}: no run ends as '{arrays.code}'; one of {known} is expected")
+        end = np.array([[float(arrays.variables["time"].values[-1]), 0.0, 0.0]])
+        rows = event_rows(arrays.events)
+        log = Log(np.array([code.number]), end, rows, np.array([len(rows)]))
+        period, accuracy = scene_period(scene, arrays.duration), arrays.accuracy
+        return cls(
+            scene, arrays.duration, period, log, accuracy=Accuracy(**accuracy) if accuracy else None, ended_as=code,
+            stored=arrays,
+        )  # fmt: skip
+
+    def arrays(self) -> RunArrays:
+        """What a folder holds of the run, of which `of` makes it again."""
+        from tarsus.files.store import RunArrays
+
+        accuracy = {} if self.accuracy is None else vars(self.accuracy)
+        return self.stored or RunArrays(
+            self.scene, self.duration, self.code.name, self.code.value, self.events, self.variables(), self.ledger,
+            self.measures.to_dict(), self.measures.warned, self.electrical_energy, accuracy,
+        )  # fmt: skip
 
     def __getitem__(self, name: object) -> Any:
         raise TypeError(
@@ -129,8 +173,7 @@ class Run(Hinted):
         """
         from tarsus.files.store import write_run
 
-        itself: Any = self
-        write_run(itself, Path(folder), mat)
+        write_run(self.arrays(), folder, mat)
         return Path(folder)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -143,12 +186,29 @@ class Run(Hinted):
 
     @cached_property
     def motion(self) -> Motion:
-        """What the run knows of its motion."""
+        """What the run knows of its motion.
+
+        Raises InputError where a run that was read does not come out as it was: it was made elsewhere, or is chaotic.
+        """
         from tarsus.solve.simulate import Shared, motion_of
 
         if self.kept is not None:
             return self.kept
-        return motion_of(self.base, self.values, self.duration, self.accuracy, Shared(), track=self.track)
+        made = motion_of(self.base, self.values, self.duration, self.accuracy, Shared(), track=self.track)
+        if self.stored is not None and not self._is_of(made.log):
+            raise InputError(
+                f"{self.base.name}: made once more this run has other events than were kept, so that its states are "
+                "known at the times of its series alone; tarsus.simulate(run.scene, run.duration) makes it anew"
+            )
+        return made
+
+    def _is_of(self, log: Log) -> bool:
+        """Whether events that were noted are those of the run."""
+        again, own = without_marks(structured_events(log.events)), self.events
+        near = SAME_EVENT * self.duration
+        return all(np.array_equal(again[name], own[name]) for name in ("foot", "kind")) and bool(
+            np.allclose(again["time"], own["time"], rtol=0.0, atol=near)
+        )
 
     @property
     def plan(self) -> Plan:
@@ -195,9 +255,13 @@ class Run(Hinted):
         )
 
     def _turned(self) -> tuple[str, ...]:
-        if self.marks is None:
+        if self.marks is not None:
+            seen = self.marks["body"]
+        elif self.stored is not None and "body" in self.stored.variables:
+            seen = self.stored.variables["body"].values.T
+        else:
             return ()
-        angles = np.abs(self.marks["body"]).max(axis=0)
+        angles = np.abs(seen).max(axis=0)
         names = self.scene.robot.structure.body_coordinates
         return tuple(
             f"The body's {name} reached {angle:.2g} rad: a walker is linear in small angles, and this is none."
@@ -239,6 +303,8 @@ class Run(Hinted):
     @cached_property
     def measures(self) -> Measures:
         """Measures by drive period after transients; each with definition, unit and spread."""
+        if self.stored is not None:
+            return Measures.of(self.stored.measures, self.stored.warnings)
         return measures_of(self)
 
     @cached_property
@@ -251,19 +317,19 @@ class Run(Hinted):
     @property
     def time(self) -> np.ndarray:
         """Times (nt,) [s] of the series, on an even grid."""
-        return self.series.time
+        return self.series.time if self.stored is None else self.stored.variables["time"].values
 
     @property
     def gap(self) -> np.ndarray:
         """Gap (m, nt) [m] of every foot at these times."""
-        return self.series.state.gap
+        return self.series.state.gap if self.stored is None else self.stored.variables["gap"].values
 
     @cached_property
     def ledger(self) -> Ledger:
         """Energy ledger of the whole run."""
         from tarsus.solve.series import ledger
 
-        return ledger(self)
+        return ledger(self) if self.stored is None else self.stored.ledger
 
     @cached_property
     def electrical_energy(self) -> float:
@@ -271,7 +337,7 @@ class Run(Hinted):
         NaN where a drive's law has a memory, whose own charge no description says."""
         from tarsus.solve.series import electrical_energy
 
-        return electrical_energy(self)
+        return electrical_energy(self) if self.stored is None else self.stored.electrical_energy
 
     def at(self, times: npt.ArrayLike) -> Series:
         """Series at the given times (nt,) [s] or ``["1 ms", "2 ms"]``, increasing: the engine's own solution, not an
@@ -305,10 +371,12 @@ class Run(Hinted):
             return rows.values(found.state, found.friction)
         return rows.values(self.states(when), np.zeros((len(self.foot_names), len(when))))
 
-    def variables(self, times: npt.ArrayLike | None = None) -> dict[str, Variable]:
+    def variables(self, times: npt.ArrayLike | None = None) -> Variables:
         """The series as plain arrays by name; on an even grid unless ``times`` [s] are given."""
         from tarsus.solve.dataset import to_variables
 
+        if times is None and self.stored is not None:
+            return self.stored.variables
         return to_variables(self.scene, self.series if times is None else self.at(times))
 
     def to_dataset(self, times: npt.ArrayLike | None = None) -> xarray.Dataset:
@@ -319,3 +387,13 @@ class Run(Hinted):
         return dataset_of(
             self.variables(times), attrs | {"duration_s": self.duration, "period_s": self.period}
         )
+
+
+def load_run(folder: str | os.PathLike[str], laws: Mapping[str, Any] | None = None) -> Run:
+    """Read a run that `Run.save` or ``tarsus simulate -o`` wrote; laws: the user's laws that its scene needs, by kind.
+
+    Raises InputError if the folder holds no whole run, or one of another format.
+    """
+    from tarsus.files.store import read_run
+
+    return Run.of(read_run(folder, laws))

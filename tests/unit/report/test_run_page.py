@@ -16,7 +16,6 @@ import pytest
 import tarsus as ts
 from scene_files import scene as scene_of
 from tarsus.base.errors import InputError
-from tarsus.files.store import StoredRun, read_run, write_run
 from tarsus.measure import CautionKind
 from tarsus.model.scene import Provenance, Source
 from tarsus.model.values import ValueRow, grouped, value_rows
@@ -57,11 +56,10 @@ def companion(scene: ts.Scene) -> ts.Run:
 
 
 @pytest.fixture(scope="module")
-def stored(run: ts.Run, tmp_path_factory: pytest.TempPathFactory) -> StoredRun:
+def stored(run: ts.Run, tmp_path_factory: pytest.TempPathFactory) -> ts.Run:
     """The run as it is read back from a folder: a table whose parts can be replaced."""
     folder = tmp_path_factory.mktemp("run")
-    write_run(run, folder)
-    return read_run(folder)
+    return ts.load_run(run.save(folder))
 
 
 @pytest.fixture(scope="module")
@@ -216,7 +214,7 @@ def test_settings_of_matplotlib_are_left_alone() -> None:
     assert dict(matplotlib.rcParams) == before != inside
 
 
-def test_stored_run_can_be_reported(run: ts.Run, stored: StoredRun, tmp_path: Path) -> None:
+def test_stored_run_can_be_reported(run: ts.Run, stored: ts.Run, tmp_path: Path) -> None:
     path = write_report(stored, tmp_path / "report.html")
     text = path.read_text(encoding="utf-8")
     assert run.code.value in text
@@ -304,9 +302,10 @@ def test_measures_say_what_they_count_and_where_that_misleads(failed: ts.Run, fa
     assert "names that begin with max, total or longest are of the whole run" in text
 
 
-def test_an_account_shows_no_number_below_its_rounding(stored: StoredRun) -> None:
+def test_an_account_shows_no_number_below_its_rounding(stored: ts.Run) -> None:
     found = dataclasses.replace(stored.ledger, work_in=1e-9, adhesion=8.623e-39, friction=2e-14)
-    table = report_html(dataclasses.replace(stored, ledger=found)).partition("The account in numbers")[2]
+    page = report_html(ts.Run.of(dataclasses.replace(stored.arrays(), ledger=found)))
+    table = page.partition("The account in numbers")[2]
     row = {
         name: re.findall(rf'<td>{name}</td><td class="n">([^<]*)', table)
         for name in ("lost to adhesion", "lost to friction")

@@ -11,7 +11,6 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.events import TRANSITIONS, FootState
-from tarsus.files.store import read_run, write_run
 from tarsus.files.summary import MOST_FEET_LISTED
 from tarsus.report import figures
 from tarsus.report.above import path_above
@@ -66,8 +65,7 @@ def test_stuck_feet_stand_still_and_on_the_ground(motion: Motion) -> None:
 
 @pytest.mark.slow
 def test_a_kept_run_shows_the_same(run: Run, motion: Motion, tmp_path: Path) -> None:
-    write_run(run, tmp_path)
-    kept = whole_motion(read_run(tmp_path))
+    kept = whole_motion(ts.load_run(run.save(tmp_path)))
     np.testing.assert_array_equal(kept.foot_x, motion.foot_x)
     np.testing.assert_array_equal(kept.state, motion.state)
     assert kept.legs == motion.legs and kept.drives == motion.drives and kept.period == motion.period
