@@ -64,7 +64,7 @@ def main() -> None:
         arguments = random.uniform(0.0, 1e-5, (leading, 8 * ROWS))
         inputs = program.code, program.constants, arguments, np.array(parameters)
         value = best(lambda inputs=inputs: _native.evaluate(*inputs))
-        slopes = best(lambda inputs=inputs: _native.evaluate_slopes(*inputs)) / (leading + len(parameters))
+        slopes = best(lambda inputs=inputs: _native.evaluate_slopes(*inputs)) / leading
         print(f"{name:28s}{len(program.code):12d}{value:10.1f}{slopes:12.1f}")
 
 

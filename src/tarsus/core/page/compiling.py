@@ -1,6 +1,6 @@
 """Compiles the engine for pages by zig's compiler, which comes as a wheel: `python -m tarsus.core.page [OUT]`.
 
-The same sources as the module for Python, modal and legged systems without their derivatives; CMake runs this file too,
+The same sources as the module for Python: modal and legged systems. CMake runs this file too,
 before anything of Tarsus is installed, so that it imports nothing of it.
 """
 

@@ -74,36 +74,23 @@ Result evaluate_numbers(const Code& code, const List& constants, const Table& ar
   return out;
 }
 
-// One row of the result: the derivative by argument ``place``, or by parameter ``place`` less the arguments.
-template <class Fixed>
-void slopes_by(const Program& program, const Table& arguments, const List& parameters, int place,
-               double* out) {
-  const size_t k = arguments.shape(1);
-  std::vector<Fixed> given, fixed(program.fixed());
-  for (int i = 0; i < program.parameters; i++) given.push_back(Fixed(parameters.data()[i]));
-  if constexpr (!std::is_same_v<Fixed, double>)
-    if (place >= program.arguments) given[place - program.arguments].slope[0] = Row(1.0);
-  std::vector<Dual<Row, 1>> registers(program.registers());
-  prepare(program, given.data(), fixed.data());
-  for (size_t j = 0; j < k; j += N) {
-    const int count = int(std::min<size_t>(N, k - j));
-    for (int i = 0; i < program.arguments; i++) {
-      registers[i] = Dual<Row, 1>(loaded(arguments.data() + i * k + j, count));
-      if (i == place) registers[i].slope[0] = Row(1.0);
-    }
-    stored(out + j, count, evaluate(program, fixed.data(), registers.data()).slope[0]);
-  }
-}
-
 Result evaluate_slopes(const Code& code, const List& constants, const Table& arguments,
                 const List& parameters) {
   const Program program = linked(code, constants, arguments, parameters);
-  const size_t k = arguments.shape(1), inputs = size_t(program.arguments + program.parameters);
-  Result out = fresh({inputs, k});
-  for (int i = 0; i < int(inputs); i++) {
-    double* row = out.data() + i * k;
-    if (i < program.arguments) slopes_by<double>(program, arguments, parameters, i, row);
-    else slopes_by<Dual<Row, 1>>(program, arguments, parameters, i, row);
+  const size_t k = arguments.shape(1);
+  Result out = fresh({size_t(program.arguments), k});
+  std::vector<double> fixed(program.fixed());
+  std::vector<Dual<1>> registers(program.registers());
+  prepare(program, parameters.data(), fixed.data());
+  for (int by = 0; by < program.arguments; by++) {
+    for (size_t j = 0; j < k; j += N) {
+      const int count = int(std::min<size_t>(N, k - j));
+      for (int i = 0; i < program.arguments; i++) {
+        registers[i] = Dual<1>(loaded(arguments.data() + i * k + j, count));
+        if (i == by) registers[i].slope[0] = Row(1.0);
+      }
+      stored(out.data() + by * k + j, count, evaluate(program, fixed.data(), registers.data()).slope[0]);
+    }
   }
   return out;
 }
@@ -126,8 +113,7 @@ void bind_program(nb::module_& m) {
   m.def("evaluate_numbers", &evaluate_numbers, nb::arg("code"), nb::arg("constants"), nb::arg("arguments"),
         nb::arg("parameters"), "As evaluate, one at a time.");
   m.def("evaluate_slopes", &evaluate_slopes, nb::arg("code"), nb::arg("constants"), nb::arg("arguments"),
-        nb::arg("parameters"),
-        "Derivatives (na + np, k) of the value by every argument, then every parameter.");
+        nb::arg("parameters"), "Derivatives (na, k) of the value by every argument.");
 }
 
 }  // namespace tarsus

@@ -38,12 +38,10 @@ enum LawFlag {
   PULL_AS_PRINTED = 64
 };
 
-// Factors of what the laws say under a foot, of the ground below it. Real is double or a Jet.
-template <class Real>
-struct PatchOf {
-  Real rebound = 1.0, strength = 1.0, friction = 1.0;
+// Factors of what the laws say under a foot, of the ground below it.
+struct Patch {
+  double rebound = 1.0, strength = 1.0, friction = 1.0;
 };
-typedef PatchOf<double> Patch;
 
 // A twin or the number of a program; the first column of its parameters, and of what a program makes of them.
 struct Term {
@@ -125,8 +123,8 @@ struct ActingLaws {
   std::vector<double> fixed;           // (feet, laws.fixed): what programs make of them, see ``take``
   mutable std::vector<Row> rows;
   mutable std::vector<double> numbers;
-  mutable std::vector<Dual<Row, 1>> sloping;
-  mutable std::vector<Dual<Row, FRICTION_ARGUMENTS>> sliding;
+  mutable std::vector<Dual<1>> sloping;
+  mutable std::vector<Dual<FRICTION_ARGUMENTS>> sliding;
 
   explicit ActingLaws(const Laws& l)
       : laws(l), fixed(l.feet * l.fixed), rows(l.registers), numbers(l.registers), sloping(l.registers), sliding(l.registers) {}
@@ -142,7 +140,6 @@ struct ActingLaws {
     }
   }
 
-  const ActingLaws& plain() const { return *this; }  // as laws with derivatives have them
   bool has(int foot, int flag) const { return (laws.flags[foot] & flag) != 0; }
   const double* of(int foot, const Term& term) const { return parameters + foot * laws.columns + term.first; }
 
@@ -289,8 +286,8 @@ struct ActingLaws {
  private:
   // Derivative of the momentum by the gap, from derivatives of its laws.
   TARSUS_APART Row program_slope(int foot, const Row& gap) const {
-    Dual<Row, 1> sum(Row(0.0));
-    const Dual<Row, 1> at = Dual<Row, 1>::variable(gap, 0);
+    Dual<1> sum(Row(0.0));
+    const Dual<1> at = Dual<1>::variable(gap, 0);
     for (const Term& term : laws.terms[MOMENTUM]) {
       const double* p = of(foot, term);
       sum = sum + (term.twin == FILM_MOMENTUM ? (0.5 * p[0]) / squared(at + p[1]) : value_of(foot, term, &at, sloping.data()));
@@ -322,7 +319,7 @@ struct ActingLaws {
   TARSUS_APART Row by_program(int foot, const Term& term, const Row* arguments) const {
     return value_of(foot, term, arguments, rows.data());
   }
-  TARSUS_APART Dual<Row, FRICTION_ARGUMENTS> by_program(int foot, const Term& term, const Dual<Row, FRICTION_ARGUMENTS>* arguments) const {
+  TARSUS_APART Dual<FRICTION_ARGUMENTS> by_program(int foot, const Term& term, const Dual<FRICTION_ARGUMENTS>* arguments) const {
     return value_of(foot, term, arguments, sliding.data());
   }
   template <class Real>

@@ -2,8 +2,7 @@
 //
 // ``link`` reads the plain list once. What depends on parameters and constants alone is set apart:
 // ``prepare`` computes it whenever the parameters change (the *fixed* values), ``evaluate`` does the rest for
-// given arguments. Both are templates: Real is double, Row or a Dual of them; Fixed is double, or a row of
-// eight trajectories' parameters, or a Dual for derivatives with respect to parameters.
+// given arguments. Real is double, Row or a Dual.
 //
 // Results equal those of plain Python to the last bit where the operation is exactly rounded (+ - * / sqrt,
 // comparisons): a product and a sum are never contracted into one operation.
@@ -69,8 +68,8 @@ struct Program {
 };
 
 // next[i] = result of instruction i, from values at ``own`` and fixed ones at ``fixed``.
-template <class Real, class Fixed>
-TARSUS_INLINE void execute(const Instruction* code, int count, const Real* own, const Fixed* fixed,
+template <class Real>
+TARSUS_INLINE void execute(const Instruction* code, int count, const Real* own, const double* fixed,
                            Real* next) {
   Real last = Real(0.0);
   for (int i = 0; i < count; i++) {
@@ -120,17 +119,16 @@ TARSUS_INLINE void execute(const Instruction* code, int count, const Real* own, 
 }
 
 // The fixed values of given parameters; ``fixed`` has room for program.fixed().
-template <class Fixed>
-inline void prepare(const Program& program, const Fixed* parameters, Fixed* fixed) {
+inline void prepare(const Program& program, const double* parameters, double* fixed) {
   for (int i = 0; i < program.parameters; i++) fixed[i] = parameters[i];
-  Fixed* rest = fixed + program.parameters;
-  for (const double constant : program.constants) *rest++ = Fixed(constant);
+  double* rest = fixed + program.parameters;
+  for (const double constant : program.constants) *rest++ = constant;
   execute(program.first.data(), int(program.first.size()), fixed, fixed, rest);
 }
 
 // The law's value; the arguments are the first of ``registers``, which has room for program.registers().
-template <class Real, class Fixed>
-inline const Real& evaluate(const Program& program, const Fixed* fixed, Real* registers) {
+template <class Real>
+inline const Real& evaluate(const Program& program, const double* fixed, Real* registers) {
   const int count = int(program.body.size());
   execute(program.body.data(), count, registers, fixed, registers + program.arguments);
   return registers[program.arguments + count - 1];

@@ -42,24 +42,9 @@ struct Path {
   Row u = Row(0.0);
 };
 
-// How the integrals of a step were taken, in order, so that those of a perturbed copy of the step are taken the same way.
-struct Choices {
-  std::vector<uint8_t> made;
-  size_t next = 0;
-  bool again = false;
-};
-
 struct Account {
   Legged& s;
   const double h;
-  Choices* kept = nullptr;
-
-  bool chosen(bool own) const {
-    if (kept == nullptr) return own;
-    if (kept->again) return kept->next < kept->made.size() && kept->made[kept->next++] != 0;
-    kept->made.push_back(own);
-    return own;
-  }
 
   double integral(const Row& values) const { return total(values * load(s.between.weights)); }
   // Work of a force along a way, both at the nodes of a stretch, which is ``low`` and ``high`` at the ends: by parts, since forces change slowly where legs
@@ -76,7 +61,7 @@ struct Account {
                  double unseen = UNSEEN) const {
     const double* slope = &s.between.slope[0][0];
     const double missed = s.nodes.truncation(film) + std::fabs(film[0] - low) + std::fabs(film[N - 1] - high);
-    if (chosen(missed <= unseen * highest(magnitude(film - high)))) return integral(combine(slope, film * share) * rate);
+    if (missed <= unseen * highest(magnitude(film - high))) return integral(combine(slope, film * share) * rate);
     return film_by_parts(s.between, w, film * share, mass, low * share, high * share);
   }
 
@@ -180,12 +165,12 @@ struct Account {
       return;
     }
     const Row& w = s.rows[i].w[d];
-    if (chosen(seen(w))) return add(i, d, over, {over.of(w), foot.u[d], end, over.of(s.rows[i].u[d])});
+    if (seen(w)) return add(i, d, over, {over.of(w), foot.u[d], end, over.of(s.rows[i].u[d])});
     // a fast decay at the start that the nodes do not resolve is integrated on stretches that halve towards the start
     const double fast = s.tables.rate[leg.kind[d]] * h;
     Stretch rest = over;
     Path here = path(i, d, rest);
-    while (chosen(fast * rest.width >= 1.0 && !seen(here.w))) {
+    while (fast * rest.width >= 1.0 && !seen(here.w)) {
       const double half = 0.5 * rest.width;
       const Stretch later(s, half, half);
       add(i, d, later, path(i, d, later));
@@ -197,8 +182,8 @@ struct Account {
 };
 
 // Add the energies of the step up to scaled time ``fraction``, where the legs are as in ``end``.
-inline void add_energies(Legged& s, double h, double fraction, Moment& end, Choices* kept = nullptr) {
-  Account account{s, h, kept};
+inline void add_energies(Legged& s, double h, double fraction, Moment& end) {
+  Account account{s, h};
   const Stretch over(s, 0.0, std::min(fraction, 1.0));
   account.of_body(over, end);
   for (int i = 0, legs = s.legs(); i < legs; i++) {

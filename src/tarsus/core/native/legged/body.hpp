@@ -14,7 +14,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "base/dual.hpp"
 #include "base/nodes.hpp"
 
 namespace tarsus::legged {
@@ -52,19 +51,16 @@ struct Hip {
   }
 };
 
-// A facet of the ground: where it begins [m], its slope and the stretch of the way along it [m]. Real is double or a Jet.
-template <class Real>
-struct FacetOf {
+// A facet of the ground: where it begins [m], its slope and the stretch of the way along it [m].
+struct Facet {
   int64_t number = 0;
-  Real x = 0.0, z = 0.0, cos = 1.0, sin = 0.0, low = 0.0, high = 0.0;
+  double x = 0.0, z = 0.0, cos = 1.0, sin = 0.0, low = 0.0, high = 0.0;
 
-  bool upright() const { return value_of(cos) == 0.0; }
-  const Real& end(int way) const { return way > 0 ? high : low; }
+  bool upright() const { return cos == 0.0; }
+  double end(int way) const { return way > 0 ? high : low; }
   // Gap above it, and place along it, of a place of the robot's.
-  Real gap_of(const Real& along, const Real& up) const { return cos * (up - z) - sin * (along - x); }
-  Real place_of(const Real& along, const Real& up) const { return cos * (along - x) + sin * (up - z); }
-};
-struct Facet : FacetOf<double> {
+  double gap_of(double along, double up) const { return cos * (up - z) - sin * (along - x); }
+  double place_of(double along, double up) const { return cos * (along - x) + sin * (up - z); }
   double height(int way) const { return z + (std::isfinite(end(way)) ? end(way) * sin : 0.0); }
   // What rounding may leave of a place on it [m]: some units in the last place of the largest coordinate.
   double rounding() const { return 2e-15 * (std::fabs(x) + std::fabs(z) + (std::isfinite(high - low) ? high - low : 0.0)); }
@@ -131,8 +127,7 @@ struct Body {
 
   // Take the weights of ``unit``, which are those per unit of gravity, under this one [m/s^2]: into the ground, and back along the
   // way.
-  template <class Gravity>
-  void weigh(const Body& unit, const Gravity& gravity) {
+  void weigh(const Body& unit, const double* gravity) {
     for (int b = 0; b < coordinates(); b++) weight[b] = gravity[UP] * unit.falls[DIRECTIONS * b] + gravity[ALONG] * unit.falls[DIRECTIONS * b + ALONG];
     for (size_t i = 0; i < legs.size(); i++) {
       for (int d = 0; d < DIRECTIONS; d++) legs[i].weight[d] = gravity[d] * unit.legs[i].weight[d];

@@ -10,112 +10,89 @@
 
 namespace tarsus::legged {
 
-// A robot at the present time, as the maps below ask for it; their P may also be a robot with derivatives
-// (derive/legged_instant.hpp).
-struct Present {
-  typedef double Real;
-  Legged& s;
-  const PatchedLaws& laws;
-
-  explicit Present(Legged& of) : s(of), laws(of.laws) {}
-
-  int directions() const { return s.directions(); }
-  const Leg& leg(int i) const { return s.body.legs[i]; }
-  double& u(int i, int d) { return s.feet[i].u[d]; }
-  double& w(int i, int d) { return s.feet[i].w[d]; }
-  double mass(int i) const { return leg(i).mass; }
-  double gap(int i) const { return leg(i).gap; }  // at rest
-  double weight(int i, int d) const { return leg(i).weight[d]; }
-  double stiffness(int i, int d) const { return leg(i).stiffness[d]; }
-  double damping(int i, int d) const { return leg(i).damping[d]; }
-  double hip(int i, int d) const { return leg(i).hip[d].motion(s.x); }
-  double hip_rate(int i, int d) const { return leg(i).hip[d].motion(s.v); }
-  double load(int, int n, int d) const { return s.body.gain[s.directions() * n + d] * s.player.value(s.body.drive[n], s.clock.time); }
-  double age_brought(int i) const { return s.feet[i].brought(laws, leg(i).foot, s.clock.time); }
-  double volts(int f) const { return s.volts_now(f); }
-  double landing_gap(int i) const { return s.gap_now(i); }
-  // Force [N] in direction d by which a slope couples its two directions: 0 on level ground.
-  double across(int i, int d) const {
-    if (!leg(i).turned) return 0.0;
-    const double rate = d == UP ? s.feet[i].w[ALONG] : 0.0;  // of a foot on the ground
-    return leg(i).cross_stiffness * (hip(i, 1 - d) - s.feet[i].u[1 - d]) + leg(i).cross_damping * (hip_rate(i, 1 - d) - rate);
-  }
-  // Of the laws under a foot in the air, momentum from its base on [N s], and force [N].
-  double film(int i, double gap) const { return s.feet[i].film && !leg(i).turned ? s.film(i, gap) : 0.0; }
-  double smooth(int i, double gap, double rate) const {
-    return s.feet[i].force ? s.laws.force(leg(i).foot, gap, rate, volts(leg(i).foot), s.clock.time) : 0.0;
-  }
-};
+// Force [N] in direction d by which a slope couples its two directions, on a foot on the ground: 0 on level ground.
+inline double coupling_force(const Legged& s, int i, int d) {
+  const Leg& leg = s.body.legs[i];
+  if (!leg.turned) return 0.0;
+  const LeggedFoot& foot = s.feet[i];
+  const double rate = d == UP ? foot.w[ALONG] : 0.0;
+  return leg.cross_stiffness * (leg.hip[1 - d].motion(s.x) - foot.u[1 - d]) + leg.cross_damping * (leg.hip[1 - d].motion(s.v) - rate);
+}
 
 // Force of the structure on a foot held at ``u`` [N]: upward (its pull), or along the way.
-template <class P>
-inline typename P::Real structure_force(const P& p, int i, int d, const typename P::Real& u) {
-  typename P::Real force = p.stiffness(i, d) * (p.hip(i, d) - u) + p.damping(i, d) * p.hip_rate(i, d) - p.weight(i, d);
-  for (int n = p.leg(i).first; n < p.leg(i).last; n++) force = force + p.load(i, n, d);
-  return force + p.across(i, d);
+inline double structure_force(const Legged& s, int i, int d, double u) {
+  const Leg& leg = s.body.legs[i];
+  double force = leg.stiffness[d] * (leg.hip[d].motion(s.x) - u) + leg.damping[d] * leg.hip[d].motion(s.v) - leg.weight[d];
+  for (int n = leg.first; n < leg.last; n++) force += s.body.gain[s.directions() * n + d] * s.player.value(s.body.drive[n], s.clock.time);
+  return force + coupling_force(s, i, d);
+}
+
+// Smooth force [N] of the laws on a foot at the ground without speed.
+inline double force_at_rest(const Legged& s, int i) {
+  const int f = s.body.legs[i].foot;
+  return s.feet[i].force ? s.laws.force(f, 0.0, 0.0, s.volts_now(f), s.clock.time) : 0.0;
 }
 
 // Pull [N] on a foot on the ground, its smooth force there included.
-template <class P>
-inline typename P::Real pull_on(const P& p, int i) {
-  typedef typename P::Real Real;
-  return structure_force(p, i, UP, -p.gap(i)) + p.smooth(i, Real(0.0), Real(0.0));
+inline double pull_on(const Legged& s, int i) { return structure_force(s, i, UP, -s.body.legs[i].gap) + force_at_rest(s, i); }
+
+// Largest pull [N] that the contact of a foot holds now, and that one which begins now would.
+inline double strength_now(const Legged& s, int i) {
+  const int f = s.body.legs[i].foot;
+  return s.laws.strength(f, s.clock.time - s.feet[i].since, s.volts_now(f));
+}
+inline double new_strength(const Legged& s, int i) {
+  const int f = s.body.legs[i].foot;
+  return s.laws.strength(f, s.feet[i].brought(s.laws, f, s.clock.time), s.volts_now(f));
 }
 
 // What friction has to bear along the ground under a foot that sticks, and can, of a contact of that strength [N]; of one that may slide any
 // way, how much it is in all.
-template <class P>
-inline Bearing<typename P::Real> bearing_of(P& p, int i, const typename P::Real& strength) {
-  typename P::Real along = structure_force(p, i, ALONG, p.u(i, ALONG));
-  if (p.directions() > DIRECTIONS) along = hypotenuse(along, structure_force(p, i, ACROSS, p.u(i, ACROSS)));
-  return {p.laws, p.leg(i).foot, strength - pull_on(p, i), strength, along};
+inline Bearing bearing_of(const Legged& s, int i, double strength) {
+  const LeggedFoot& foot = s.feet[i];
+  double along = structure_force(s, i, ALONG, foot.u[ALONG]);
+  if (s.directions() > DIRECTIONS) along = std::hypot(along, structure_force(s, i, ACROSS, foot.u[ACROSS]));
+  return {s.laws, s.body.legs[i].foot, strength - pull_on(s, i), strength, along};
 }
 
+// Momentum [N s] of the film under a foot in the air at a gap, from its base on.
+inline double film_above(const Legged& s, int i, double gap) { return s.feet[i].film && !s.body.legs[i].turned ? s.film(i, gap) : 0.0; }
+
 // Rate [m/s] without the film's momentum of a foot that leaves the ground at a rate.
-template <class P>
-inline typename P::Real leaving_rate(const P& p, int i, const typename P::Real& rate) {
-  return rate - p.film(i, typename P::Real(0.0)) / p.mass(i);
-}
+inline double leaving_rate(const Legged& s, int i, double rate) { return rate - film_above(s, i, 0.0) / s.body.legs[i].mass; }
 
 // A foot reaches the ground: its gap becomes zero. Returns the state before the impact, all but `Landing::after`, `printed` and
 // `none`.
-template <class P>
-inline Landing<typename P::Real> pre_impact(P& p, int i) {
-  typedef typename P::Real Real;
-  const Real speed = -(p.w(i, UP) + p.film(i, p.landing_gap(i)) / p.mass(i));
-  p.u(i, UP) = -p.gap(i);
-  return {speed, Real(0.0), pull_on(p, i), p.laws.strength(p.leg(i).foot, p.age_brought(i), p.volts(p.leg(i).foot)), Real(0.0), 1.0 / p.mass(i), Real(0.0)};
+inline Landing pre_impact(Legged& s, int i) {
+  const Leg& leg = s.body.legs[i];
+  LeggedFoot& foot = s.feet[i];
+  const double speed = -(foot.w[UP] + film_above(s, i, s.gap_now(i)) / leg.mass);
+  foot.u[UP] = leg.standing();
+  return {speed, 0.0, pull_on(s, i), new_strength(s, i), 0.0, 1.0 / leg.mass, 0.0};
 }
 
 // The state after the impact of a foot that approaches: the speed of departure.
-template <class P>
-inline void post_impact(const P& p, int i, Landing<typename P::Real>& at) {
-  const int f = p.leg(i).foot;
-  at.after = p.laws.rebound(f, at.speed);
-  if (!p.laws.has(f, PULL_AS_PRINTED)) return;
-  const typename P::Real own = structure_force(p, i, UP, -p.gap(i));  // the ground's forces are no part of (2.13)
-  at.printed = own - 2.0 * p.stiffness(i, UP) * p.gap(i) + p.damping(i, UP) * at.after;
+inline void post_impact(const Legged& s, int i, Landing& at) {
+  const Leg& leg = s.body.legs[i];
+  at.after = s.laws.rebound(leg.foot, at.speed);
+  if (!s.laws.has(leg.foot, PULL_AS_PRINTED)) return;
+  const double own = structure_force(s, i, UP, leg.standing());  // the ground's forces are no part of (2.13)
+  at.printed = own - 2.0 * leg.stiffness[UP] * leg.gap + leg.damping[UP] * at.after;
 }
 
-// Its velocity after the impact, and what braked it; the energy [J] is all that the impact takes.
-template <class P>
-inline Braking<typename P::Real> impact(P& p, int i, EventKind kind, const Landing<typename P::Real>& at) {
-  typedef typename P::Real Real;
-  const bool bounces = kind == BOUNCE;
-  const Real restituted = bounces ? at.lost() : at.lost() + at.kept();
-  p.w(i, UP) = bounces ? leaving_rate(p, i, at.after) : Real(0.0);
-  const bool any_way = p.directions() > DIRECTIONS;
-  const Real slip = any_way ? hypotenuse(Real(p.w(i, ALONG)), Real(p.w(i, ACROSS))) : Real(p.w(i, ALONG));
-  Braking<Real> out = impact_friction(p.laws, p.leg(i).foot, {at.mobility, Real(0.0), at.mobility}, at.speed, bounces ? at.after : Real(0.0), slip);
-  if (!any_way) p.w(i, ALONG) = out.left;
-  if (any_way && value_of(slip) > 0.0) {  // against the slip, along and across alike: it keeps its direction
-    for (int d : {ALONG, ACROSS}) p.w(i, d) = p.w(i, d) * (out.left / slip);
+// Its velocity after the impact. Returns the energy [J] that the impact takes.
+inline double impact(Legged& s, int i, EventKind kind, const Landing& at) {
+  LeggedFoot& foot = s.feet[i];
+  const bool bounces = kind == BOUNCE, any_way = s.directions() > DIRECTIONS;
+  foot.w[UP] = bounces ? leaving_rate(s, i, at.after) : 0.0;
+  const double slip = any_way ? std::hypot(foot.w[ALONG], foot.w[ACROSS]) : foot.w[ALONG];
+  const Braking out = impact_friction(s.laws, s.body.legs[i].foot, {at.mobility, 0.0, at.mobility}, at.speed, bounces ? at.after : 0.0, slip);
+  if (!any_way) foot.w[ALONG] = out.left;
+  if (any_way && slip > 0.0) {  // against the slip, along and across alike: it keeps its direction
+    for (int d : {ALONG, ACROSS}) foot.w[d] *= out.left / slip;
   }
-  out.lost = restituted + out.lost;
-  return out;
+  return (bounces ? at.lost() : at.lost() + at.kept()) + out.lost;
 }
-
-// ---- on numbers alone: decisions, and the events that are logged
 
 // Bound [N] below which the pull on a foot on the ground counts as zero: by the scale of the scene, or the rounding of `pull_on`.
 inline double no_pull(const Legged& s, int i) {
@@ -171,9 +148,8 @@ inline void land(Legged& s, int i, const double* pull = nullptr) {
   LeggedFoot& foot = s.feet[i];
   const int f = s.body.legs[i].foot;
   const double t = s.clock.time;
-  Present present(s);
-  const double momentum = present.film(i, present.landing_gap(i));
-  Landing<double> at = pre_impact(present, i);
+  const double momentum = film_above(s, i, s.gap_now(i));
+  Landing at = pre_impact(s, i);
   if (pull != nullptr) at.pull = *pull;
   at.none = no_pull(s, i) + ROUNDING * std::fabs(at.strength);
   if (at.speed <= no_rate(s, i, momentum)) {
@@ -181,14 +157,14 @@ inline void land(Legged& s, int i, const double* pull = nullptr) {
       s.log.add(t, f, CONTACT_AT_START, foot.apex, 0.0, 0.0, at.pull, at.strength);
       begin_contact(s, i);
     } else {
-      foot.w[UP] = leaving_rate(present, i, std::max(-at.speed, 0.0));
+      foot.w[UP] = leaving_rate(s, i, std::max(-at.speed, 0.0));
       foot.start = JUST_LEFT;
     }
     return;
   }
-  post_impact(present, i, at);
+  post_impact(s, i, at);
   const EventKind kind = landing_kind(s.laws, f, at, s.settings.rest_height);
-  s.log.add(f, kind, foot.apex, numbers_of(s.laws, f, kind, t, at, impact(present, i, kind, at).lost));
+  s.log.add(f, kind, foot.apex, numbers_of(s.laws, f, kind, t, at, impact(s, i, kind, at)));
   if (kind == BOUNCE) return begin_flight(s, i);
   begin_contact(s, i);
 }
@@ -198,7 +174,6 @@ inline void land(Legged& s, int i, const double* pull = nullptr) {
 // A foot reaches its facet.
 inline void land_on_facet(Legged& s, int i, const double* pull = nullptr) {
   turn(s, i);
-  s.note(pull != nullptr ? LANDS_PRESSED : LANDS, i);
   land(s, i, pull);
   if (s.feet[i].contact == AIR) turn_back(s, i);
 }
@@ -216,12 +191,10 @@ inline Facet open_side(const Legged& s, int i) {
 
 // What is noted of a foot that leaves a facet for the next one, or for the air beyond it.
 inline void end_contact(Legged& s, int i) {
-  Present present(s);
   LeggedFoot& foot = s.feet[i];
   const int f = s.body.legs[i].foot;
   const double t = s.clock.time;
-  s.note(PARTS, i);
-  s.log.add(t, f, RELEASE, foot.apex, 0.0, 0.0, pull_on(present, i), s.laws.strength(f, t - foot.since, s.volts_now(f)));
+  s.log.add(t, f, RELEASE, foot.apex, 0.0, 0.0, pull_on(s, i), strength_now(s, i));
   foot.end(t);
   foot.wedged = 0;
 }
@@ -234,22 +207,19 @@ inline void lie_on(Legged& s, int i, const Facet& next) {
   foot.contact = AIR;  // for a moment, so that the facet's frame is entered from the air
   pass_over(s, i, next);
   turn(s, i);
-  Present present(s);
   const int f = s.body.legs[i].foot;
   foot.u[UP] = s.body.legs[i].standing();
-  s.note(LIES, i);
-  s.log.add(s.clock.time, f, CONTACT_AT_START, foot.apex, 0.0, 0.0, pull_on(present, i), s.laws.strength(f, present.age_brought(i), s.volts_now(f)));
+  s.log.add(s.clock.time, f, CONTACT_AT_START, foot.apex, 0.0, 0.0, pull_on(s, i), new_strength(s, i));
   begin_contact(s, i);
 }
 
 // What the two facets of a corner bear of a foot there without friction, R = N n + N' n' [N]: its own with the strength of the contact,
 // N + f_a, and the next one N'.
-template <class Real>
 struct Pressing {
-  Real own, next;
+  double own, next;
 
-  Pressing(const Bearing<Real>& at, const CornerOf<Real>& corner, int way) : next(double(way) * at.along / corner.sin) { own = at.margin - next * corner.cos; }
-  bool holds() const { return value_of(next) > 0.0 && value_of(own) >= 0.0; }
+  Pressing(const Bearing& at, const Corner& corner, int way) : next(double(way) * at.along / corner.sin) { own = at.margin - next * corner.cos; }
+  bool holds() const { return next > 0.0 && own >= 0.0; }
 };
 
 // What drives a foot that stands still on a ridge towards it, on its own facet and back from the next one [N]. Where both do, the structure pulls
@@ -259,7 +229,7 @@ struct OnRidge {
   double own, back;
 
   // breaking [N]: the pull that breaks the contact.
-  OnRidge(const Bearing<double>& at, double breaking, const Corner& corner, int way)
+  OnRidge(const Bearing& at, double breaking, const Corner& corner, int way)
       : own(way * at.along), back(-(breaking - at.margin) * corner.sin - own * corner.cos) {}
   bool holds() const { return own > 0.0 && back >= 0.0; }
 };
@@ -272,27 +242,23 @@ inline void stand_in_corner(Legged& s, int i, int way, bool shifts) {
   const int f = s.body.legs[i].foot;
   foot.w[UP] = foot.w[ALONG] = 0.0;
   foot.wedged = 0;
-  Present present(s);
-  const double strength = s.laws.strength(f, s.clock.time - foot.since, s.volts_now(f));
-  Bearing<double> at = bearing_of(present, i, strength);
-  const Pressing<double> by(at, corner, way);
-  const OnRidge ridge(at, strength - present.smooth(i, 0.0, 0.0), corner, way);
-  s.note(STANDS, i, way);
+  const double strength = strength_now(s, i);
+  Bearing at = bearing_of(s, i, strength);
+  const Pressing by(at, corner, way);
+  const OnRidge ridge(at, strength - force_at_rest(s, i), corner, way);
   if ((corner.rises() ? by.holds() : ridge.holds()) && !shifts) {
     foot.set_sliding(false, 0.0, 0.0, false);
     foot.wedged = way;
-    s.note(BEARS, i);
     s.log.add(s.clock.time, f, STICK_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
     return;
   }
   if (corner.rises() ? by.next > 0.0 : ridge.own > 0.0) {
     lie_on(s, i, profile_of(s, i).facet(foot.ground.number + way));
     way = -way;
-    at = bearing_of(present, i, s.laws.strength(f, s.clock.time - foot.since, s.volts_now(f)));
+    at = bearing_of(s, i, strength_now(s, i));
   }
   const bool had = foot.contact == STUCK, friction = s.laws.rubs(f), sticks = friction && at.holds(s.settings.force_zero);
   foot.set_sliding(!sticks, sticks || !friction ? 0.0 : double(-way), 0.0, !sticks);
-  s.note(BEARS, i);
   if (had != sticks) s.log.add(s.clock.time, f, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
 }
 
@@ -300,11 +266,9 @@ inline void stand_in_corner(Legged& s, int i, int way, bool shifts) {
 // beyond than flights are high that are none. Of facets that are not alike neither is asked for the other.
 inline bool stops_on_ridge(Legged& s, int i, const Corner& corner, int way) {
   if (s.body.patched || profile_of(s, i).facet(s.feet[i].ground.number + way).upright()) return false;
-  const int f = s.body.legs[i].foot;
   const double along = std::exchange(s.feet[i].w[ALONG], 0.0);
-  Present present(s);
-  const double strength = s.laws.strength(f, s.clock.time - s.feet[i].since, s.volts_now(f));
-  const OnRidge ridge(bearing_of(present, i, strength), strength - present.smooth(i, 0.0, 0.0), corner, way);
+  const double strength = strength_now(s, i);
+  const OnRidge ridge(bearing_of(s, i, strength), strength - force_at_rest(s, i), corner, way);
   s.feet[i].w[ALONG] = along;
   return ridge.holds() && 0.5 * s.body.legs[i].mass * along * along < s.settings.rest_height * std::min(ridge.own, ridge.back);
 }
@@ -319,16 +283,12 @@ inline void turn_corner(Legged& s, int i, int way) {
   if (corner.rises() || stops) foot.u[ALONG] = old.end(way) - s.body.legs[i].place;
   const double speed = way * foot.w[ALONG] * corner.sin;
   const bool meets = corner.rises() && !corner.straight();
-  Present present(s);
-  const int f = s.body.legs[i].foot;
-  s.note(PRESSES, i, way);
-  const Pressing<double> by(bearing_of(present, i, s.laws.strength(f, s.clock.time - foot.since, s.volts_now(f))), corner, way);
+  const Pressing by(bearing_of(s, i, strength_now(s, i)), corner, way);
   const double energy = 0.5 * s.body.legs[i].mass * foot.w[ALONG] * foot.w[ALONG];
   // no more swings from one facet to the other than flights that are as low
   const bool low = by.holds() && energy < s.settings.rest_height * std::min(by.own, by.next);
   if (stops || (meets && (low || speed <= no_rate(s, i, 0.0)))) {
     const size_t before = s.log.events.size();
-    s.note(SPENDS, i);
     stand_in_corner(s, i, way, false);
     if (s.log.events.size() > before) s.log.events[before].energy += energy;
     return;
@@ -351,7 +311,6 @@ inline void turn_corner(Legged& s, int i, int way) {
   }
   if (corner.straight() || way * foot.w[ALONG] > s.settings.speed_zero) return;
   // what is left of its motion would take it back into the corner: both facets stop it
-  s.note(SPENDS, i, 0, 1);
   s.log.events.back().energy += 0.5 * s.body.legs[i].mass * foot.w[ALONG] * foot.w[ALONG];
   stand_in_corner(s, i, -way, false);
 }
@@ -379,7 +338,7 @@ inline void pass_corner(Legged& s, int i, int way) {
 // left of its velocity moves it by less in such a step than the repetition leaves open, and also where friction holds it and would let it
 // go no farther than a step may err: what is left goes to friction, and the foot sticks, or slides on towards what drives it. Any other
 // velocity only passes by zero, and friction turns to it.
-inline void turn_slip(Legged& s, int i, FootEvent kind, const Bearing<double>& at) {
+inline void turn_slip(Legged& s, int i, FootEvent kind, const Bearing& at) {
   LeggedFoot& foot = s.feet[i];
   const double speed = std::hypot(foot.w[ALONG], foot.w[ACROSS]), energy = 0.5 * s.body.legs[i].mass * speed * speed;
   const bool holds = kind == STOP && at.holds(s.settings.force_zero), still = kind != STOP || speed * s.length <= CONVERGED * s.settings.gap;
@@ -389,9 +348,8 @@ inline void turn_slip(Legged& s, int i, FootEvent kind, const Bearing<double>& a
   s.energy.friction += energy;
   foot.w[ALONG] = foot.w[ACROSS] = 0.0;
   if (sticks) return foot.set_sliding(false, 0.0, 0.0, false);
-  Present present(s);
   const double size = at.along > 0.0 ? at.along : 1.0;
-  foot.set_sliding(true, structure_force(present, i, ALONG, foot.u[ALONG]) / size, structure_force(present, i, ACROSS, foot.u[ACROSS]) / size, true);
+  foot.set_sliding(true, structure_force(s, i, ALONG, foot.u[ALONG]) / size, structure_force(s, i, ACROSS, foot.u[ACROSS]) / size, true);
 }
 
 // Change the state of a foot by its event at the present time.
@@ -405,18 +363,17 @@ inline void apply_event(Legged& s, int i, FootEvent kind) {
   if (kind == SHIFT || kind == LOOSE) return stand_in_corner(s, i, foot.wedged, kind == SHIFT);
 
   const int f = s.body.legs[i].foot;
-  Present present(s);
-  const double t = s.clock.time, pull = pull_on(present, i), strength = s.laws.strength(f, t - foot.since, s.volts_now(f));
+  const double t = s.clock.time, pull = pull_on(s, i), strength = strength_now(s, i);
   if (kind == PULL_OFF) {
     s.log.add(t, f, RELEASE, foot.apex, 0.0, 0.0, pull, strength);
     foot.end(t);
     foot.wedged = 0;
-    foot.w[UP] = leaving_rate(present, i, 0.0);
+    foot.w[UP] = leaving_rate(s, i, 0.0);
     if (s.body.legs[i].turned) return leave_facet(s, i, open_side(s, i));
     begin_flight(s, i);
     return;
   }
-  const Bearing<double> at = bearing_of(present, i, strength);
+  const Bearing at = bearing_of(s, i, strength);
   if (s.profile != nullptr) {
     const int way = int(sense_of_slip(at.along));
     const Leg& leg = s.body.legs[i];

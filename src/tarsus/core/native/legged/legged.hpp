@@ -21,7 +21,7 @@ namespace tarsus::legged {
 enum Start { AS_IT_COMES, JUST_LEFT, JUST_SLIDING };
 
 // State and history of a foot.
-struct LeggedFoot : Grip<double> {
+struct LeggedFoot : Grip {
   double u[MOST_DIRECTIONS], w[MOST_DIRECTIONS];  // displacement [m], rate without the film's momentum [m/s]
   double sense[MOST_DIRECTIONS];                  // of sliding along and across, of length 1, 0 without friction
   double slipped;                                 // path slid in contact [m]
@@ -55,8 +55,6 @@ struct LegRows {
   Row bound, force[MOST_DIRECTIONS];                   // most friction, and what it has to bear along and across the way [N]
   Row speed, way[MOST_DIRECTIONS];                     // of one that slides any way: its speed [m/s], and the direction of that
   bool stiff;                                          // whether the film in the air is too stiff for repetition
-  Row leaned[DIRECTIONS];              // of a lane: momentum of the run's film, by what turns its facet
-  bool leans = false;                  // whether it has such
 };
 
 // The body at the nodes of the step, by coordinate.
@@ -172,17 +170,6 @@ struct PatchedLaws : ActingLaws {
 
 struct Profile;
 
-// What an event on uneven ground is made of, one thing after the other: a foot has its speed along the facet taken by the corner at its
-// end, or is found pressed into that; lands, with the pull that the corner leaves or its own; leaves its contact; lies on a facet; stands
-// still in a corner; bears what friction has to. event: number of the logged event that it belongs to, or the next one.
-enum Deed { SPENDS, PRESSES, LANDS, LANDS_PRESSED, PARTS, LIES, STANDS, BEARS };
-struct Done {
-  Deed what;
-  int64_t facet;
-  int way;
-  size_t event;
-};
-
 struct Legged {
   Body body;  // with the gaps and weights of the run
   const LegTables& tables;
@@ -208,10 +195,6 @@ struct Legged {
   const Profile* profile = nullptr;
   std::vector<Leg> level;
   std::vector<double> level_gain;
-  std::vector<Done>* deeds = nullptr;  // where what events are made of is noted, or null
-  void note(Deed what, int i, int way = 0, size_t earlier = 0) {
-    if (deeds != nullptr) deeds->push_back({what, feet[i].ground.number, way, log.events.size() - earlier});
-  }
 
   // the step being made
   std::vector<Row> channels;
@@ -265,8 +248,8 @@ struct Legged {
   double film_share(int i, int d) const { return feet[i].filmed() ? normal_share(i, d) : 0.0; }
 
   // Whether a film acts in a direction, and its momentum there at the nodes.
-  bool films(int i, int d) const { return film_share(i, d) != 0.0 || rows[i].leans; }
-  Row film_row(int i, int d) const { return rows[i].leans ? rows[i].film * film_share(i, d) + rows[i].leaned[d] : rows[i].film * film_share(i, d); }
+  bool films(int i, int d) const { return film_share(i, d) != 0.0; }
+  Row film_row(int i, int d) const { return rows[i].film * film_share(i, d); }
 
   // Volts at a foot's electrode at the nodes, and now.
   const Row& volts(int f) const {

@@ -46,42 +46,19 @@ struct Notes {
   }
 };
 
-// Where a foot turns back as it slides: scaled time of the step, and its place along the ground [m].
-struct Turn {
-  double at, place;
-};
-
-// Who follows a run, as its derivatives do: told of every step that is made, before the state moves on and after, and of every event of a
-// foot, before and after it is applied; the marks of the run are left to it.
-struct Follower {
-  virtual int resolving() const = 0;  // first step class whose nodes see what it follows
-  virtual void made(int k, double h, double fraction, double reached) = 0;
-  virtual void moved(double h, double fraction) = 0;
-  virtual void before_event(int i, FootEvent kind) = 0;
-  virtual void after_event(int i, FootEvent kind) = 0;
-  virtual void mark() = 0;
-
- protected:
-  ~Follower() = default;
-};
-
 struct LeggedMarch : Legged {
-  Follower* follower = nullptr;
   const bool keeps_account;
   const Body& unit_body;  // its weights are those of unit gravity
   Notes& notes;
   std::vector<Profile> ground;
   Moment moment;
   const double* gravity = nullptr;  // [m/s^2] of the run, into the ground and back along the way
-  double lowest_at = -1.0, highest_at = -1.0;  // scaled times of the last step at which the body was lower, higher; -1: never
-  std::vector<std::vector<Turn>> turns;        // of every leg, where its foot turned back as it slid in the last step
 
   LeggedMarch(const Body& b, const LegTables& t, const Nodes& n, const Between& f, const Signals& s, const Laws& l,
               const Settings& set, Log& events, Notes& some, bool account, size_t driven)
       : Legged(b, t, n, f, s, l, set, events, driven), keeps_account(account), unit_body(b), notes(some) {
     moment.directions = body.directions;
     moment.legs.resize(body.directions * body.legs.size());
-    turns.resize(body.legs.size());
   }
 
   size_t mark_width() const { return size_t(3 + coordinates() + 2 * body.feet()); }
@@ -150,9 +127,8 @@ struct LeggedMarch : Legged {
   void enter() {}
   bool resolve_contacts() { return false; }
 
-  void mark() { follower != nullptr ? follower->mark() : note_mark(); }
   // Note where the robot is at the end of a drive period, and how high feet and body went in it.
-  void note_mark() {
+  void mark() {
     std::vector<double>& row = notes.marks;
     row.push_back(clock.time);
     row.insert(row.end(), x, x + coordinates());
@@ -246,21 +222,8 @@ struct LeggedMarch : Legged {
   static constexpr double NODE_SPACING = 0.22;
   void note_heights(double h, double fraction) {
     const double margin = NODE_SPACING * h * highest(magnitude(at.v[1]));
-    lowest_at = highest_at = -1.0;
-    if (lowest(at.x[1]) - margin < lowest_body) {
-      const Extreme low = extreme(nodes, at.x[1], -1.0, fraction);
-      if (low.value < lowest_body) {
-        lowest_at = low.at;
-        lowest_body = low.value;
-      }
-    }
-    if (highest(at.x[1]) + margin > highest_body) {
-      const Extreme high = extreme(nodes, at.x[1], 1.0, fraction);
-      if (high.value > highest_body) {
-        highest_at = high.at;
-        highest_body = high.value;
-      }
-    }
+    if (lowest(at.x[1]) - margin < lowest_body) lowest_body = std::min(lowest_body, extreme(nodes, at.x[1], -1.0, fraction));
+    if (highest(at.x[1]) + margin > highest_body) highest_body = std::max(highest_body, extreme(nodes, at.x[1], 1.0, fraction));
   }
 
   // Path [m] that a foot slides any way up to scaled time ``fraction`` of the step: the integral of its speed.
@@ -274,12 +237,11 @@ struct LeggedMarch : Legged {
   // ground. A foot without friction turns back without an event: where its speed changes sign between two nodes.
   double slide(int i, double h, double fraction, double end) {
     constexpr int d = ALONG;
-    constexpr double EXACT = 1e-13;  // of the time between two nodes: derivatives of the path are known as well as that moment
+    constexpr double EXACT = 1e-13;  // of the time between two nodes: what differences of runs see of the path is smooth to rounding then
     const LegRows& r = rows[i];
     const Row& speed = r.w[d];
     const bool by_nodes = smooth(*this, r, d, h);
     double path = 0.0, from = feet[i].u[d], sense = speed[0];
-    turns[i].clear();
     for (int j = 1; j < N && nodes.tau[j - 1] < fraction; j++) {
       if (sense * speed[j] < 0.0) {
         const double up = sense < 0.0 ? 1.0 : -1.0;
@@ -289,7 +251,6 @@ struct LeggedMarch : Legged {
           return Motion{up * to.u, up * to.w};
         }, EXACT);
         if (turn.at >= fraction) break;
-        turns[i].push_back({turn.at, up * turn.gap});
         path += std::fabs(up * turn.gap - from);
         from = up * turn.gap;
       }
@@ -385,7 +346,6 @@ struct LeggedMarch : Legged {
   }
 
   Code step() {
-    if (follower != nullptr) step_class = std::max(step_class, follower->resolving());
     const Player::Kink kink = player.next_kink(clock.time);
     const double goal = std::min(settings.end, clock.mark);
     const double left = std::min(kink.left, goal - clock.time);
@@ -400,9 +360,7 @@ struct LeggedMarch : Legged {
       first = std::min(first, events[f].low);
     }
     const double fraction = std::min(first, limit), reached = reached_at(h, first, limit, left, goal);
-    if (follower != nullptr) follower->made(chosen.k, h, fraction, reached);
     if (fraction > 0.0 && !accept(h, fraction, reached)) return NOT_FINITE;
-    if (follower != nullptr) follower->moved(h, fraction);
     int kind = 0;
     if (first <= limit) {
       kind = apply_events(first);
@@ -425,10 +383,7 @@ struct LeggedMarch : Legged {
     const size_t before = log.events.size();
     int kind = 0;
     for (int f = 0; f < body.feet(); f++) {
-      if (!now(f, first)) continue;
-      if (follower != nullptr) follower->before_event(body.leg[f], events[f].kind);
-      apply_event(*this, body.leg[f], events[f].kind);
-      if (follower != nullptr) follower->after_event(body.leg[f], events[f].kind);
+      if (now(f, first)) apply_event(*this, body.leg[f], events[f].kind);
     }
     for (size_t e = before; e < log.events.size(); e++) {
       const int what = int(log.events[e].kind);

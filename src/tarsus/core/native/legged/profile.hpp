@@ -20,37 +20,33 @@ namespace tarsus::legged {
 struct Profile : Line {
   const double* numbers = nullptr;
 
-  // A facet of the shape's numbers ``at``, and its factors of the laws.
-  template <class Real, class At>
-  FacetOf<Real> facet(int64_t k, At&& at) const {
+  // A facet, and its factors of the laws.
+  Facet facet(int64_t k) const {
     const int64_t n = points - 1;
     const int64_t cell = periodic ? (k >= 0 ? k / n : -((n - 1 - k) / n)) : 0, j = k - cell * n;
-    FacetOf<Real> out;
+    Facet out;
     out.number = k;
     if (j < 0 || j >= n) {
       const int64_t end = j < 0 ? 0 : 2 * n;
-      out.x = at(end);
-      out.z = at(end + 1);
-      (j < 0 ? out.low : out.high) = Real(j < 0 ? -INF : INF);
+      out.x = numbers[end];
+      out.z = numbers[end + 1];
+      (j < 0 ? out.low : out.high) = j < 0 ? -INF : INF;
       return out;
     }
-    const Real dx = at(2 * j + 2) - at(2 * j), dz = at(2 * j + 3) - at(2 * j + 1);
-    out.x = at(2 * j) + double(cell) * (at(2 * n) - at(0));
-    out.z = at(2 * j + 1) + double(cell) * (at(2 * n + 1) - at(1));
-    out.high = hypotenuse(dx, dz);
+    const double dx = numbers[2 * j + 2] - numbers[2 * j], dz = numbers[2 * j + 3] - numbers[2 * j + 1];
+    out.x = numbers[2 * j] + double(cell) * (numbers[2 * n] - numbers[0]);
+    out.z = numbers[2 * j + 1] + double(cell) * (numbers[2 * n + 1] - numbers[1]);
+    out.high = std::hypot(dx, dz);
     out.cos = dx / out.high;
     out.sin = dz / out.high;
     return out;
   }
-  template <class Real, class At>
-  PatchOf<Real> patch(int64_t k, At&& at) const {
-    if (!patched) return {Real(1.0), Real(1.0), Real(1.0)};
+  Patch patch(int64_t k) const {
+    if (!patched) return {};
     const int64_t n = points - 1, j = periodic ? ((k % n) + n) % n : std::min(std::max(k, int64_t(0)), n - 1);
     const int64_t own = 2 * points + 3 * j;
-    return {at(own), at(own + 1), at(own + 2)};
+    return {numbers[own], numbers[own + 1], numbers[own + 2]};
   }
-  Facet facet(int64_t k) const { return {facet<double>(k, [this](int64_t n) { return numbers[n]; })}; }
-  Patch patch(int64_t k) const { return patch<double>(k, [this](int64_t n) { return numbers[n]; }); }
   // The facet, not a vertical one, below a place (along, height); at a corner the one that leaves it above the ground.
   Facet below(double x, double z) const {
     const int64_t n = points - 1;
@@ -76,17 +72,15 @@ struct Profile : Line {
 inline const Profile& profile_of(const Legged& s, int i) { return s.profile[s.body.legs[i].line]; }
 
 // The turn from one facet into the next in the direction ``way`` (+-1), by which the ground rises: a corner that rises is concave.
-template <class Real>
-struct CornerOf {
-  Real sin, cos;
+struct Corner {
+  double sin, cos;
 
-  CornerOf(const FacetOf<Real>& from, const FacetOf<Real>& to, int way)
+  Corner(const Facet& from, const Facet& to, int way)
       : sin(double(way) * (from.cos * to.sin - from.sin * to.cos)), cos(from.cos * to.cos + from.sin * to.sin) {}
   // Directions that differ by less than what rounding leaves of them are one: a turn by 1e-12 takes 1e-24 of the energy.
-  bool straight() const { return std::fabs(value_of(sin)) < 1e-12 && value_of(cos) > 0.0; }
-  bool rises() const { return value_of(sin) > 0.0; }
+  bool straight() const { return std::fabs(sin) < 1e-12 && cos > 0.0; }
+  bool rises() const { return sin > 0.0; }
 };
-typedef CornerOf<double> Corner;
 
 // The corner at an end of the facet of a foot.
 inline Corner corner_of(const Legged& s, int i, int way) {
@@ -113,19 +107,17 @@ inline Hip combined(const Hip& a, double by_a, const Hip& b, double by_b) {
 }
 
 // Components (upward, along) of a vector, from the robot's directions into a facet's: of one with the slope's sine reversed, back.
-template <class Real>
-inline void rotate(Real* vector, const Real& cos, const Real& sin) {
-  const Real up = vector[UP], along = vector[ALONG];
+inline void rotate(double* vector, double cos, double sin) {
+  const double up = vector[UP], along = vector[ALONG];
   vector[UP] = cos * up - sin * along;
   vector[ALONG] = cos * along + sin * up;
 }
 
 // Of springs, or dampers, upward and along the way: what they are in the directions of a facet, and couple of them.
-template <class Real>
 struct Mixed {
-  Real own[DIRECTIONS], cross;
+  double own[DIRECTIONS], cross;
 
-  Mixed(const Real& up, const Real& along, const Real& c, const Real& s)
+  Mixed(double up, double along, double c, double s)
       : own{up * c * c + along * s * s, along * c * c + up * s * s}, cross((up - along) * s * c) {}
 };
 
@@ -169,7 +161,7 @@ inline void turn_leg(Legged& s, int i) {
   leg.hip[UP] = combined(level.hip[UP], c, level.hip[ALONG], -z);
   leg.hip[ALONG] = combined(level.hip[ALONG], c, level.hip[UP], z);
   const auto mix = [c, z](double* of, const double* level) {
-    const Mixed<double> found(level[UP], level[ALONG], c, z);
+    const Mixed found(level[UP], level[ALONG], c, z);
     std::copy_n(found.own, DIRECTIONS, of);
     return found.cross;
   };

@@ -1,5 +1,5 @@
 // Friction along the ground, once for every system: its bound under a foot that slides, which way and whether one slides, and what
-// an impact takes of its speed along the ground. Real is double or a Jet, with laws of the same.
+// an impact takes of its speed along the ground.
 //
 // A foot on the ground sticks, held along the ground where it is, or slides with the friction F = -sense * bound(N + f_a, f_a, |v|)
 // [N] of the law.
@@ -38,16 +38,15 @@ struct Footing {
 };
 
 // Of a foot that sticks, at one moment [N]: its margin, what friction has to bear along the ground, and what it can.
-template <class Real>
 struct Bearing {
-  Real margin, along, most;
+  double margin, along, most;
 
   template <class AnyLaws>
-  Bearing(AnyLaws& laws, int foot, const Real& free, const Real& strength, const Real& pulled)
-      : margin(free), along(pulled), most(laws.friction(foot, free, strength, Real(0.0))) {}
+  Bearing(AnyLaws& laws, int foot, double free, double strength, double pulled)
+      : margin(free), along(pulled), most(laws.friction(foot, free, strength, 0.0)) {}
 
   // ``none`` [N]: what is no force.
-  bool holds(double none) const { return std::fabs(value_of(along)) <= value_of(most) + none; }
+  bool holds(double none) const { return std::fabs(along) <= most + none; }
 };
 
 // --- at the nodes of a step ------------------------------------------------------------------------------------------------
@@ -81,7 +80,7 @@ inline auto mirrored(const Row& speed, bool begins, At&& at) {
 }
 
 // Its slopes are by margin, strength and speed, as the arguments of the law (see FrictionArgument).
-typedef Dual<Row, FRICTION_ARGUMENTS> SlidingBound;
+typedef Dual<FRICTION_ARGUMENTS> SlidingBound;
 
 // As the law has it, at a speed of whose size ``sign`` is the derivative: at 0 that of a foot that sticks.
 inline SlidingBound bound_by_law(const ActingLaws& laws, int foot, const Row& margin, const Row& strength, const Row& at, const Row& sign) {
@@ -97,7 +96,7 @@ inline SlidingBound sliding_bound(const ActingLaws& laws, int foot, const Row& m
 }
 
 // Part of a bound that depends on the slip speed which the nodes may miss in a step, well above its rounding. The bend of the bound
-// where a slip stops moves a foot by less than any tolerance, but the moment of the stop and its derivatives depend on it.
+// where a slip stops moves a foot by less than any tolerance, but the moment of the stop depends on it.
 constexpr double BEND = 1e-9;
 constexpr double AT_ONCE = 1e-12;  // part of a run in which it does not matter when a slip stops
 
@@ -137,38 +136,32 @@ inline double bend_error(const Nodes& nodes, const Row& bound, const Row& speed,
 
 // Rates of a free foot per unit impulse [1/kg]: normal by normal, along the ground by normal and the other way round, along by
 // along.
-template <class Real>
 struct Mobilities {
-  Real normal, across, along;
+  double normal, across, along;
 };
 
 // Friction impulse [N s] along the ground on a foot that an impact throws back, the kinetic energy [J] that it takes beyond what
-// restitution takes, and what it leaves of the rate [m/s] along the ground with which restitution begins; doubtful: whether it
-// stops the foot is within CLOSE of its threshold.
-template <class Real>
+// restitution takes, and what it leaves of the rate [m/s] along the ground with which restitution begins.
 struct Braking {
-  Real impulse, lost, left;
-  bool doubtful = false;
+  double impulse, lost, left;
 };
 
 // Of all impulses that Coulomb's law allows, |p_t| <= ratio p_n, the one that leaves the least kinetic energy where the foot
 // departs with the speed ``after``. It stops what the foot has along the ground when restitution begins, or brakes that as much
 // as it may. So no impact ever adds energy, however the two ways are coupled (Kane's paradox); where they are not, as under a
 // point mass, the foot stops or is braked by ratio times the change of its normal rate.
-template <class Real>
-inline Braking<Real> braking(const Mobilities<Real>& by, const Real& speed, const Real& after, const Real& along, const Real& ratio) {
-  const Real coupling = by.across / by.normal, slip = along + speed * coupling, mobility = by.along - by.across * coupling;
-  Braking<Real> out{Real(0.0), Real(0.0), slip};
-  const double size = std::fabs(value_of(slip));
-  if ((size == 0.0 && value_of(ratio) == 0.0) || !(value_of(mobility) > 0.0)) return out;
-  const bool forward = value_of(slip) > 0.0;
+inline Braking braking(const Mobilities& by, double speed, double after, double along, double ratio) {
+  const double coupling = by.across / by.normal, slip = along + speed * coupling, mobility = by.along - by.across * coupling;
+  Braking out{0.0, 0.0, slip};
+  const double size = std::fabs(slip);
+  if ((size == 0.0 && ratio == 0.0) || !(mobility > 0.0)) return out;
+  const bool forward = slip > 0.0;
   out.impulse = -slip / mobility;
-  out.left = Real(0.0);
-  const Real turned = forward ? -ratio : ratio, room = by.normal + turned * by.across;  // p_t = turned p_n
-  if (value_of(room) > 0.0) {
-    const Real most = turned * (speed + after) / room;
-    out.doubtful = is_close(out.impulse, most);
-    if (forward ? value_of(out.impulse) < value_of(most) : value_of(most) < value_of(out.impulse)) {
+  out.left = 0.0;
+  const double turned = forward ? -ratio : ratio, room = by.normal + turned * by.across;  // p_t = turned p_n
+  if (room > 0.0) {
+    const double most = turned * (speed + after) / room;
+    if (forward ? out.impulse < most : most < out.impulse) {
       out.impulse = most;
       out.left = slip + most * mobility;
     }
@@ -179,10 +172,10 @@ inline Braking<Real> braking(const Mobilities<Real>& by, const Real& speed, cons
 
 // By the law: the ratio is what it takes of a push alone, at the slip speed before the impact. Adhesion is a finite
 // force, without an impulse in an impact.
-template <class AnyLaws, class Real>
-inline Braking<Real> impact_friction(AnyLaws& laws, int foot, const Mobilities<Real>& by, const Real& speed, const Real& after, const Real& along) {
-  const Real change = speed + after;
-  return braking(by, speed, after, along, laws.friction(foot, change, Real(0.0), magnitude(along)) / change);
+template <class AnyLaws>
+inline Braking impact_friction(AnyLaws& laws, int foot, const Mobilities& by, double speed, double after, double along) {
+  const double change = speed + after;
+  return braking(by, speed, after, along, laws.friction(foot, change, 0.0, magnitude(along)) / change);
 }
 
 }  // namespace tarsus

@@ -4,23 +4,20 @@
 
 namespace tarsus {
 
-// Of one foot. Real is double, or a Jet with laws of the same.
-template <class Real>
+// Of one foot.
 struct Grip {
-  Real since = Real(0.0);   // [s] when the present contact would have begun had it aged all along
-  Real aged = Real(0.0);    // [s] age when the foot last left the ground
-  Real parted = Real(0.0);  // [s] when it did
+  double since = 0.0;   // [s] when the present contact would have begun had it aged all along
+  double aged = 0.0;    // [s] age when the foot last left the ground
+  double parted = 0.0;  // [s] when it did
 
   // Age [s] that a contact would begin with at a time.
-  template <class AnyLaws>
-  Real brought(AnyLaws& laws, int foot, const Real& time) const {
+  double brought(const ActingLaws& laws, int foot, double time) const {
     return laws.remaining(foot, aged, time - parted);
   }
-  template <class AnyLaws>
-  void begin(AnyLaws& laws, int foot, const Real& time) {
+  void begin(const ActingLaws& laws, int foot, double time) {
     since = time - brought(laws, foot, time);
   }
-  void end(const Real& time) {
+  void end(double time) {
     aged = time - since;
     parted = time;
   }

@@ -13,12 +13,9 @@ struct Event {
 };
 constexpr int EVENT_WIDTH = sizeof(Event) / sizeof(double);
 
-// Numbers of an event, with derivatives where Real is a Jet; doubtful: a decision is within CLOSE of its threshold.
-template <class Real>
+// Numbers of an event.
 struct EventNumbers {
-  Real when = Real(0.0), before = Real(0.0), after = Real(0.0), pull = Real(0.0), strength = Real(0.0), energy = Real(0.0),
-       adhesion = Real(0.0);
-  bool doubtful = false;
+  double when = 0.0, before = 0.0, after = 0.0, pull = 0.0, strength = 0.0, energy = 0.0, adhesion = 0.0;
 };
 
 // Highest gap of a foot since its last event or mark, when, and the integral of the gap since the start of the run.
@@ -38,7 +35,7 @@ struct Log {
     events.push_back({t, double(foot), double(kind), before, after, pull, strength, energy, adhesion, apex.gap,
                       apex.time, apex.integral});
   }
-  void add(int foot, EventKind kind, const Apex& apex, const EventNumbers<double>& n) {
+  void add(int foot, EventKind kind, const Apex& apex, const EventNumbers& n) {
     add(n.when, foot, kind, apex, n.before, n.after, n.pull, n.strength, n.energy, n.adhesion);
   }
 };

@@ -60,12 +60,8 @@ inline void raise_apex(const Nodes& nodes, Apex& apex, const double* gap, double
   }
 }
 
-// Lowest (sense -1) or highest (sense 1) value of the polynomial through nodal values up to scaled time ``limit``, and where.
-struct Extreme {
-  double value, at;
-};
-
-inline Extreme extreme(const Nodes& nodes, const Row& values, double sense, double limit) {
+// Lowest (sense -1) or highest (sense 1) value of the polynomial through nodal values up to scaled time ``limit``.
+inline double extreme(const Nodes& nodes, const Row& values, double sense, double limit) {
   int best = 0;
   for (int j = 1; j < N && nodes.tau[j] <= limit; j++) {
     if (sense * values[j] > sense * values[best]) best = j;
@@ -74,9 +70,8 @@ inline Extreme extreme(const Nodes& nodes, const Row& values, double sense, doub
   double line[N];
   store(line, powers_of(nodes, reinterpret_cast<const double*>(&values)) * sense);
   const auto rising = [&](double s) { return horner_slope(line, 0, N, s) > 0.0; };
-  if (!(low < high && rising(low) && !rising(high))) return {values[best], nodes.tau[best]};
-  const double at = peak_time(line, low, high);
-  return {sense * horner(line, 0, N, at), at};
+  if (!(low < high && rising(low) && !rising(high))) return values[best];
+  return sense * horner(line, 0, N, peak_time(line, low, high));
 }
 
 }  // namespace tarsus

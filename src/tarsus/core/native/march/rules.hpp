@@ -1,5 +1,4 @@
-// Whether a foot that lands bounces, is captured or rests, and the energy of an impact: once for every system. All but the decision
-// itself is a template over the number type: Real is double in a march, or a Jet (a number with derivatives) with laws of Jets.
+// Whether a foot that lands bounces, is captured or rests, and the energy of an impact: once for every system.
 #pragma once
 #include "laws/laws.hpp"
 #include "march/log.hpp"
@@ -10,12 +9,11 @@ namespace tarsus {
 // the foot stopped there, smooth forces included; strength [N] of the new contact; printed [N]: pull by (2.13) as printed,
 // where that is the rule; mobility [1/kg] of the foot along its normal; none [N]: bound below which the pull on a
 // foot without speed after the impact counts as zero.
-template <class Real>
 struct Landing {
-  Real speed, after, pull, strength, printed, mobility, none;
+  double speed, after, pull, strength, printed, mobility, none;
 
-  Real lost() const { return 0.5 / mobility * (speed * speed - after * after); }  // [J] by restitution
-  Real kept() const { return 0.5 / mobility * after * after; }                    // [J] after it, which adhesion takes in a capture
+  double lost() const { return 0.5 / mobility * (speed * speed - after * after); }  // [J] by restitution
+  double kept() const { return 0.5 / mobility * after * after; }                    // [J] after it, which adhesion takes in a capture
 };
 
 // Ratio of the speeds after and before an impact above which a foot takes more than a thousand flights to come to rest: the force
@@ -24,7 +22,7 @@ struct Landing {
 constexpr double HARDLY_LESS = 1.0 - 1.0 / 1024.0;
 
 // BOUNCE, CAPTURE, REST or AVERAGED_CONTACT; height [m] below which a flight is none.
-inline EventKind landing_kind(const ActingLaws& laws, int foot, const Landing<double>& at, double height) {
+inline EventKind landing_kind(const ActingLaws& laws, int foot, const Landing& at, double height) {
   // the foot is pressed down, and all its remaining flights are lower than that height
   const bool stopped = at.after == 0.0 && at.pull <= at.none;
   bool low = stopped || (at.pull < 0.0 && at.after * at.after < -2.0 * at.pull * at.mobility * height);
@@ -45,36 +43,18 @@ inline EventKind landing_kind(const ActingLaws& laws, int foot, const Landing<do
 // Part of a force or speed within which a decision is in doubt: a run itself determines them to some 1e-9.
 constexpr double CLOSE = 1e-7;
 
-template <class Real>
-inline bool is_close(const Real& a, const Real& b) {
-  return std::fabs(value_of(a) - value_of(b)) < CLOSE * (std::fabs(value_of(a)) + std::fabs(value_of(b)));
-}
-
-// Whether ``landing_kind`` decides between contact and bounce within rounding of its threshold.
-template <class AnyLaws, class Real>
-inline bool landing_in_doubt(AnyLaws& laws, int foot, const Landing<Real>& at) {
-  if (laws.has(foot, RESTITUTES_FIRST)) {
-    const double excess = value_of(laws.excess(foot, at.after));
-    if (std::fabs(excess) < CLOSE * std::fabs(value_of(at.after))) return true;
-    if (excess > 0.0) return false;
-  } else if (laws.has(foot, PULL_AS_PRINTED)) {
-    return is_close(value_of(at.printed), std::max(value_of(at.strength), 0.0));
-  } else if (!laws.has(foot, HAS_LATCH)) {
-    return false;
-  }
-  return is_close(at.pull, at.strength);
+inline bool is_close(double a, double b) {
+  return std::fabs(a - b) < CLOSE * (std::fabs(a) + std::fabs(b));
 }
 
 // Time [s] at which the remaining flights of a foot that comes to rest are over, a geometric series under its pull.
-template <class Real>
-inline Real rest_time(const Real& t, const Landing<Real>& at) {
+inline double rest_time(double t, const Landing& at) {
   return t - 2.0 * at.after / (at.pull * at.mobility) / (1.0 - at.after / at.speed);
 }
 
 // What is reported of an impact at a time that takes an energy [J].
-template <class AnyLaws, class Real>
-inline EventNumbers<Real> numbers_of(const AnyLaws& laws, int foot, EventKind kind, const Real& t, const Landing<Real>& at, const Real& energy) {
-  EventNumbers<Real> out;
+inline EventNumbers numbers_of(const ActingLaws& laws, int foot, EventKind kind, double t, const Landing& at, double energy) {
+  EventNumbers out;
   out.when = kind == REST ? rest_time(t, at) : t;
   out.before = at.speed;
   if (kind == BOUNCE) out.after = at.after;
@@ -101,18 +81,6 @@ inline double passive_angle(double e, double skew) {
     theta = after;
   }
   return theta;
-}
-
-// The same with derivatives: those of the equation that the angle solves.
-template <class Real>
-inline Real passive_angle(const Real& e, const Real& skew) {
-  Real theta(passive_angle(value_of(e), value_of(skew)));
-  const double ee = value_of(e) * value_of(e);
-  if (ee >= 1.0) return theta;
-  const Real wanted = (e + 1.0) * skew * square_root(1.0 - e * e), s = sine(theta), c = cosine(theta);
-  const Real left = s * (1.0 - e * e * c) - wanted * c;
-  const double slope = value_of(c) * (1.0 - ee * value_of(c)) + ee * value_of(s) * value_of(s) + value_of(wanted) * value_of(s);
-  return theta - without_value(left) / slope;
 }
 
 }  // namespace tarsus

@@ -47,7 +47,7 @@ struct SampleTimes {
   size_t count;
 };
 
-inline void take_on(const CarriedFoot& from, Grip<double>& grip, Apex& apex) {
+inline void take_on(const CarriedFoot& from, Grip& grip, Apex& apex) {
   grip.since = from.since;
   grip.aged = from.aged;
   grip.parted = from.parted;
@@ -55,7 +55,7 @@ inline void take_on(const CarriedFoot& from, Grip<double>& grip, Apex& apex) {
   apex.time = from.apex_time;
   apex.integral = from.integral;
 }
-inline CarriedFoot handed_on(Contact contact, const Grip<double>& grip, const Apex& apex) {
+inline CarriedFoot handed_on(Contact contact, const Grip& grip, const Apex& apex) {
   CarriedFoot out = {};
   out.contact = contact;
   out.since = grip.since;

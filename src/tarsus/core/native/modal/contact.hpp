@@ -4,63 +4,57 @@
 
 namespace tarsus::modal {
 
-// What follows up to `landing_of` and `bounce` is written once for numbers and for numbers with derivatives. M is a Modal, or an
-// Instant of a run that is replayed with derivatives (derive/instant.hpp); M::Real is the number type of its state.
-
 // Gaps [m] of the free feet; the flowing state becomes the modal one: w + sum beta_i P_i.
-template <class M>
-inline void add_film_momenta(M& m) {
-  for (int i = 0; i < m.sizes.feet; i++) m.gaps[i] = m.mode->is_held[i] ? typename M::Real(0.0) : m.gap_of(i);
+inline void add_film_momenta(Modal& m) {
+  for (int i = 0; i < m.sizes.feet; i++) m.gaps[i] = m.mode->is_held[i] ? 0.0 : m.gap_of(i);
   for (int i : m.mode->free) {
-    if (m.laws.has(i, HAS_MOMENTUM)) m.shift(&ContactMode::beta, i, m.film(i, m.gaps[i]));
+    if (m.laws.has(i, HAS_MOMENTUM)) m.shift(m.mode->beta, i, m.film(i, m.gaps[i]));
   }
 }
 
-// And back, at the gaps found by add_film_momenta: take(foot, momentum).
-template <class M, class Take>
-inline void remove_film_momenta(M& m, Take&& take) {
+// And back, at the gaps found by add_film_momenta.
+inline void remove_film_momenta(Modal& m) {
   for (int i : m.mode->free) {
     if (!m.laws.has(i, HAS_MOMENTUM)) continue;
-    const typename M::Real momentum = m.film(i, m.gaps[i]);
-    take(i, momentum);
-    m.shift(&ContactMode::beta, i, -momentum);
+    const double momentum = m.film(i, m.gaps[i]);
+    m.feet[i].momentum = m.feet[i].jumped = momentum;
+    m.shift(m.mode->beta, i, -momentum);
   }
+  m.jumped = 0.0;
 }
 
 // Displacements and velocities of the modal state, and that of a contact mode that they are projected on (mass-weighted: new
 // contacts are plastic).
-template <class M>
-inline void find_physical(M& m) {
+inline void find_physical(Modal& m) {
   const int n = m.sizes.coordinates;
-  for (int r = 0; r < 2 * n; r++) m.physical[r] = m.place_bias(r) + m.along(&ContactMode::to_physical, r);
+  for (int r = 0; r < 2 * n; r++) m.physical[r] = m.bias->offset[r] + m.along(m.mode->to_physical, r);
   for (int i : m.mode->stuck) {
-    for (int r = 0; r < n; r++) m.physical[r] = m.physical[r] + m.product(&ContactMode::placed, size_t(i) * n + r, m.place_of(i));
+    for (int r = 0; r < n; r++) m.physical[r] = m.physical[r] + m.mode->placed[size_t(i) * n + r] * m.feet[i].place;
   }
 }
-template <class M>
-inline void project(M& m) {
+inline void project(Modal& m) {
   const int n = m.sizes.coordinates, n2 = 2 * n;
-  for (int r = 0; r < n2; r++) m.from_offset[r] = m.physical[r] - m.place_bias(r);
+  for (int r = 0; r < n2; r++) m.from_offset[r] = m.physical[r] - m.bias->offset[r];
   for (int i : m.mode->stuck) {
-    for (int r = 0; r < n; r++) m.from_offset[r] = m.from_offset[r] - m.product(&ContactMode::placed, size_t(i) * n + r, m.place_of(i));
+    for (int r = 0; r < n; r++) m.from_offset[r] = m.from_offset[r] - m.mode->placed[size_t(i) * n + r] * m.feet[i].place;
   }
   for (int r = 0; r < m.sizes.state(); r++) {
-    typename M::Real sum(0.0);
-    for (int c = 0; c < n2; c++) sum = sum + m.product(&ContactMode::from_physical, size_t(r) * n2 + c, m.from_offset[c]);
+    double sum = 0.0;
+    for (int c = 0; c < n2; c++) sum = sum + m.mode->from_physical[size_t(r) * n2 + c] * m.from_offset[c];
     m.state()[r] = sum;
   }
-  for (int i = 0; i < m.sizes.feet; i++) m.gaps[i] = m.mode->is_held[i] ? typename M::Real(0.0) : m.gap_of(i);
+  for (int i = 0; i < m.sizes.feet; i++) m.gaps[i] = m.mode->is_held[i] ? 0.0 : m.gap_of(i);
 }
 
 // The result of ``ask`` for the modal state projected on another contact mode.
-template <class M, class Ask>
-inline typename M::Real in_mode(M& m, const ContactMode& other, Ask&& ask) {
+template <class Ask>
+inline double in_mode(Modal& m, const ContactMode& other, Ask&& ask) {
   const ContactMode& here = *m.mode;
-  const std::vector<typename M::Real> state(m.state(), m.state() + m.sizes.state()), gaps = m.gaps;
+  const std::vector<double> state(m.state(), m.state() + m.sizes.state()), gaps = m.gaps;
   find_physical(m);
   m.set_mode(other);
   project(m);
-  const typename M::Real out = ask();
+  const double out = ask();
   m.set_mode(here);
   std::copy(state.begin(), state.end(), m.state());
   m.gaps = gaps;
@@ -70,99 +64,80 @@ inline typename M::Real in_mode(M& m, const ContactMode& other, Ask&& ask) {
 // `pull_if_held` where feet slide or stick, of a foot that has no sense of sliding: friction at the others goes by the pulls on
 // them once the foot is held. Its own friction does not count: whether a foot is held does not depend on a force that its
 // contact bears.
-template <class M>
-inline typename M::Real pull_without_own_friction(M& m, int foot) {
-  typedef typename M::Real Real;
-  const Real pull = in_mode(m, m.book.with_foot(*m.mode, foot, true, false), [&] { return moment_of(m).pull[foot]; });
-  return m.laws.has(foot, HAS_FORCE) ? pull + m.force_now(foot, Real(0.0), Real(0.0)) : pull;
+inline double pull_without_own_friction(Modal& m, int foot) {
+  const double pull = in_mode(m, m.book.with_foot(*m.mode, foot, true, false), [&] { return moment_of(m).pull[foot]; });
+  return m.laws.has(foot, HAS_FORCE) ? pull + m.force_now(foot, 0.0, 0.0) : pull;
 }
 
 // Structure's pull on a free foot if it were stopped on the ground now, smooth force at contact included. Film forces at the
 // other feet are those at their rates after it is stopped.
-template <class M>
-inline typename M::Real pull_if_held(M& m, int foot) {
-  typedef typename M::Real Real;
+inline double pull_if_held(Modal& m, int foot) {
   if (m.sizes.ways > 0) return pull_without_own_friction(m, foot);
-  const Real stop = -m.rate_of(foot);
-  Real pull = robot_pull(m, &ContactMode::held_rows, &ContactMode::held_feed, m.held_bias(foot), foot);
-  if (m.laws.has(foot, HAS_FORCE)) pull = pull + m.force_now(foot, Real(0.0), Real(0.0));
+  const double stop = -m.rate_of(foot);
+  double pull = robot_pull(m, m.mode->held_rows, m.mode->held_feed, m.bias->held[foot], foot);
+  if (m.laws.has(foot, HAS_FORCE)) pull = pull + m.force_now(foot, 0.0, 0.0);
   for (int k : m.mode->free) {
-    const Real factor = m.entry(&ContactMode::held_feed, size_t(foot) * m.sizes.inputs() + m.sizes.feet + k);
-    if (is_nothing(factor) || k == foot) continue;
-    const Real rate = m.rate_of(k) + stop * m.rate_by_jump(foot, k);
+    const double factor = m.mode->held_feed[size_t(foot) * m.sizes.inputs() + m.sizes.feet + k];
+    if (factor == 0.0 || k == foot) continue;
+    const double rate = m.rate_of(k) + stop * m.mode->rate_by_jump(foot, k);
     if (m.laws.has(k, HAS_MOMENTUM)) pull = pull + factor * rate * m.laws.momentum_slope(k, m.gaps[k], m.settings.probe);
     if (m.laws.has(k, HAS_FORCE)) pull = pull + factor * m.force_now(k, m.gaps[k], rate);
   }
   return pull;
 }
 
-template <class M>
-inline typename M::Real new_strength(const M& m, int foot) {
-  typedef typename M::Real Real;
-  return m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, m.age_brought(foot), m.volts_now(foot)) : Real(0.0);
+inline double new_strength(const Modal& m, int foot) {
+  return m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, m.age_brought(foot), m.volts_now(foot)) : 0.0;
 }
 
 // How the structure follows an impact beyond the mass-weighted map: the velocity b across the normal becomes
 // alpha b + beta a, a = speed / sqrt(mobility). As it is: alpha = 1, beta = (1 + e) skew; or the passive projection of
 // that, see tarsus.model.laws.impact_map.
-template <class Real>
 struct FollowedBy {
-  Real alpha, beta;
+  double alpha, beta;
 
-  FollowedBy(const Real& e, const Real& skew, bool as_is) : alpha(1.0), beta((1.0 + e) * skew) {
+  FollowedBy(double e, double skew, bool as_is) : alpha(1.0), beta((1.0 + e) * skew) {
     if (as_is) return;
-    const Real theta = passive_angle(e, skew);
-    alpha = cosine(theta);
-    beta = square_root(maximum(1.0 - e * e, Real(0.0))) * sine(theta);
+    const double theta = passive_angle(e, skew);
+    alpha = std::cos(theta);
+    beta = std::sqrt(std::max(1.0 - e * e, 0.0)) * std::sin(theta);
   }
 };
 
 // Returns the kinetic energy [J] that this takes.
-template <class M>
-inline typename M::Real follow_impact(M& m, int foot, const Landing<typename M::Real>& at) {
-  typedef typename M::Real Real;
-  const Real skew = m.entry(&ContactMode::skew, foot);
-  if (is_nothing(skew) || value_of(at.speed) == 0.0) return Real(0.0);
-  const FollowedBy<Real> by(at.after / at.speed, skew, m.laws.has(foot, MAP_AS_IS));
-  const Real before = m.along(&ContactMode::side_rate, foot);
-  const Real then = by.alpha * before + by.beta * at.speed / square_root(at.mobility);
-  m.shift(&ContactMode::side, foot, then - before);
+inline double follow_impact(Modal& m, int foot, const Landing& at) {
+  const double skew = m.mode->skew[foot];
+  if (skew == 0.0 || at.speed == 0.0) return 0.0;
+  const FollowedBy by(at.after / at.speed, skew, m.laws.has(foot, MAP_AS_IS));
+  const double before = m.along(m.mode->side_rate, foot);
+  const double then = by.alpha * before + by.beta * at.speed / std::sqrt(at.mobility);
+  m.shift(m.mode->side, foot, then - before);
   return 0.5 * (before * before - then * then);
 }
 
 // A foot at the ground that approaches it; the state is the modal one, and its gap 0. All but `Landing::none`.
-template <class M>
-inline Landing<typename M::Real> landing_of(M& m, int foot) {
-  typedef typename M::Real Real;
-  const Real rate = m.rate_of(foot);
-  Landing<Real> at{-rate, m.laws.rebound(foot, -rate), pull_if_held(m, foot), new_strength(m, foot), Real(0.0),
-                   m.entry(&ContactMode::mobility, foot), Real(0.0)};
+inline Landing landing_of(Modal& m, int foot) {
+  const double rate = m.rate_of(foot);
+  Landing at{-rate, m.laws.rebound(foot, -rate), pull_if_held(m, foot), new_strength(m, foot), 0.0, m.mode->mobility[foot], 0.0};
   if (m.laws.has(foot, PULL_AS_PRINTED)) {
-    at.printed = robot_pull(m, &ContactMode::printed, &ContactMode::printed_feed, m.printed_bias(foot), foot) +
-                 m.product(&ContactMode::printed_damping, foot, rate + at.after);
+    at.printed = robot_pull(m, m.mode->printed, m.mode->printed_feed, m.bias->printed[foot], foot) +
+                 m.mode->printed_damping[foot] * (rate + at.after);
   }
   return at;
 }
 
 // Its velocities after the impact, and what braked it along the ground; the energy [J] is all that the impact takes. A foot that
 // does not bounce is only braked: the contact mode stops it.
-template <class M>
-inline Braking<typename M::Real> follow_landing(M& m, int foot, EventKind kind, const Landing<typename M::Real>& at) {
-  typedef typename M::Real Real;
+inline Braking follow_landing(Modal& m, int foot, EventKind kind, const Landing& at) {
   const bool bounces = kind == BOUNCE;
-  Braking<Real> out = braking_of(m, foot, at.speed, bounces ? at.after : Real(0.0));
+  Braking out = braking_of(m, foot, at.speed, bounces ? at.after : 0.0);
   out.lost = (bounces ? at.lost() + follow_impact(m, foot, at) : at.lost() + at.kept()) + out.lost;
-  if (bounces) m.shift(&ContactMode::jump, foot, at.after + at.speed);
+  if (bounces) m.shift(m.mode->jump, foot, at.after + at.speed);
   brake(m, foot, out.impulse);
   return out;
 }
 
-// ---- on numbers alone: decisions, and the events that are logged
-
-inline void remove_film_momenta(Modal& m) {
-  remove_film_momenta(m, [&](int i, double momentum) { m.feet[i].momentum = m.feet[i].jumped = momentum; });
-  m.jumped = 0.0;
-}
+// ---- decisions, and the events that are logged
 
 // Sum of the sizes [N] of the terms of `pull_if_held` of a free foot at the ground: its dampers and films multiply rates that are
 // known to rounding.
@@ -267,8 +242,8 @@ inline void turn_over(Modal& m, int foot, int departure, double t) {
 // direction in which it moves.
 inline bool sticks_at_once(Modal& m, int foot) {
   if (!m.frictional[foot]) return false;
-  const Mobilities<double> by = mobilities_of(m, foot);
-  double rate = m.along(&ContactMode::slide_rate, foot);
+  const Mobilities by = mobilities_of(m, foot);
+  double rate = m.along(m.mode->slide_rate, foot);
   if (by.normal > 0.0) rate -= by.across / by.normal * m.rate_of(foot);
   const Footing on(true, rate, no_slide(m, foot));
   m.feet[foot].sense = on.sense;
@@ -328,12 +303,12 @@ inline std::vector<Broken> broken_by(const Modal& m, const std::vector<Blow>& bl
 
 // Whether a foot could not rise as high as a flight that counts after its impact. The impacts of a rocking body go from foot to foot and become
 // ever smaller: such an impact releases none.
-inline bool too_low_to_detach(const Modal& m, const Landing<double>& at) {
+inline bool too_low_to_detach(const Modal& m, const Landing& at) {
   return at.pull < 0.0 && at.speed * at.speed < -2.0 * at.pull * at.mobility * m.settings.rest_height;
 }
 
 // The first constraint that this impact of one foot breaks, or none: no finite adhesion carries an impulse.
-inline std::vector<Broken> broken_by_impact(Modal& m, int foot, const Landing<double>& at) {
+inline std::vector<Broken> broken_by_impact(Modal& m, int foot, const Landing& at) {
   if (too_low_to_detach(m, at)) return {};
   if (m.sizes.ways > 0) {
     const double along = braking_of(m, foot, at.speed, at.after).impulse;

@@ -25,7 +25,7 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
     }
   }
   m.gaps[foot] = 0.0;
-  Landing<double> at = landing_of(m, foot);
+  Landing at = landing_of(m, foot);
   const std::vector<Broken> broken = broken_by_impact(m, foot, at);
   if (!broken.empty()) {
     m.feet[foot].departure = DUE;
@@ -73,7 +73,7 @@ inline void find_pulls(Modal& m, std::vector<Resting>& feet) {
   FootSet with = m.mode->feet;
   for (const Resting& one : feet) with.set(one.foot, true);
   in_mode(m, m.book.require(with), [&] {
-    const Moment<double> at = moment_of(m);
+    const Moment at = moment_of(m);
     for (Resting& one : feet) one.pull = at.pull[one.foot] + (m.laws.has(one.foot, HAS_FORCE) ? m.force_now(one.foot, 0.0, 0.0) : 0.0);
     return 0.0;
   });

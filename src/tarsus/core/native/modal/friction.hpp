@@ -55,9 +55,8 @@ inline bool has_positive_pivots(std::vector<double>& matrix, int size) {
   return true;
 }
 
-// Solve a small system (size, size) in place of its right side, whose numbers may have derivatives; the matrix is used up.
-template <class Real>
-inline void solve_in_order(std::vector<double>& matrix, int size, std::vector<Real>& right) {
+// Solve a small system (size, size) in place of its right side; the matrix is used up.
+inline void solve_in_order(std::vector<double>& matrix, int size, std::vector<double>& right) {
   for (int c = 0; c < size; c++) {
     for (int r = c + 1; r < size; r++) {
       const double factor = matrix[r * size + c] / matrix[c * size + c];
@@ -205,74 +204,62 @@ inline bool converge_friction(Modal& m, const StepClass& step, double t, const C
 }
 
 // --- at one moment ---------------------------------------------------------------------------------------------------------
-//
-// As the maps of modal/contact.hpp, for numbers and for numbers with derivatives.
 
 // Pull of the robot on a foot at the ground by rows of the state, of the inputs and of what is constant, without the
 // ground's own forces on it.
-template <class M>
-inline typename M::Real robot_pull(const M& m, ModeArray rows, ModeArray feeds, const typename M::Real& bias, int foot) {
+inline double robot_pull(const Modal& m, const double* rows, const double* feeds, double bias, int foot) {
   const size_t feed = size_t(foot) * m.sizes.inputs() + 2 * m.sizes.feet;
-  typename M::Real pull = m.along(rows, foot) + bias;
+  double pull = m.along(rows, foot) + bias;
   for (int d = 0; d < m.sizes.drives; d++) {
-    if (!is_nothing(m.entry(feeds, feed + d))) pull = pull + m.product(feeds, feed + d, m.drive_now(d));
+    if (feeds[feed + d] != 0.0) pull += feeds[feed + d] * m.player.value(d, m.clock.time);
   }
   return pull;
 }
 
 // Pull that breaks the contact of a foot off now [N]: its strength less its smooth force at zero gap.
-template <class M>
-inline typename M::Real breaking_now(M& m, int foot) {
-  typedef typename M::Real Real;
-  Real holds = m.strength_now(foot);
-  if (m.laws.has(foot, HAS_FORCE)) holds = holds - m.force_now(foot, Real(0.0), Real(0.0));
-  return holds;
+inline double breaking_now(Modal& m, int foot) {
+  return breaking_pull(m, foot, m.clock.time, m.volts_now(foot));
 }
 
 // An output of a held foot by the state (momenta of films included), the drives, and the forces on all feet but friction.
-template <class M>
-inline typename M::Real force_on_held(M& m, int output, const std::vector<typename M::Real>& forces) {
+inline double force_on_held(Modal& m, int output, const std::vector<double>& forces) {
   const int feet = m.sizes.feet;
   const size_t feed = size_t(output) * m.sizes.inputs();
-  typename M::Real sum = robot_pull(m, &ContactMode::outputs, &ContactMode::feed, m.feed_bias(output), output);
-  for (int k : m.mode->free) sum = sum + m.product(&ContactMode::feed, feed + feet + k, forces[k]);
-  for (int k : m.mode->stuck) sum = sum + m.product(&ContactMode::feed, feed + feet + k, m.place_of(k));
+  double sum = robot_pull(m, m.mode->outputs, m.mode->feed, m.bias->feed[output], output);
+  for (int k : m.mode->free) sum = sum + m.mode->feed[feed + feet + k] * forces[k];
+  for (int k : m.mode->stuck) sum = sum + m.mode->feed[feed + feet + k] * m.feet[k].place;
   return sum;
 }
 
 // Forces at the feet at one moment: the structure's pull on each held foot, its force along the ground on one that sticks, and
 // friction on one that slides [N]; a foot that has no sense of sliding has none.
-template <class Real>
 struct Moment {
-  std::vector<Real> pull, along, friction;
+  std::vector<double> pull, along, friction;
 };
 
-// Friction of the feet that slide, by the pulls without it, which it is added to: Newton's method, once more with derivatives.
-template <class M>
-inline void add_friction(M& m, Moment<typename M::Real>& to) {
-  typedef typename M::Real Real;
+// Friction of the feet that slide, by the pulls without it, which it is added to: Newton's method.
+inline void add_friction(Modal& m, Moment& to) {
   constexpr int MOST = 20;
   constexpr double SAME_FORCE = 1e-13;  // of a friction force: a smaller change by Newton's method is rounding
   const int feet = m.sizes.feet, ni = m.sizes.inputs();
   std::vector<int> braked;
   for (int i : m.mode->sliding) {
-    if (m.sense_of(i) != 0.0) braked.push_back(i);
+    if (m.feet[i].sense != 0.0) braked.push_back(i);
   }
   const int count = int(braked.size());
   std::vector<double> matrix(size_t(count) * count);
-  std::vector<Real> right(count, Real(0.0));
+  std::vector<double> right(count, 0.0);
   bool converged = count == 0, last = false;
   for (int n = 0; n < MOST && !last; n++) {
-    last = converged;  // one more iteration than the values need, for derivatives
+    last = converged;  // and once more: what is left then is the rounding of the forces alone
     converged = true;
     for (int a = 0; a < count; a++) {
       const int i = braked[a];
-      const double sense = m.sense_of(i);
-      Real margin = breaking_now(m, i) - to.pull[i];
-      for (int k : braked) margin = margin - m.product(&ContactMode::feed, size_t(i) * ni + feet + k, to.friction[k]);
-      const Real strength = m.strength_now(i), speed = magnitude(m.along(&ContactMode::outputs, feet + i)) + Real(LEAST_SLIP);
-      const double by_margin = sliding_bound(m.laws.plain(), i, Row(value_of(margin)), Row(value_of(strength)), Row(value_of(speed)), false)
-                                   .slope[MARGIN][0];
+      const double sense = m.feet[i].sense;
+      double margin = breaking_now(m, i) - to.pull[i];
+      for (int k : braked) margin = margin - m.mode->feed[size_t(i) * ni + feet + k] * to.friction[k];
+      const double strength = m.strength_now(i), speed = magnitude(m.along(m.mode->outputs, feet + i)) + LEAST_SLIP;
+      const double by_margin = sliding_bound(m.laws, i, Row(margin), Row(strength), Row(speed), false).slope[MARGIN][0];
       for (int b = 0; b < count; b++) {
         matrix[a * count + b] = (a == b) - sense * by_margin * m.mode->feed[i * ni + feet + braked[b]];
       }
@@ -280,31 +267,29 @@ inline void add_friction(M& m, Moment<typename M::Real>& to) {
     }
     solve_in_order(matrix, count, right);
     for (int a = 0; a < count; a++) {
-      Real& force = to.friction[braked[a]];
+      double& force = to.friction[braked[a]];
       force = force + right[a];
-      converged = converged && std::fabs(value_of(right[a])) <= SAME_FORCE * std::fabs(value_of(force)) + m.settings.force_zero;
+      converged = converged && std::fabs(right[a]) <= SAME_FORCE * std::fabs(force) + m.settings.force_zero;
     }
   }
   for (int k : braked) {
-    for (int i : m.mode->held) to.pull[i] = to.pull[i] + m.product(&ContactMode::feed, size_t(i) * ni + feet + k, to.friction[k]);
+    for (int i : m.mode->held) to.pull[i] = to.pull[i] + m.mode->feed[size_t(i) * ni + feet + k] * to.friction[k];
     for (int i : m.mode->stuck) {
-      to.along[i] = to.along[i] + m.product(&ContactMode::feed, size_t(feet + i) * ni + feet + k, to.friction[k]);
+      to.along[i] = to.along[i] + m.mode->feed[size_t(feet + i) * ni + feet + k] * to.friction[k];
     }
   }
 }
 
 // Of the modal state, with the gaps as they are known.
-template <class M>
-inline Moment<typename M::Real> moment_of(M& m) {
-  typedef typename M::Real Real;
-  const std::vector<Real> zero(m.sizes.feet, Real(0.0));
-  std::vector<Real> forces = zero;
+inline Moment moment_of(Modal& m) {
+  const std::vector<double> zero(m.sizes.feet, 0.0);
+  std::vector<double> forces = zero;
   for (int k : m.mode->free) {
-    const Real rate = m.rate_of(k);
+    const double rate = m.rate_of(k);
     if (m.laws.has(k, HAS_MOMENTUM)) forces[k] = rate * m.laws.momentum_slope(k, m.gaps[k], m.settings.probe);
     if (m.laws.has(k, HAS_FORCE)) forces[k] = forces[k] + m.force_now(k, m.gaps[k], rate);
   }
-  Moment<Real> out{zero, zero, zero};
+  Moment out{zero, zero, zero};
   for (int i : m.mode->held) out.pull[i] = force_on_held(m, i, forces);
   for (int i : m.mode->stuck) out.along[i] = force_on_held(m, m.sizes.feet + i, forces);
   add_friction(m, out);
@@ -312,41 +297,35 @@ inline Moment<typename M::Real> moment_of(M& m) {
 }
 
 // The force that friction has to bear under a foot that sticks, and the most that it can, at this moment, from the modal state.
-template <class M>
-inline Bearing<typename M::Real> bearing_of(M& m, int foot) {
-  const Moment<typename M::Real> at = moment_of(m);
+inline Bearing bearing_of(Modal& m, int foot) {
+  const Moment at = moment_of(m);
   return {m.laws, foot, breaking_now(m, foot) - at.pull[foot], m.strength_now(foot), at.along[foot]};
 }
 
 // --- in an impact ----------------------------------------------------------------------------------------------------------
 
-template <class M>
-inline Mobilities<typename M::Real> mobilities_of(const M& m, int foot) {
-  typedef typename M::Real Real;
-  Mobilities<Real> out{m.entry(&ContactMode::mobility, foot), Real(0.0), Real(0.0)};
+inline Mobilities mobilities_of(const Modal& m, int foot) {
+  Mobilities out{m.mode->mobility[foot], 0.0, 0.0};
   for (int k = 0; k < m.sizes.state(); k++) {
     const size_t at = size_t(foot) * m.sizes.state() + k;
-    const Real rate = m.entry(&ContactMode::slide_rate, at);
-    out.across = out.across + m.product(&ContactMode::beta, at, rate);
-    out.along = out.along + m.product(&ContactMode::slide, at, rate);
+    const double rate = m.mode->slide_rate[at];
+    out.across = out.across + m.mode->beta[at] * rate;
+    out.along = out.along + m.mode->slide[at] * rate;
   }
   return out;
 }
 
 // The effect of friction in an impact on a foot.
-template <class M>
-inline Braking<typename M::Real> braking_of(M& m, int foot, const typename M::Real& speed, const typename M::Real& after) {
-  typedef typename M::Real Real;
-  if (!m.frictional[foot]) return {Real(0.0), Real(0.0), Real(0.0)};
-  return impact_friction(m.laws, foot, mobilities_of(m, foot), speed, after, m.along(&ContactMode::slide_rate, foot));
+inline Braking braking_of(Modal& m, int foot, double speed, double after) {
+  if (!m.frictional[foot]) return {0.0, 0.0, 0.0};
+  return impact_friction(m.laws, foot, mobilities_of(m, foot), speed, after, m.along(m.mode->slide_rate, foot));
 }
 
 // Give the foot that friction impulse; its normal rate stays what it is.
-template <class M>
-inline void brake(M& m, int foot, const typename M::Real& impulse) {
-  if (is_nothing(impulse)) return;
-  m.shift(&ContactMode::slide, foot, impulse);
-  m.shift(&ContactMode::jump, foot, -impulse * mobilities_of(m, foot).across);
+inline void brake(Modal& m, int foot, double impulse) {
+  if (impulse == 0.0) return;
+  m.shift(m.mode->slide, foot, impulse);
+  m.shift(m.mode->jump, foot, -impulse * mobilities_of(m, foot).across);
 }
 
 }  // namespace tarsus::modal

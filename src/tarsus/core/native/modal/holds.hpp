@@ -9,7 +9,7 @@ namespace tarsus::modal {
 struct Slipping {
   int foot;
   double sense;  // forward 1, backward -1
-  Bearing<double> at;
+  Bearing at;
 };
 
 // Feet that leave the ground, and those that begin to slide, at one moment.
@@ -91,7 +91,7 @@ TARSUS_APART inline void part(Modal& m, Parting parting) {
 }
 
 // What `bearing_of` finds for a foot that sticks, of the forces at the moment.
-inline Bearing<double> bearing_at(Modal& m, const Moment<double>& at, int foot) {
+inline Bearing bearing_at(Modal& m, const Moment& at, int foot) {
   return {m.laws, foot, breaking_now(m, foot) - at.pull[foot], m.strength_now(foot), at.along[foot]};
 }
 
@@ -103,14 +103,14 @@ TARSUS_APART inline void let_go(Modal& m, std::vector<int> feet, std::vector<uin
   add_film_momenta(m);
   if (m.sizes.ways == 0) return part(m, {std::move(feet), {}});
   Parting parting;
-  const Moment<double> at = moment_of(m);
+  const Moment at = moment_of(m);
   for (size_t k = 0; k < feet.size(); k++) {
     const int i = feet[k];
     if (!m.mode->is_stuck[i]) {
       parting.leaving.push_back(i);
       continue;
     }
-    const Bearing<double> bears = bearing_at(m, at, i);
+    const Bearing bears = bearing_at(m, at, i);
     const double none = no_margin(m, i);
     if (bears.margin < -none) leaves[k] = bears.holds(0.0) || m.strength_now(i) - pull_without_own_friction(m, i) < none;
     if (leaves[k]) {
@@ -135,10 +135,10 @@ inline void stop(Modal& m, std::vector<int> feet) {
 // where they can only move together with it, the pull is as much as friction bears, to rounding: then it sticks.
 TARSUS_APART inline void stick_or_turn(Modal& m) {
   add_film_momenta(m);
-  const Moment<double> at = moment_of(m);
+  const Moment at = moment_of(m);
   Parting parting;
   for (int i : m.stopping) {
-    const Bearing<double> bears = bearing_at(m, at, i);
+    const Bearing bears = bearing_at(m, at, i);
     const double none = m.settings.force_zero + ROUNDING * m.force_parts(m.sizes.feet + i);
     const double sense = sense_of_slip(bears.along);
     // it has just begun to slide, from rest, and has not come anywhere: friction of that sense drives it the other way
@@ -166,7 +166,7 @@ inline bool reconsider_slides(Modal& m) {
   std::vector<int> stopped;
   for (int i : m.braked) {
     Foot& foot = m.feet[i];
-    const double rate = m.along(&ContactMode::slide_rate, i);
+    const double rate = m.along(m.mode->slide_rate, i);
     const bool none = std::fabs(rate) <= no_slide(m, i);
     const int begun = foot.slide;
     if (!none) foot.slide = UNDER_WAY;

@@ -14,7 +14,7 @@ namespace tarsus::modal {
 // bounce, with a higher one after a release; DUE: at the ground, its impact is applied after the release of another foot.
 enum Departure { DUE = -1, UNDER_WAY = 0, RISING = 1, FROM_REST = 2 };
 
-struct Foot : Grip<double> {
+struct Foot : Grip {
   double from = 0.0, base = 0.0;  // gap [m] at which its film's momentum counts as 0, and what it is there [N s]
   double momentum = 0.0;  // [N s] of its film at the end of the last step, by the polynomial of that step
   double jumped = 0.0;    // and by the gap, with which the next step begins
@@ -64,7 +64,6 @@ struct Refused {
 };
 
 struct Modal {
-  typedef double Real;
   Book& book;
   const Sizes sizes;
   const Nodes& nodes;
@@ -270,24 +269,11 @@ struct Modal {
     return work;
   }
 
-  // The interface that the maps of modal/contact.hpp need of the state that they change.
-  double entry(ModeArray array, size_t at) const { return (mode->*array)[at]; }
-  double product(ModeArray array, size_t at, double by) const { return (mode->*array)[at] * by; }
-  double along(ModeArray rows, int row) const { return along(mode->*rows, row); }
-  void shift(ModeArray rows, int row, double by) { shift(mode->*rows, row, by); }
-  double feed_bias(int output) const { return bias->feed[output]; }
-  double place_of(int foot) const { return feet[foot].place; }
-  double sense_of(int foot) const { return feet[foot].sense; }
   double strength_now(int foot) const { return laws.strength(foot, clock.time - feet[foot].since, volts_now(foot)); }
   void set_mode(const ContactMode& to) {
     mode = &to;
     bias = &biases.of(to);
   }
-  double held_bias(int foot) const { return bias->held[foot]; }
-  double printed_bias(int foot) const { return bias->printed[foot]; }
-  double place_bias(int row) const { return bias->offset[row]; }
-  double rate_by_jump(int impacted, int foot) const { return mode->rate_by_jump(impacted, foot); }
-  double drive_now(int d) const { return player.value(d, clock.time); }
   double force_now(int foot, double gap, double rate) const {
     return laws.force(foot, gap, rate, volts_now(foot), clock.time);
   }

@@ -110,7 +110,6 @@ struct StepClass {
 
 struct StepMaker;
 struct ContactMode;
-typedef double* ContactMode::*ModeArray;  // one of its arrays
 
 // The structure with some constraints held; rows are per foot or output, states (2 stride) or inputs wide.
 struct ContactMode {
@@ -227,9 +226,8 @@ class Book {
   }
 
   // Place along the ground of a foot [m], of displacements.
-  template <class Real>
-  Real place_along(int foot, const std::vector<Real>& physical) const {
-    Real sum(0.0);
+  double place_along(int foot, const std::vector<double>& physical) const {
+    double sum = 0.0;
     for (int r = 0; r < sizes.coordinates; r++) sum = sum + physical[r] * tangents[size_t(foot) * sizes.coordinates + r];
     return sum;
   }

@@ -15,7 +15,7 @@ namespace tarsus::modal {
 // along the ground. Others may throw it off the ground: it then has no impulse, and no event.
 struct Struck {
   int foot;
-  Landing<double> at;
+  Landing at;
   double target, impulse = 0.0, braked = 0.0;
   EventKind kind = BOUNCE;
 
@@ -39,7 +39,7 @@ struct Coupled {
     for (int i = 0; i < normal.size; i++) {
       const double* row = mode.outputs + (m.sizes.feet + feet[i].foot) * state;
       const bool frictional = m.frictional[feet[i].foot];
-      if (frictional) slip[i] = m.along(&ContactMode::slide_rate, feet[i].foot);
+      if (frictional) slip[i] = m.along(m.mode->slide_rate, feet[i].foot);
       for (int j = 0; j < normal.size; j++) {
         const size_t other = feet[j].foot * state;
         normal.at(i, j) = rate(row, mode.beta + other);
@@ -192,8 +192,8 @@ inline void strike(const Modal& m, const Coupled& by, std::vector<Struck>& feet)
 inline void apply_impulses(Modal& m, const Coupled& by, const std::vector<Struck>& feet) {
   double most = 0.0;
   for (const Struck& one : feet) {
-    if (one.hit()) m.shift(&ContactMode::beta, one.foot, one.impulse);
-    if (one.braked != 0.0) m.shift(&ContactMode::slide, one.foot, one.braked);
+    if (one.hit()) m.shift(m.mode->beta, one.foot, one.impulse);
+    if (one.braked != 0.0) m.shift(m.mode->slide, one.foot, one.braked);
     most = std::max(most, one.at.speed);
   }
   std::vector<double> misses;
@@ -204,7 +204,7 @@ inline void apply_impulses(Modal& m, const Coupled& by, const std::vector<Struck
   }
   const std::vector<double> more = pseudoinverse(by.normal, close).times(misses);
   for (size_t i = 0; i < feet.size(); i++) {
-    if (close[i]) m.shift(&ContactMode::beta, feet[i].foot, more[i]);
+    if (close[i]) m.shift(m.mode->beta, feet[i].foot, more[i]);
   }
 }
 
@@ -302,7 +302,7 @@ inline double follow_across(Modal& m, const Coupled& by, const std::vector<Struc
   for (int i = 0; i < n; i++) {
     const double* row = mode.side_rate + feet[i].foot * state;
     for (int k = 0; k < state && amount[i] != 0.0; k++) square += amount[i] * row[k] * across[k];
-    if (amount[i] != 0.0) before += amount[i] * m.along(&ContactMode::side_rate, feet[i].foot);
+    if (amount[i] != 0.0) before += amount[i] * m.along(m.mode->side_rate, feet[i].foot);
     before += less[i] * speed[i];
     approach += speed[i] * stopped[i];
     departure += target[i] * thrown[i];
@@ -310,7 +310,7 @@ inline double follow_across(Modal& m, const Coupled& by, const std::vector<Struc
   if (!(square > REDUNDANT * REDUNDANT * approach)) return 0.0;  // the feet that land with them leave the directions no room
   const double size = std::sqrt(square), a = std::sqrt(approach), e = std::sqrt(std::max(departure, 0.0) / approach);
   before /= size;
-  const FollowedBy<double> by_map(e, size / ((1.0 + e) * a), as_is);
+  const FollowedBy by_map(e, size / ((1.0 + e) * a), as_is);
   const double then = by_map.alpha * before + by_map.beta * a;
   for (int k = 0; k < state; k++) m.state()[k] += across[k] * ((then - before) / size);
   return 0.5 * (before * before - then * then);
@@ -348,7 +348,7 @@ inline bool detaches(Modal& m, const std::vector<Struck>& feet) {
 // Log what happens to a foot that is hit; lost [J]: what the impact takes of its energy.
 inline void log_landing(Modal& m, const Struck& one, double lost) {
   const double t = m.clock.time, share = one.at.after / one.at.speed;
-  EventNumbers<double> numbers = numbers_of(m.laws, one.foot, one.kind, t, one.at, lost);
+  EventNumbers numbers = numbers_of(m.laws, one.foot, one.kind, t, one.at, lost);
   if (one.kind == CAPTURE && m.laws.has(one.foot, HAS_LATCH)) numbers.adhesion = lost * share * share;
   m.log.add(one.foot, one.kind, m.feet[one.foot].apex, numbers);
 }

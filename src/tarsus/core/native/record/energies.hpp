@@ -745,7 +745,7 @@ class LawShares {
   const Nodes& nodes_;
   Player player_;
   const RunData run_;
-  Entering<double> entering_;
+  Entering entering_;
   std::vector<double> nodal_;
 
   Row volts(int foot, const Recorded& r) const {

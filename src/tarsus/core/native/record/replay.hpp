@@ -1,7 +1,6 @@
 // Replay of the recorded steps of a run: outputs at the nodes of a step, its end, and any moment inside it.
 //
-// All of it is linear in what enters a step: its start state, its nodal inputs, the sources (rest gaps, gravity). ``Real`` is
-// a number, or a Row of eight tangents, to which the same linear maps apply.
+// All of it is linear in what enters a step: its start state, its nodal inputs, the sources (rest gaps, gravity).
 #pragma once
 #include "laws/laws.hpp"
 #include "modal/tables.hpp"
@@ -59,9 +58,8 @@ struct Weights {
 };
 
 // sum_j weights[j] values[j]
-template <class Real>
-TARSUS_INLINE Real weighted(const Row& weights, const Real* values) {
-  Real even = values[0] * weights[0], odd = values[1] * weights[1];
+TARSUS_INLINE double weighted(const Row& weights, const double* values) {
+  double even = values[0] * weights[0], odd = values[1] * weights[1];
   for (int j = 2; j < N; j += 2) {
     even += values[j] * weights[j];
     odd += values[j + 1] * weights[j + 1];
@@ -70,19 +68,18 @@ TARSUS_INLINE Real weighted(const Row& weights, const Real* values) {
 }
 
 // What enters a step: start state, inputs, sources; from these follow the inputs' values at any moment of it.
-template <class Real>
 struct Entering {
-  std::vector<Real> state, inputs, sources;  // (2 stride), (inputs, 8), (feet + 2)
+  std::vector<double> state, inputs, sources;  // (2 stride), (inputs, 8), (feet + 2)
 
   explicit Entering(const Sizes& s)
-      : state(s.state(), Real(0.0)), inputs(size_t(s.inputs()) * N, Real(0.0)), sources(s.sources(), Real(0.0)) {}
+      : state(s.state(), 0.0), inputs(size_t(s.inputs()) * N, 0.0), sources(s.sources(), 0.0) {}
 
-  const Real* input(int i) const { return inputs.data() + N * i; }
-  Real* input(int i) { return inputs.data() + N * i; }
+  const double* input(int i) const { return inputs.data() + N * i; }
+  double* input(int i) { return inputs.data() + N * i; }
 };
 
 // The state of a recorded step with momenta counted from its start, or a small motion would be a difference of large numbers.
-inline void enter_recorded(const Recorded& r, const double* sources, Entering<double>& to) {
+inline void enter_recorded(const Recorded& r, const double* sources, Entering& to) {
   const Sizes& s = r.mode->sizes;
   const int nb = r.mode->blocks_used, ns = s.stride;
   std::fill(to.state.begin(), to.state.end(), 0.0);
@@ -99,45 +96,14 @@ inline void enter_recorded(const Recorded& r, const double* sources, Entering<do
 }
 
 // rows (count) . x
-template <class Real>
-TARSUS_INLINE Real dot(const double* rows, const std::vector<Real>& x) {
-  Real sum = Real(0.0);
+TARSUS_INLINE double dot(const double* rows, const std::vector<double>& x) {
+  double sum = 0.0;
   for (size_t k = 0; k < x.size(); k++) sum += x[k] * rows[k];
   return sum;
 }
 
-// The part of an output at the nodes of a step (8) that its nodal inputs make.
-template <class Real>
-TARSUS_INLINE void add_input(const StepClass& step, int output, int input, const Real* values, Real* to) {
-  const double* rows = step.from_input(output, input);
-  for (int l = 0; l < N; l++) {
-    for (int j = 0; j < N; j++) to[j] += values[l] * rows[l * N + j];
-  }
-}
-
-// An output at the nodes of a step (8); ``acting``: inputs that may differ from zero.
-template <class Real>
-inline void outputs_at_nodes(const StepClass& step, const std::vector<int>& acting, const Entering<Real>& from, int output,
-                             Real* to) {
-  const Sizes& s = step.sizes;
-  const int ns = s.stride;
-  for (int j = 0; j < N; j++) to[j] = Real(0.0);
-  for (int b = 0; b < ns; b++) {
-    for (int d = 0; d < 2; d++) {
-      const double* rows = step.from_state(output) + (b * 2 + d) * N;
-      const Real x = from.state[d * ns + b];
-      for (int j = 0; j < N; j++) to[j] += x * rows[j];
-    }
-  }
-  for (int i : acting) add_input(step, output, i, from.input(i), to);
-  for (int q = 0; q < s.sources(); q++) {
-    const double* rows = step.node_bias + (q * s.outputs + output) * N;
-    for (int j = 0; j < N; j++) to[j] += from.sources[q] * rows[j];
-  }
-}
-
-// The same of numbers, as a row.
-TARSUS_INLINE Row output_row(const StepClass& step, const std::vector<int>& acting, const Entering<double>& from, int output) {
+// An output at the nodes of a step; ``acting``: inputs that may differ from zero.
+TARSUS_INLINE Row output_row(const StepClass& step, const std::vector<int>& acting, const Entering& from, int output) {
   const Sizes& s = step.sizes;
   const double* rows = step.from_state(output);
   Row even = Row(0.0), odd = Row(0.0);
@@ -157,12 +123,11 @@ TARSUS_INLINE Row output_row(const StepClass& step, const std::vector<int>& acti
 }
 
 // The state at the end of a whole step.
-template <class Real>
-inline void end_of_step(const StepClass& step, const std::vector<int>& acting, const Entering<Real>& from,
-                        std::vector<Real>& to) {
+inline void end_of_step(const StepClass& step, const std::vector<int>& acting, const Entering& from,
+                        std::vector<double>& to) {
   const int ns = step.sizes.stride, size = 2 * ns;
   const double* e = step.exponential;
-  to.assign(size, Real(0.0));
+  to.assign(size, 0.0);
   for (int b = 0; b < ns; b++) {
     to[b] = from.state[b] * e[b] + from.state[ns + b] * e[ns + b];
     to[ns + b] = from.state[b] * e[2 * ns + b] + from.state[ns + b] * e[3 * ns + b];
@@ -170,7 +135,7 @@ inline void end_of_step(const StepClass& step, const std::vector<int>& acting, c
   for (int i : acting) {
     const double* rows = step.state_input + size_t(i) * N * size;
     for (int l = 0; l < N; l++) {
-      const Real x = from.input(i)[l];
+      const double x = from.input(i)[l];
       for (int k = 0; k < size; k++) to[k] += x * rows[l * size + k];
     }
   }
@@ -180,38 +145,17 @@ inline void end_of_step(const StepClass& step, const std::vector<int>& acting, c
   }
 }
 
-// Rate of change of the flowing state under given values of the inputs (by number), w' = T w + inputs.
-template <class Real>
-inline void rate_of_state(const ContactMode& mode, const std::vector<int>& acting, const std::vector<Real>& state,
-                          const std::vector<Real>& values, const std::vector<Real>& sources, std::vector<Real>& to) {
-  const int ns = mode.sizes.stride, size = 2 * ns;
-  const double* t = mode.blocks;
-  to.assign(size, Real(0.0));
-  for (int b = 0; b < ns; b++) {
-    to[b] = state[b] * t[b] + state[ns + b] * t[ns + b];
-    to[ns + b] = state[b] * t[2 * ns + b] + state[ns + b] * t[3 * ns + b];
-  }
-  for (int i : acting) {
-    for (int k = 0; k < size; k++) to[k] += values[i] * mode.inputs[i * size + k];
-  }
-  for (int q = 0; q < mode.sizes.sources(); q++) {
-    for (int k = 0; k < size; k++) to[k] += sources[q] * mode.bias_inputs[q * size + k];
-  }
-}
-
 // Work space for the state at a moment inside a step.
-template <class Real>
 struct Inside {
-  Entering<Real> part, left;
-  std::vector<Real> middle, term;
+  Entering part, left;
+  std::vector<double> middle, term;
 
   explicit Inside(const Sizes& s) : part(s), left(s) {}
 };
 
 // The half of a step that holds its moment s, in place of the whole one in ``room.part``; s becomes that of the half.
-template <class Real>
-inline void halve(const StepClass& half, const Nodes& nodes, const std::vector<int>& acting, Inside<Real>& room, double& s) {
-  const auto on = [](const double (*matrix)[N], const Real* from, Real* to) {
+inline void halve(const StepClass& half, const Nodes& nodes, const std::vector<int>& acting, Inside& room, double& s) {
+  const auto on = [](const double (*matrix)[N], const double* from, double* to) {
     for (int j = 0; j < N; j++) to[j] = weighted(load(matrix[j]), from);
   };
   for (int i : acting) on(nodes.left, room.part.input(i), room.left.input(i));
@@ -228,11 +172,10 @@ inline void halve(const StepClass& half, const Nodes& nodes, const std::vector<i
 }
 
 // The state at scaled time s of a step of class k: the step is halved until a Taylor polynomial resolves the rest.
-template <class Real>
 inline void within_step(Book& book, const Nodes& nodes, const ContactMode& mode, int k, double s,
-                        const std::vector<int>& acting, const Entering<Real>& whole, Inside<Real>& room, std::vector<Real>& to) {
+                        const std::vector<int>& acting, const Entering& whole, Inside& room, std::vector<double>& to) {
   const int ns = mode.sizes.stride, size = 2 * ns;
-  const Entering<Real>* from = &whole;
+  const Entering* from = &whole;
   while (mode.terms[k] == 0 && k + 1 < book.classes()) {
     k++;
     if (from == &whole) {
@@ -244,18 +187,18 @@ inline void within_step(Book& book, const Nodes& nodes, const ContactMode& mode,
     halve(book.step(mode, k), nodes, acting, room, s);
   }
   const double span = s * book.lengths[k], *t = mode.blocks;
-  std::vector<Real>& term = room.term;
+  std::vector<double>& term = room.term;
   to = term = from->state;
   double power = 1.0;
   for (int c = 0; c < N; c++, power *= s) {  // while inputs come in
     const double by = span / (c + 1);
     for (int b = 0; b < ns; b++) {
-      const Real x = term[b] * by, y = term[ns + b] * by;
+      const double x = term[b] * by, y = term[ns + b] * by;
       term[b] = x * t[b] + y * t[ns + b];
       term[ns + b] = x * t[2 * ns + b] + y * t[3 * ns + b];
     }
     for (int i : acting) {
-      const Real value = weighted(load(nodes.monomial[c]) * (power * by), from->input(i));
+      const double value = weighted(load(nodes.monomial[c]) * (power * by), from->input(i));
       for (int r = 0; r < size; r++) term[r] += value * mode.inputs[i * size + r];
     }
     for (int q = 0; c == 0 && q < mode.sizes.sources(); q++) {
@@ -278,42 +221,36 @@ inline void within_step(Book& book, const Nodes& nodes, const ContactMode& mode,
 // The structure at one moment: displacements and velocities (2 n); of each foot gap [m], its rate [m/s] (a held foot
 // has neither), the force [N] of resistive and of smooth laws in the air, the structure's pull [N] on a held foot, and friction [N]
 // along the ground.
-template <class Real>
 struct Shown {
-  std::vector<Real> place, gap, rate, resistive, smooth, pull, friction;
-  std::vector<Real> modal, value, slope;  // from which the others follow: the modal state; the inputs, and their rates
+  std::vector<double> place, gap, rate, resistive, smooth, pull, friction;
+  std::vector<double> modal, value, slope;  // from which the others follow: the modal state; the inputs, and their rates
 
   explicit Shown(const Sizes& s)
-      : place(2 * s.coordinates, Real(0.0)), gap(s.feet, Real(0.0)), rate(gap), resistive(gap), smooth(gap), pull(gap),
-        friction(gap), modal(s.state(), Real(0.0)), value(s.inputs(), Real(0.0)), slope(value) {}
+      : place(2 * s.coordinates, 0.0), gap(s.feet, 0.0), rate(gap), resistive(gap), smooth(gap), pull(gap),
+        friction(gap), modal(s.state(), 0.0), value(s.inputs(), 0.0), slope(value) {}
 };
 
 // Room for one moment: displacements and velocities; gap, rate, resistive and smooth force, pull, contact (see march/kinds.hpp), of
 // each foot; and friction where feet know their way along the ground.
 inline size_t sample_width(const Sizes& s) { return 2 * size_t(s.coordinates) + 6 * size_t(s.feet) + size_t(s.ways); }
 
-// And for its derivatives: those of all but contact and friction.
-inline size_t tangent_width(const Sizes& s) { return 2 * size_t(s.coordinates) + 5 * size_t(s.feet); }
-
 // The constant parts of a contact mode's rows under these sources.
-template <class Real>
-TARSUS_INLINE Real with_sources(const std::vector<Real>& sources, const double* unit, int count, int row) {
-  Real sum = Real(0.0);
+TARSUS_INLINE double with_sources(const std::vector<double>& sources, const double* unit, int count, int row) {
+  double sum = 0.0;
   for (size_t q = 0; q < sources.size(); q++) sum += sources[q] * unit[q * count + row];
   return sum;
 }
 
 // Its feet alone.
-template <class Real>
 inline void show_feet(const ContactMode& mode, const Nodes& nodes, double length, double s, const std::vector<int>& acting,
-                      const Entering<Real>& from, const std::vector<Real>& state, Shown<Real>& to) {
+                      const Entering& from, const std::vector<double>& state, Shown& to) {
   const Sizes& size = mode.sizes;
   const int m = size.feet, ni = size.inputs();
   const Weights weights(nodes, s);
   const Row rates = weights.slope * (1.0 / length);
   to.modal = state;
-  std::fill(to.value.begin(), to.value.end(), Real(0.0));
-  std::fill(to.slope.begin(), to.slope.end(), Real(0.0));
+  std::fill(to.value.begin(), to.value.end(), 0.0);
+  std::fill(to.slope.begin(), to.slope.end(), 0.0);
   for (int i : acting) {
     to.value[i] = weighted(weights.value, from.input(i));
     to.slope[i] = weighted(rates, from.input(i));
@@ -321,8 +258,8 @@ inline void show_feet(const ContactMode& mode, const Nodes& nodes, double length
     for (size_t k = 0; k < state.size(); k++) to.modal[k] += to.value[i] * mode.beta[i * state.size() + k];
   }
   for (int i = 0; i < m; i++) {
-    to.gap[i] = to.rate[i] = to.resistive[i] = to.smooth[i] = to.pull[i] = to.friction[i] = Real(0.0);
-    const Real along = dot(mode.outputs + size_t(i) * size.state(), state) + with_sources(from.sources, mode.bias_feed, 2 * m, i);
+    to.gap[i] = to.rate[i] = to.resistive[i] = to.smooth[i] = to.pull[i] = to.friction[i] = 0.0;
+    const double along = dot(mode.outputs + size_t(i) * size.state(), state) + with_sources(from.sources, mode.bias_feed, 2 * m, i);
     if (!mode.is_held[i]) {
       to.gap[i] = along;
       for (int k : mode.stuck) to.gap[i] += to.value[m + k] * mode.feed[i * ni + m + k];
@@ -331,22 +268,21 @@ inline void show_feet(const ContactMode& mode, const Nodes& nodes, double length
       to.smooth[i] = to.value[m + i];
       continue;
     }
-    const auto with_inputs = [&](Real sum, int o) {
+    const auto with_inputs = [&](double sum, int o) {
       for (int k : acting) sum += to.value[k] * mode.feed[o * ni + k] + to.slope[k] * mode.feed_rate[o * ni + k];
       return sum;
     };
     to.pull[i] = with_inputs(along, i);
     if (mode.is_stuck[i]) {
-      const Real pulled = dot(mode.outputs + size_t(m + i) * size.state(), state) + with_sources(from.sources, mode.bias_feed, 2 * m, m + i);
+      const double pulled = dot(mode.outputs + size_t(m + i) * size.state(), state) + with_sources(from.sources, mode.bias_feed, 2 * m, m + i);
       to.friction[i] = -with_inputs(pulled, m + i);
     }
   }
   for (int i : mode.sliding) to.friction[i] = to.value[m + i];
 }
 
-template <class Real>
 inline void show(const ContactMode& mode, const Nodes& nodes, double length, double s, const std::vector<int>& acting,
-                 const Entering<Real>& from, const std::vector<Real>& state, Shown<Real>& to) {
+                 const Entering& from, const std::vector<double>& state, Shown& to) {
   const int n2 = 2 * mode.sizes.coordinates;
   show_feet(mode, nodes, length, s, acting, from, state, to);
   for (int r = 0; r < n2; r++) {

@@ -28,9 +28,9 @@ inline std::vector<double> sample_steps(Book& book, const Nodes& nodes, const do
   const size_t width = recorded_width(sizes);
   std::vector<double> out(count * sample_width(sizes)), state;
   Recording recording(book, trace);
-  Entering<double> entering(sizes);
-  Inside<double> room(sizes);
-  Shown<double> shown(sizes);
+  Entering entering(sizes);
+  Inside room(sizes);
+  Shown shown(sizes);
   std::vector<int> acting;
   size_t last = rows;
   for (size_t n = 0; rows > 0 && n < count; n++) {
