@@ -373,11 +373,11 @@ class Run(Hinted):
 
     def variables(self, times: npt.ArrayLike | None = None) -> Variables:
         """The series as plain arrays by name; on an even grid unless ``times`` [s] are given."""
-        from tarsus.solve.dataset import to_variables
+        from tarsus.solve.series import variables_of
 
         if times is None and self.stored is not None:
             return self.stored.variables
-        return to_variables(self.scene, self.series if times is None else self.at(times))
+        return variables_of(self.scene, self.series if times is None else self.at(times))
 
     def to_dataset(self, times: npt.ArrayLike | None = None) -> xarray.Dataset:
         """The run as an xarray Dataset, units as attributes; on an even grid unless ``times`` [s] are given."""

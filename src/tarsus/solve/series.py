@@ -1,10 +1,10 @@
-"""Series of a run: states, forces and energies at sample times."""
+"""Series of a run: states, forces and energies at sample times, each with its name, unit and words."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
@@ -14,7 +14,10 @@ from tarsus.base.events import CONTACT_BEGINS, EventKind
 from tarsus.base.messages import Hinted
 from tarsus.base.quantities import Quantity
 from tarsus.files.ledger import Ledger
+from tarsus.files.series import Variable
+from tarsus.measure.path import path_of
 from tarsus.model.laws.base import AdhesionLaw, Law
+from tarsus.model.structure.walker import TURNS
 from tarsus.solve import acting
 from tarsus.solve.outputs import Output, output_rows
 
@@ -45,19 +48,21 @@ VALUES = 4_000_000
 class Series(Hinted):
     """A run at nt times [s]: state of the structure and, per foot, its forces [N].
 
-    force, volts, charge, current (nd, nt): of the drives [N, V, C, A]; laws: force (m, nt) of every smooth law on the
+    points (np, n): rows of the points' displacements; force, volts, charge, current, command (nd, nt): of the drives
+    [N, V, C, A, V]; laws: force (m, nt) of every smooth law on the
     foot by name, positive along the normal; contact (m, nt): the ground's reaction on a held foot, positive pushing;
     strength (m, nt): f_a of a held foot.
     cumulative, works: energies of the ledger and works of the laws by name, from the start (nt,) [J].
     Of walkers also the body's coordinates (nb, nt) [m, rad]; where friction acts the feet's places along the way foot_x
     (m, nt) [m], where they slide (m, nt), and friction on them (m, nt) [N], positive forward; where feet move across it
-    their places and friction across, positive to the left.
+    their places and friction across, positive to the left; path (2, nt) [m]: of a body that turns, in the world.
     """
 
     _guesses: ClassVar[Mapping[str, str]] = {"t": "'time'", "gap": "state.gap", "x": "state.x", "v": "state.v"}
 
     time: Floats
     state: SampledStates
+    points: Floats
     force: Floats
     volts: Floats
     charge: Floats
@@ -71,11 +76,97 @@ class Series(Hinted):
     works: Mapping[str, Floats]
     ledger: Ledger
     body: Floats | None = None
+    path: tuple[Floats, Floats] | tuple[None, None] = (None, None)
     foot_x: Floats | None = None
     slipping: NDArray[np.bool_] | None = None
     friction: Floats | None = None
     foot_y: Floats | None = None
     friction_across: Floats | None = None
+    command: Floats | None = None
+
+
+class SeriesChannel(NamedTuple):
+    """A series of a run: its name in a dataset, SI unit, what it has rows of (nothing: one row of times), in words, and
+    what it is of a `Series`, None for robots without it. One of laws by name has a place for theirs in its name and
+    words."""
+
+    name: str
+    unit: str
+    over: str
+    words: str
+    of: Callable[[Series], Any]
+
+
+TIME, DRIVE, FOOT, POINT, BODY = "time", "drive", "foot", "point", "coordinate"
+"""Dimensions of a dataset."""
+
+CHANNELS = (
+    SeriesChannel("volts", "V", DRIVE, "drive voltage", lambda s: s.volts),
+    SeriesChannel("command", "V", DRIVE, "voltage that the amplifier is commanded to give", lambda s: s.command),
+    SeriesChannel("drive_force", "N", DRIVE, "drive force", lambda s: s.force),
+    SeriesChannel("charge", "C", DRIVE, "electric charge on a drive's actuator", lambda s: s.charge),
+    SeriesChannel("current", "A", DRIVE, "current into a drive's actuator", lambda s: s.current),
+    SeriesChannel("displacement", "m", POINT, "displacement of a point along +z", lambda s: s.points @ s.state.x),
+    SeriesChannel("velocity", "m/s", POINT, "velocity of a point along +z", lambda s: s.points @ s.state.v),
+    SeriesChannel("gap", "m", FOOT, "clearance of a foot", lambda s: s.state.gap),
+    SeriesChannel("gap_rate", "m/s", FOOT, "rate of the clearance, negative when approaching", lambda s: s.state.rate),
+    SeriesChannel("contact", "1", FOOT, "foot held on the ground", lambda s: s.state.held),
+    SeriesChannel("pull", "N", FOOT, "structure's pull on a held foot, away from the ground", lambda s: s.state.pull),
+    SeriesChannel("adhesion_strength", "N", FOOT, "pull that the contact would hold", lambda s: s.strength),
+    SeriesChannel("{}_force", "N", FOOT, "force of the {} on the foot along the normal", lambda s: s.laws),
+    SeriesChannel(
+        "contact_force", "N", FOOT, "reaction of the ground on a held foot, below 0 when it holds back",
+        lambda s: s.contact,
+    ),
+    SeriesChannel("kinetic_energy", "J", "", "kinetic energy", lambda s: s.kinetic),
+    SeriesChannel("elastic_energy", "J", "", "elastic energy", lambda s: s.elastic),
+    SeriesChannel("work_in", "J", "", "work of drives and weight, from the start", lambda s: s.cumulative["work_in"]),
+    SeriesChannel(
+        "damping_loss", "J", "", "energy lost to structural damping, from the start", lambda s: s.cumulative["damping"]
+    ),
+    SeriesChannel("impact_loss", "J", "", "energy lost in impacts, from the start", lambda s: s.cumulative["impacts"]),
+    SeriesChannel(
+        "adhesion_loss", "J", "", "kinetic energy taken by adhesive capture, from the start",
+        lambda s: s.cumulative["adhesion"],
+    ),
+    SeriesChannel("{}_work", "J", "", "work of the {} on the structure, from the start", lambda s: s.works),
+    SeriesChannel("body", "m, rad", BODY, "coordinates of the body", lambda s: s.body),
+    SeriesChannel("path_x", "m", "", "place of the body in the world, forward of its start", lambda s: s.path[0]),
+    SeriesChannel("path_y", "m", "", "place of the body in the world, to the left of its start", lambda s: s.path[1]),
+    SeriesChannel("foot_x", "m", FOOT, "displacement of a foot along the way", lambda s: s.foot_x),
+    SeriesChannel("slipping", "1", FOOT, "foot in contact that slides", lambda s: s.slipping),
+    SeriesChannel("friction_force", "N", FOOT, "friction on a foot, positive forward", lambda s: s.friction),
+    SeriesChannel(
+        "friction_loss", "J", "", "energy lost to friction along the ground, from the start",
+        lambda s: None if s.foot_x is None else s.cumulative["friction"],
+    ),
+    SeriesChannel("foot_y", "m", FOOT, "displacement of a foot across the way, to the left", lambda s: s.foot_y),
+    SeriesChannel(
+        "friction_across", "N", FOOT, "friction on a foot across the way, positive to the left",
+        lambda s: s.friction_across,
+    ),
+    SeriesChannel(TIME, "s", "", "time", lambda s: s.time),
+)  # fmt: skip
+"""All series of a run."""
+
+
+def variables_of(scene: Scene, series: Series) -> dict[str, Variable]:
+    """The channels of a run of a scene as plain arrays by name, with the names of drives, feet, points and coordinates
+    of the body as coordinates."""
+    robot, laws = scene.robot, scene.ground.acting_laws
+    names = {FOOT: [*robot.feet], DRIVE: [*robot.drives], POINT: [*robot.structure.points]}
+    if body := robot.structure.body_coordinates:
+        names[BODY] = [*body]
+    out: dict[str, Variable] = {}
+    for one in CHANNELS:
+        found = one.of(series)
+        if found is None or (one.over == BODY and not body):
+            continue
+        unit = ", ".join("rad" if name in TURNS else "m" for name in body) if one.over == BODY else one.unit
+        for law, rows in found.items() if isinstance(found, Mapping) else [("", found)]:
+            said = {"units": unit, "long_name": one.words.format(laws[law].title if law else "")}
+            out[one.name.format(law)] = Variable((one.over, TIME) if one.over else (TIME,), rows, said)
+    return out | {dim: Variable((dim,), np.array(known, dtype=object), {}) for dim, known in names.items()}
 
 
 def grid(run: Run) -> Floats:
@@ -96,18 +187,20 @@ def sample(run: Run, time: Floats) -> Series:
     strength = strength_of(run, time, state.held)
     along = {} if way is None else along_the_way(run, way, strength, strength - state.pull - smooth)
     system = laws_of.plan.system
-    names = list(run.scene.robot.drives)
+    names, structure = list(run.scene.robot.drives), run.scene.robot.structure
+    points = np.array([structure.row(one) for one in structure.points]).reshape(-1, structure.size)
     kinds = (Quantity.VOLTAGE, Quantity.CHARGE, Quantity.CURRENT)
     outputs = [Output(kind, name) for kind in kinds for name in names]
     volts, charge, current = (
         output_rows(run.scene, outputs, time).values(state).reshape(3, len(names), len(time))
     )
     return Series(
-        time=time, state=state, force=laws_of.drives(time), volts=volts, charge=charge, current=current,
+        time=time, state=state, points=points, force=laws_of.drives(time), volts=volts, charge=charge, current=current,
         laws=laws,
         contact=np.where(state.held, -(state.pull + smooth), 0.0), strength=strength,
         kinetic=quadratic(system.mass, state.v), elastic=quadratic(system.stiffness, state.x),
-        cumulative=terms | event_losses(run, time), works=works, ledger=run.ledger, **along,
+        cumulative=terms | event_losses(run, time), works=works, ledger=run.ledger,
+        command=command_volts(run.scene, time), **along,
     )  # fmt: skip
 
 
@@ -125,7 +218,9 @@ def along_the_way(run: Run, way: Way, strength: Floats, margin: Floats) -> dict[
         return out
 
     along, across = way.along, way.across
-    out = {"body": way.body, "foot_x": along.place, "slipping": along.slides, "friction": friction(along)}
+    body = dict(zip(run.scene.robot.structure.body_coordinates, way.body, strict=False))
+    path = path_of(body["surge"], body["sway"], body["yaw"]) if "yaw" in body else (None, None)
+    out = {"body": way.body, "path": path, "foot_x": along.place, "slipping": along.slides, "friction": friction(along)}
     if across is None:
         return out
     return out | {"foot_y": across.place, "friction_across": friction(across)}
