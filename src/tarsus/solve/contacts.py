@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from tarsus.base.events import CONTACT_BEGINS, EventKind
+from tarsus.base.events import CONTACT_BEGINS, EventKind, FootState
 
 Floats = npt.NDArray[np.float64]
 
@@ -19,11 +19,19 @@ CARRIED = (
 """What a foot carries on from one part of its run to the next, the columns of a row: `tarsus.base.events.FootState`;
 [s] when its contact began, or would have begun had it aged all along, its age when it last left the ground, and when it
 did; [s] when its pull last exceeded its contact and when it last came to the ground or left it, and flights too low to
-count; how its flight and its slide begin (the engine's own numbers), sense of sliding, place [m] where it sticks (of a
-walker's foot the sense across the way), path [m] that a walker's foot has slid; highest gap [m] of the flight and when
-[s], the gap's integral [m s]; 1 where
-contacts may change at this very moment; of uneven ground the number of the facet (NaN: the one below the foot), and -1
-or 1 of a foot that stands in the corner at its rear or front end."""
+count; how its flight and its slide begin (the engine's own numbers; NaN of a foot that has just been let go), sense of
+sliding (NaN of a held foot that sticks or slides as it moves), place [m] where it sticks (of a walker's foot the sense
+across the way), path [m] that a walker's foot has slid; highest gap [m] of the flight and when [s], the gap's integral
+[m s]; 1 where contacts may change at this very moment; of uneven ground the number of the facet (NaN: the one below the
+foot), and -1 or 1 of a foot that stands in the corner at its rear or front end."""
+
+MOMENTS = [CARRIED.index(name) for name in ("since", "parted", "left", "rose", "apex_time")]
+"""What feet carry on that are moments."""
+CONTACT, _SINCE, _PARTED, _START, _SENSE = (
+    CARRIED.index(name) for name in ("contact", "since", "parted", "start", "sense")
+)
+APEX = [CARRIED.index(name) for name in ("apex", "apex_time")]
+"""Their columns: of the contact, and of the highest gap and its time."""
 
 
 def fresh_feet(runs: int, feet: int) -> Floats:
@@ -38,9 +46,15 @@ def fresh_feet(runs: int, feet: int) -> Floats:
 def earlier(feet: Floats, by: float) -> Floats:
     """What feet (m, k) carry on, so long [s] before, as where a motion repeats."""
     out = feet.copy()
-    for name in ("since", "parted", "left", "rose", "apex_time"):
-        out[:, CARRIED.index(name)] -= by
+    out[:, MOMENTS] -= by
     return out
+
+
+def mask_of(feet: Floats) -> int:
+    """Mask of the contact mode of feet (m, k) by what they carry on (`tarsus.core.modes`)."""
+    contact = feet[:, CONTACT].astype(int).tolist()
+    held = sum(1 << i for i, one in enumerate(contact) if one != FootState.AIR)
+    return held | sum(1 << (len(contact) + i) for i, one in enumerate(contact) if one == FootState.STUCK)
 
 
 @dataclass(frozen=True)
@@ -76,16 +90,14 @@ class Contacts:
                 problems.append(f"since: a contact held at {start:g} s has begun by then")
         return problems
 
-    def begin(
-        self, feet: int, start: float
-    ) -> tuple[float, npt.NDArray[np.uint8], npt.NDArray[np.uint8], Floats]:
-        """Time [s], held, leaving and since (m,) as the engine takes them."""
-        held, leaving = np.zeros((2, feet), dtype=np.uint8)
-        since = np.full(feet, start)
-        held[list(self.held)] = leaving[list(self.leaving)] = 1
-        if self.since is not None:
-            since[list(self.held)] = self.since
-        return start, held, leaving, since
+    def carried(self, feet: int, start: float) -> Floats:
+        """What feet (m, k) carry on to a window that starts at ``start`` [s]."""
+        out, held, leaving = fresh_feet(1, feet)[0], list(self.held), list(self.leaving)
+        out[:, [_PARTED, APEX[1]]] = start
+        out[held, CONTACT], out[held, _SENSE] = FootState.SLIPPING, np.nan
+        out[held, _SINCE] = start if self.since is None else self.since
+        out[leaving, _START] = np.nan
+        return out
 
     def after(self, events: npt.NDArray[np.void], start: float, end: float) -> Contacts:
         """What the feet do after the events, in time order, of a window that began with these at ``start`` [s] and ends

@@ -3,22 +3,31 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.base.workers import Workers, spread, workers
 from tarsus.core import _native
 from tarsus.core import arrays as a
 from tarsus.core.modes import NODES, ModeBook
 from tarsus.core.nodes import N
 from tarsus.plan.lowering import Plan, without_native
 from tarsus.plan.slots import Rows, rows_of
+from tarsus.solve.contacts import CARRIED, mask_of
 
 if TYPE_CHECKING:
     from tarsus.solve.simulate import Shared
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Tables = ModeBook | _native.LegTables
+"""Contact modes of a structure, or step tables of a walker's legs."""
 
 BUILT: dict[str, str] = _native.built
 """How the engine was made: compiler, target (native or a processor), rows (vector instructions), checks at run time."""
@@ -132,24 +141,148 @@ def rows_between(rows: np.ndarray, ends: np.ndarray | None, run: int) -> np.ndar
     return rows[ends[run - 1] if run else 0 : ends[run]]
 
 
+JOBS = 4
+"""Shares of parts for each thread: the last one to end is then not waited for long."""
+
+
+class Parts(NamedTuple):
+    """Where nr parts of runs start and how far each goes.
+
+    state (nr, 2n): displacements and velocities [m, m/s]; t0 and until (nr,) [s]; feet (nr, m, k): what feet carry on
+    (`tarsus.solve.contacts.CARRIED`); sources (nr, 2): which of some data each runs on, and its row there.
+    """
+
+    state: Floats
+    t0: Floats
+    until: Floats
+    feet: Floats
+    sources: Integers
+
+
+class Times(NamedTuple):
+    """When runs are sampled: times [s] of all, end to end, those of run r from first[r] to first[r + 1]."""
+
+    times: Floats
+    first: Integers
+
+
+class Advanced(NamedTuple):
+    """What nr runs came to.
+
+    codes (nr,); finish (nr, 3): end time [s], steps, rejected steps; event rows of run r to event_end[r]; states
+    (., 2n) and feet (., m, k) at their ends, of whole runs the last one's; samples: a row for each time. Of contact
+    modes recorded steps to trace_end[r], and whether the last run would go on in another mode; of walkers marks of the
+    way to mark_end[r], and energies of those that have states.
+    """
+
+    codes: Integers
+    finish: Floats
+    events: Floats
+    event_end: Integers
+    states: Floats
+    feet: Floats
+    samples: Floats
+    trace: Any = None
+    trace_end: Any = None
+    changed: bool = False
+    marks: Any = None
+    mark_end: Any = None
+    energies: Any = None
+
+    @property
+    def log(self) -> tuple[Any, ...]:
+        """What a `Log` holds."""
+        return self.codes, self.finish, self.events, self.event_end, self.marks, self.mark_end
+
+    @classmethod
+    def joined(cls, parts: Sequence[Advanced]) -> Advanced:
+        """Several, one after the other."""
+        if len(parts) == 1:
+            return parts[0]
+        whole = {
+            name: np.concatenate([getattr(one, name) for one in parts])
+            for name, value in parts[0]._asdict().items()
+            if isinstance(value, np.ndarray) and not name.endswith("_end")
+        }
+        for name, rows in (("event_end", "events"), ("trace_end", "trace"), ("mark_end", "marks")):
+            if getattr(parts[0], name) is not None:
+                before = np.cumsum([0, *(len(getattr(one, rows)) for one in parts)])
+                ends = [getattr(one, name) + first for one, first in zip(parts, before, strict=False)]
+                whole[name] = np.concatenate(ends)
+        return cls(**whole, changed=parts[-1].changed)
+
+
+def advance(
+    plan: Plan,
+    tables: Tables,
+    settings: _native.Settings,
+    on: Sequence[Rows],
+    parts: Parts | None = None,
+    times: Times | None = None,
+    *,
+    account: bool = False,
+) -> Advanced:
+    """Run all rows of the one data in ``on`` from time 0 to the settings' end; or parts of runs, each to its own.
+
+    times: when to sample them; account: whether a walker's energies are integrated. By contact modes the settings must
+    ask for recorded steps for samples, and for an account, which is made from them.
+    """
+    data = [(rows.signals, rows) for rows in on]
+    given = [plan.laws.native, settings, data, *(None if of is None else tuple(of) for of in (parts, times))]
+    if isinstance(tables, ModeBook):
+        common, *own = _native.advance_modal(tables.native, NODES, *given)
+    else:
+        assert plan.legs is not None
+        common, *own = _native.advance_legged(plan.legs.native, tables, NODES, *given, account)
+        own = [None, None, False, *own]
+    made = Advanced(*common, *own)
+    return made._replace(feet=made.feet.reshape(len(made.states), plan.feet, len(CARRIED)))
+
+
+def advance_many(
+    plan: Plan,
+    tables: Tables,
+    settings: _native.Settings,
+    on: Sequence[Rows],
+    parts: Parts,
+    times: Times | None = None,
+    *,
+    account: bool = False,
+    together: int,
+    threads: Workers = None,
+) -> Advanced:
+    """The same on several threads, of which each is given so many parts at least."""
+    count = len(parts.t0)
+    most = count // together
+    size = count if most < 2 else -(-count // min(JOBS * workers(threads), most))
+
+    def work(first: int) -> Advanced:
+        some = slice(first, first + size)
+        own = Parts(*(of[some] for of in parts))
+        if times is None:
+            return advance(plan, tables, settings, on, own, account=account)
+        begin = times.first[first : first + size + 1]
+        asked = Times(times.times[begin[0] : begin[-1]], begin - begin[0])
+        return advance(plan, tables, settings, on, own, asked, account=account)
+
+    jobs = range(0, count, max(size, 1))
+    return Advanced.joined([work(0)] if len(jobs) < 2 else list(spread(work, jobs, threads)))
+
+
 @dataclass(frozen=True)
 class RawRuns(Log):
-    """What runs by contact modes left. trace: recorded steps of all runs, end to end; notes (ne, 2) on the events of
-    recorded ones: the steps recorded by then, and 0 if the event was found inside the last of them, 1 if it was due at
-    that very moment, 2 for a mark.
+    """What runs by contact modes left. trace: recorded steps of all runs, end to end.
 
-    Of the last run: mode, number of the contact mode it ended in; pending, mask of the one in which it would go on from
-    the physical state (2n,), or -1 where there was no run. sources (m + 2,): its rest gaps [m] and gravity [m/s^2];
-    tables: contact modes, whose own may be others.
+    Of the last run: state (2n,), displacements and velocities at its end; pending: mask of the contact mode in which it
+    would go on from there, None where it is in that. sources (m + 2,): its rest gaps [m] and gravity [m/s^2]; tables:
+    contact modes, whose own may be others.
     """
 
     trace: np.ndarray = field(kw_only=True)
-    notes: np.ndarray = field(kw_only=True)
     tables: ModeBook = field(kw_only=True)
     sources: np.ndarray = field(kw_only=True)
-    mode: int = field(kw_only=True)
-    pending: int = field(kw_only=True)
-    physical: np.ndarray = field(kw_only=True)
+    state: np.ndarray = field(kw_only=True)
+    pending: int | None = field(kw_only=True)
 
     @cached_property
     def book(self) -> ModeBook:
@@ -168,24 +301,18 @@ def execute(
     period: float = math.inf,
     track: bool = True,
     record: bool = False,
-    start: tuple[float, np.ndarray, np.ndarray, np.ndarray] | None = None,
 ) -> RawRuns:
     """Run a plan for ``duration`` [s], as it is or for many rows of its data.
 
     period [s]: events mark the highest gap of every drive period, that of the rows where they are given; track: find
-    the apex of every flight; record: keep every step of a single run for series and energies; start: where a single run
-    begins, as time [s] and held, leaving, since of the feet (see `tarsus.solve.window`).
+    the apex of every flight; record: keep every step of a single run for series and energies.
     """
     rows = rows_of(plan, 1, period) if rows is None else rows
     book = book_of(plan, duration) if book is None else book
-    settings = settings_of(plan, duration, accuracy, track=track, record=record)
-    begin = None if start is None else (np.array([start[0]]), *start[1:])
-    codes, events, event_end, finish, trace, mode, pending, physical, notes = _native.run_modal(
-        book.native, NODES, rows.signals, plan.laws.native, settings, rows, begin
-    )
+    found = advance(plan, book, settings_of(plan, duration, accuracy, track=track, record=record), [rows])
     return RawRuns(
-        codes, finish, events, event_end, trace=trace, notes=notes, tables=book, sources=rows.sources[0],
-        mode=mode, pending=pending, physical=physical,
+        *found.log, trace=found.trace, tables=book, sources=rows.sources[0], state=found.states[-1],
+        pending=mask_of(found.feet[-1]) if found.changed else None,
     )  # fmt: skip
 
 
@@ -199,12 +326,13 @@ def row_bytes(plan: Plan) -> int:
 class RawWalks(Log):
     """What walkers left. samples (ns, width), of the last run: body's displacements and velocities (2 nb), legs
     (nl, 2, 2), contacts and sense of sliding (2 m) of the feet, energies (5) and works of laws that act together, all
-    but the last (see `tarsus.solve.acting.Acting.works`). end: the last run's body (2, nb), feet (nl, 2, 2), contact
-    (m,) of its feet and energies with works at its end.
+    but the last (see `tarsus.solve.acting.Acting.works`). state (2n,): the last run's displacements and velocities at
+    its end; energies: with works there.
     """
 
     samples: np.ndarray = field(kw_only=True)
-    end: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] = field(kw_only=True)
+    state: np.ndarray = field(kw_only=True)
+    energies: np.ndarray = field(kw_only=True)
 
 
 def walk(
@@ -218,24 +346,21 @@ def walk(
     track: bool = True,
     account: bool = False,
     times: np.ndarray | None = None,
-    start: tuple[float, np.ndarray, np.ndarray, np.ndarray] | None = None,
 ) -> RawWalks:
     """Run a walker's plan for ``duration`` [s], as it is or for many rows of its data.
 
     period [s]: marks note the way at the end of every drive period, that of the rows where they are given; track:
     find the apex of every flight; account: integrate energies; times (ns,) [s], increasing: when to sample motion and
-    contacts (of a single run); start: time [s] and held, leaving, since of the feet (see `tarsus.solve.window`).
+    contacts (of a single run).
     """
-    assert plan.legs is not None
     tables = tables if tables is not None else tables_of(plan, duration)
     rows = rows_of(plan, 1, period) if rows is None else rows
+    asked = None if times is None else (np.array(times, dtype=float), np.array([0, len(times)]))
     settings = settings_of(plan, duration, accuracy, track=track)
-    codes, events, event_end, marks, mark_end, finish, samples, body, feet, contact, energy = _native.run_legged(
-        plan.legs.native, tables, NODES, rows.signals, plan.laws.native, rows, settings,
-        np.zeros(0) if times is None else np.array(times, dtype=float), account, start,
-    )  # fmt: skip
-    end = (body, feet.reshape(len(feet), -1, 2), contact, energy)
-    return RawWalks(codes, finish, events, event_end, marks, mark_end, samples=samples, end=end)
+    found = advance(plan, tables, settings, [rows], times=asked, account=account)
+    return RawWalks(
+        *found.log, samples=found.samples, state=found.states[-1], energies=found.energies[-1]
+    )
 
 
 def tables_of(plan: Plan, duration: float) -> _native.LegTables:
@@ -280,7 +405,7 @@ class Engine:
     shared: Shared
 
     @cached_property
-    def tables(self) -> ModeBook | _native.LegTables:
+    def tables(self) -> Tables:
         """Step tables of a walker's legs, or contact modes with theirs."""
         plan, duration = self.plan, self.duration
         if plan.legs is None:

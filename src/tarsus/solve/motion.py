@@ -107,10 +107,10 @@ class Replayed:
     def last(self) -> Floats:
         """Displacements and velocities (2n,) at the end, events at its last moment included."""
         raw, system = self.log, self.log.book.system
-        if raw.pending == raw.book.modes[raw.mode].mask:
-            return raw.physical
+        if raw.pending is None:
+            return raw.state
         mode = contact_mode(system, raw.pending)  # a contact was made or broken and not yet moved on from
-        return mode.at_rest_there(system.tangents, raw.physical)
+        return mode.at_rest_there(system.tangents, raw.state)
 
     @property
     def swing(self) -> Floats | None:
@@ -204,15 +204,11 @@ class Marched:
 
     @property
     def account(self) -> Account:
-        return account_of(self.acting, self.log.end[3])
+        return account_of(self.acting, self.log.energies)
 
     @property
     def last(self) -> Floats:
-        place, feet, _, _ = self.log.end
-        x, v = (
-            np.concatenate([place[k], feet[:, 1::-1, k].ravel(), feet[:, 2:, k].ravel()]) for k in range(2)
-        )
-        return np.concatenate([x, v])
+        return self.log.state
 
     @property
     def swing(self) -> Floats | None:

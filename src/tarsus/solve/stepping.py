@@ -30,10 +30,10 @@ from tarsus.solve.acting import Acting
 from tarsus.solve.codes import ResultCode, structured_events, without_marks
 from tarsus.solve.commands import Command, asked_of, held
 from tarsus.solve.contacts import CARRIED
-from tarsus.solve.engine import Accuracy
+from tarsus.solve.engine import Accuracy, Advanced
 from tarsus.solve.motion import account_of
 from tarsus.solve.simulate import Shared
-from tarsus.solve.trajectories import StepLog, Trajectories
+from tarsus.solve.trajectories import Trajectories
 
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers
@@ -184,7 +184,7 @@ class SteppedRobots:
             out[name] = Command.own(self.drive(name), wave, count, moved)
         return out
 
-    def advance(self, commands: dict[str, Command], seconds: float, threads: Workers) -> StepLog:
+    def advance(self, commands: dict[str, Command], seconds: float, threads: Workers) -> Advanced:
         """Go on for so many seconds under these commands; what happened."""
         before = self.runs.time.copy()
         if self._rows is None or commands is not self.commands:
@@ -205,7 +205,6 @@ class SteppedRobots:
         """The robots' rows of data with what their drives do."""
         plan, rows = self.runs.plan, self.runs.rows
         each = {name: getattr(rows, name)[self.runs.data] for name in _OWN}
-        each["scales"][:, 2] = np.inf  # no marks of periods
         told = [(of, self.drive(name), d in plan.charged) for d, (name, of) in enumerate(commands.items())]
         varied = any(path.startswith("robot.drives.") for path in self.values)
         if told and (at_once := held(told, len(self), varied)) is not None:
@@ -222,7 +221,7 @@ class SteppedRobots:
         joined = Channels.joined(pool) if pool else Channels.of(())
         return replace(rows, pool=joined, signals=pack(joined), channels=channels, **each)
 
-    def _energies(self, parts: StepLog) -> Floats:
+    def _energies(self, parts: Advanced) -> Floats:
         """Energies (nr, .) of a step, as `account_of` takes them."""
         if parts.energies is not None:
             return parts.energies
@@ -461,7 +460,7 @@ class State:
         return {name: self._shown(one) for name, one in out.items()}
 
 
-def state_of(robots: SteppedRobots, began: Floats, parts: StepLog | None, one: bool) -> State:
+def state_of(robots: SteppedRobots, began: Floats, parts: Advanced | None, one: bool) -> State:
     """Where robots are, after what happened in a step that began with displacements (nr, n)."""
     runs, system = robots.runs, robots.runs.plan.system
     n = len(system.mass)

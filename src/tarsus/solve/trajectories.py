@@ -4,25 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.events import FootState
-from tarsus.base.workers import Workers, spread, workers
-from tarsus.core import _native
-from tarsus.core.modes import NODES, ModeBook
 from tarsus.plan.slots import Kind, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.contacts import CARRIED, fresh_feet
-from tarsus.solve.engine import Accuracy, settings_of
+from tarsus.solve.engine import Accuracy, Advanced, Parts, advance_many, settings_of
 from tarsus.solve.simulate import Shared, prepared
-from tarsus.solve.window import Window, WindowBatch, WindowStart, simulate_windows
+from tarsus.solve.window import Window, WindowStart, simulate_windows
 
 if TYPE_CHECKING:
+    from tarsus.base.workers import Workers
     from tarsus.model.scene import Scene
     from tarsus.plan.lowering import Plan
     from tarsus.plan.slots import Rows
@@ -31,21 +28,6 @@ Floats = NDArray[np.float64]
 
 TOGETHER = 8
 """Runs that a thread is given at a time: what a call of the engine costs is then lost in what they take."""
-
-
-JOBS = 4
-"""Parts for each thread of robots that are stepped together: the last to end is then not waited for long."""
-
-
-class StepLog(NamedTuple):
-    """What runs did on their way: event rows of all, one run after the other, and where those of each end (nr,);
-    energies (nr, .) of a walker, recorded steps and where those of each run end of a structure, where asked for."""
-
-    events: Floats
-    event_end: NDArray[np.int64]
-    energies: Floats | None
-    trace: Floats | None
-    trace_end: NDArray[np.int64] | None
 
 
 @dataclass
@@ -130,68 +112,36 @@ class Trajectories:
             WindowStart(self.state[r], float(self.time[r]), when, self.feet[r], int(self.data[r]))
             for r, when in zip(chosen.tolist(), times, strict=True)
         ]
-        jobs = [starts[first : first + TOGETHER] for first in range(0, len(starts), TOGETHER)]
-        work = partial(
-            simulate_windows, self.plan, rows=self.rows, shared=self.tables, accuracy=self.accuracy
+        found = simulate_windows(
+            self.plan, starts, rows=self.rows, shared=self.tables, accuracy=self.accuracy, threads=threads
         )
-        batches: list[WindowBatch] = list(spread(work, jobs, threads))
-        found = [window for batch in batches for window in batch]
         for r, window in zip(chosen.tolist(), found, strict=True):
             self.code[r] = window.code.number
             if window.code is ResultCode.DONE:
                 self.time[r] = window.times[-1]
                 self.state[r], self.feet[r] = window.end, window.feet
-        return found
+        return list(found)
 
     def _settings(self, record: bool) -> Any:
         if record not in self.made:
             self.made[record] = settings_of(self.plan, self.longest, self.accuracy, record=record)
         return self.made[record]
 
-    def go_on(self, until: Floats, rows: Rows, *, account: bool = False, threads: Workers = None) -> StepLog:
+    def go_on(
+        self, until: Floats, rows: Rows, *, account: bool = False, threads: Workers = None
+    ) -> Advanced:
         """Let all runs go on to times of their own (nr,) [s], none before where it is, on rows of data (nr) that may
-        have changed and are without periods, and move them there, also those that end before; what happened on the way.
-        No outputs, no derivatives: a step of `tarsus.Session`. account: energies, or the steps that they are integrated
-        from."""
+        have changed, and move them there, also those that end before; what happened on the way. No outputs, no
+        derivatives: a step of `tarsus.Session`. account: energies, or the steps that they are integrated from."""
         settings = self._settings(account and self.plan.legs is None)
-        most = len(self) // TOGETHER
-        size = len(self) if most < 2 else -(-len(self) // min(JOBS * workers(threads), most))
-        jobs = [slice(first, first + size) for first in range(0, len(self), size)]
-
-        def work(part: slice) -> Sequence[Any]:
-            own = replace(rows.taken(part), initial=self.state[part])
-            ways = tuple(np.ascontiguousarray(one[part]) for one in (self.time, until, self.feet))
-            plan, tables = self.plan, self.tables
-            if plan.legs is None:
-                laws = plan.laws.native
-                return _native.advance_modal(tables.native, NODES, rows.signals, laws, settings, own, ways)
-            return _native.advance_legged(
-                plan.legs.native, tables, NODES, rows.signals, plan.laws.native, settings, own, ways, account
-            )
-
-        found = [work(jobs[0])] if len(jobs) == 1 else list(spread(work, jobs, threads))
-        codes, finish, states, feet, events, ends, first, second = (
-            [one[k] for one in found] for k in range(8)
-        )
-        self.code, self.state, self.feet = _all(codes), _all(states), _all(feet).reshape(self.feet.shape)
-        self.time = _all(finish)[:, 0].copy()
-        walks = not isinstance(self.tables, ModeBook)
-        return StepLog(
-            _all(events), _one_after_another(ends, events), _all(first) if walks else None,
-            None if walks else _all(first), None if walks else _one_after_another(second, first),
+        own = np.stack([np.zeros(len(self), dtype=np.int64), np.arange(len(self))], axis=1)
+        made = advance_many(
+            self.plan, self.tables, settings, [rows], Parts(self.state, self.time, until, self.feet, own),
+            account=account, together=TOGETHER, threads=threads,
         )  # fmt: skip
+        self.code, self.state, self.feet = made.codes, made.states, made.feet
+        self.time = made.finish[:, 0].copy()
+        return made
 
 
 _DONE = ResultCode.DONE.number
-
-
-def _all(parts: Sequence[Any]) -> Any:
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)
-
-
-def _one_after_another(ends: Sequence[Any], rows: Sequence[Any]) -> NDArray[np.int64]:
-    """Ends of what several calls returned, counted through all."""
-    if len(ends) == 1:
-        return ends[0]
-    before = np.cumsum([0, *map(len, rows)])
-    return np.concatenate([end + first for end, first in zip(ends, before, strict=False)])

@@ -11,16 +11,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from tarsus.base.events import EventKind, FootState
 from tarsus.core.replay import SampledStates
 from tarsus.plan.slots import Rows, rows_of
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import EVENT_TYPE, ResultCode, event_places, structured_events, without_marks
-from tarsus.solve.contacts import Contacts
-from tarsus.solve.engine import RECORDED, Accuracy, book_of, settings_of, tables_of
+from tarsus.solve.contacts import APEX, CONTACT, Contacts
+from tarsus.solve.engine import RECORDED, Accuracy, Tables, book_of, settings_of, tables_of
 from tarsus.solve.window_gradients import WindowGradients
-from tarsus.solve.window_run import Tables, WindowStart, WindowStarts, run_windows
+from tarsus.solve.window_run import WindowStart, WindowStarts, run_windows
 
 if TYPE_CHECKING:
+    from tarsus.base.workers import Workers
     from tarsus.plan.lowering import Plan
     from tarsus.solve.window_slopes import WindowSlopes
 
@@ -83,8 +85,11 @@ class Window:
     def repeated(self, after: float) -> npt.NDArray[np.void]:
         """As `events`, of a motion that repeats with the window, after so long [s]: the flight that the window's end
         cuts is the one that its start cuts."""
-        found = structured_events(self.rows)
-        before = found.copy()
+        found, (apex, apex_time) = structured_events(self.rows), self.feet[:, APEX].T
+        cut = np.zeros(len(self.feet), dtype=EVENT_TYPE)
+        cut["foot"], cut["kind"], cut["time"] = np.arange(len(cut)), EventKind.PERIOD_MARK, self.times[-1]
+        cut["apex"], cut["apex_time"] = apex, apex_time
+        before = np.concatenate([found, cut[self.feet[:, CONTACT] == FootState.AIR]])
         before["apex_time"] -= after
         return without_marks(np.concatenate([before, found]))[len(self.events) :]
 
@@ -170,6 +175,7 @@ def simulate_windows(
     gradients: WindowGradients | None = None,
     shared: Tables | None = None,
     accuracy: Accuracy = RECORDED,
+    threads: Workers = None,
 ) -> WindowBatch:
     """Run many windows of one plan in one call of the engine, each from its own state at its own time.
 
@@ -189,6 +195,8 @@ def simulate_windows(
         duration not below the last time.
     accuracy
         Tolerances; those of a single run by default.
+    threads
+        Of windows without derivatives; by default one for each processor that this process may use.
 
     Raises
     ------
@@ -202,7 +210,7 @@ def simulate_windows(
     tables = shared or (book_of(plan, end) if plan.legs is None else tables_of(plan, end))
     settings = settings_of(plan, end, accuracy, record=plan.legs is None)
     if gradients is None:
-        ran, states, slopes = run_windows(plan, tables, data, given, settings), None, None
+        ran, states, slopes = run_windows(plan, tables, data, given, settings, threads), None, None
     else:
         from tarsus.solve.window_copies import Copies
         from tarsus.solve.window_slopes import SEEN, Differenced
@@ -212,7 +220,7 @@ def simulate_windows(
         finer = settings_of(plan, end, accuracy.finer, record=plan.legs is None)
         ran = run_windows(plan, tables, data, seen, settings)
         copies = Copies(plan, tables, data, seen, gradients, along, settings)
-        found = Differenced.of(copies, ran, run_windows(plan, tables, data, seen, finer))
+        found = Differenced(copies, ran, run_windows(plan, tables, data, seen, finer))
         slopes, states = found.slopes(gradients.names(along)).at(at), ran.states.part(at)
     return WindowBatch(
         plan, starts, data, given.sources, given.times, given.first, states or ran.states, ran.events, ran.begin,

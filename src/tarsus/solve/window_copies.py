@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,12 +15,9 @@ from tarsus.core import _native
 from tarsus.plan.lowering import Plan
 from tarsus.plan.slots import Rows
 from tarsus.solve.differences import STEP
-from tarsus.solve.engine import book_of, structure_key, tables_of
+from tarsus.solve.engine import Tables, book_of, structure_key, tables_of
 from tarsus.solve.window_gradients import ScenePair, WindowGradients
-from tarsus.solve.window_run import Ran, Tables, WindowStarts, run_windows
-
-if TYPE_CHECKING:
-    pass
+from tarsus.solve.window_run import Ran, WindowStarts, run_windows
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -29,8 +26,7 @@ Integers = npt.NDArray[np.int64]
 @dataclass(frozen=True)
 class Lane:
     """Windows beside some, two of each, along one number: its place among all, the windows (nl,), places (2,) in steps,
-    of which the nearest is one off, steps (nl,), the part (nl,) of them that is rounded off, and what both came to,
-    without marks."""
+    of which the nearest is one off, steps (nl,), the part (nl,) of them that is rounded off, and what both came to."""
 
     number: int
     windows: Integers
@@ -132,7 +128,7 @@ class Copies:
             for parts in filed:
                 order = np.argsort(np.concatenate([one.places for one in parts]))
                 sides.append(
-                    Ran.joined([ran[id(one.call)][one.part] for one in parts]).taken(order).without_marks
+                    Ran.joined([ran[id(one.call)][one.part] for one in parts]).taken(order)
                 )
             both = sides[0], sides[1]
             out.append(Lane(number, windows, way.places, way.steps[windows], way.rounded[windows], both))

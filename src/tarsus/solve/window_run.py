@@ -11,27 +11,22 @@ import numpy as np
 import numpy.typing as npt
 
 from tarsus.base.errors import InputError
-from tarsus.base.events import EventKind, FootState
-from tarsus.base.workers import spread
-from tarsus.core import _native
-from tarsus.core import arrays as a
-from tarsus.core.modes import NODES, ModeBook
 from tarsus.core.replay import SampledStates, shown_states
 from tarsus.plan.slots import Rows
 from tarsus.solve.acting import Acting
-from tarsus.solve.contacts import CARRIED, Contacts
+from tarsus.solve.contacts import CARRIED, MOMENTS, Contacts
+from tarsus.solve.engine import Parts, Tables, Times, advance_many
 
 if TYPE_CHECKING:
+    from tarsus.base.workers import Workers
+    from tarsus.core import _native
     from tarsus.plan.lowering import Plan
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
-Tables = ModeBook | _native.LegTables
 
-TOGETHER = 64
+TOGETHER = 16
 """Windows that a thread runs at least: fewer take less time than a thread takes to start."""
-_BEGIN = [CARRIED.index(name) for name in ("since", "parted", "left", "rose", "apex_time")]
-"""What feet carry on that are moments."""
 
 
 @dataclass(frozen=True)
@@ -53,19 +48,15 @@ class WindowStart:
 
 @dataclass(frozen=True)
 class WindowStarts:
-    """Starts of nw windows as arrays: state (nw, 2n), t0 (nw,), held, leaving, since (nw, m), sources (nw, 2): which of
-    some data each runs on, and its row there, first (nw + 1,) of each one's times, carried (nw, m, k) by the feet of
-    those that go on."""
+    """Starts of nw windows as arrays: state (nw, 2n), t0 (nw,), sources (nw, 2): which of some data each runs on, and
+    its row there, first (nw + 1,) of each one's times, feet (nw, m, k): what feet carry on to it."""
 
     state: Floats
     t0: Floats
-    held: npt.NDArray[np.uint8]
-    leaving: npt.NDArray[np.uint8]
-    since: Floats
     sources: Integers
     first: Integers
     times: Floats
-    carried: Floats
+    feet: Floats
 
     @classmethod
     def of(cls, plan: Plan, starts: Sequence[WindowStart], data: Sequence[Rows]) -> WindowStarts:
@@ -81,17 +72,16 @@ class WindowStarts:
                 raise InputError(
                     problems if len(starts) == 1 else [f"window {w}: {text}" for text in problems]
                 )
-        begun = [_begun(one, m) for one in starts]
-        held = np.array([one[0] for one in begun], dtype=np.uint8).reshape(-1, m)
-        leaving = np.array([one[1] for one in begun], dtype=np.uint8).reshape(-1, m)
-        since = np.array([one[2] for one in begun], dtype=float).reshape(-1, m)
+        feet = [
+            one.contacts.carried(m, one.t0) if isinstance(one.contacts, Contacts) else one.contacts
+            for one in starts
+        ]
         number = np.array([one.data for one in starts], dtype=np.int64)
         source = np.searchsorted(end, number, side="right") - 1
         return cls(
-            np.array(states).reshape(-1, size), np.array([one.t0 for one in starts], dtype=float), held, leaving, since,
+            np.array(states).reshape(-1, size), np.array([one.t0 for one in starts], dtype=float),
             np.stack([source, number - end[source]], axis=1), np.cumsum([0, *map(len, times)], dtype=np.int64),
-            np.concatenate([*times, np.zeros(0)]),
-            np.array([one[3] for one in begun], dtype=float).reshape(-1, m, len(CARRIED)),
+            np.concatenate([*times, np.zeros(0)]), np.array(feet, dtype=float).reshape(-1, m, len(CARRIED)),
         )  # fmt: skip
 
     def __len__(self) -> int:
@@ -131,29 +121,13 @@ class WindowStarts:
         """The same with starts later by so long (nw,) [s], at states and with times as they are, none before it. What
         begins with the window does so later; what began before has begun by then."""
         t0 = self.t0 + by
-        own, then = self.t0[:, None], t0[:, None]
-        since = np.where(self.since == own, then, np.minimum(self.since, then))
-        moments = self.carried[..., _BEGIN]
-        carried = self.carried.copy()
-        carried[..., _BEGIN] = np.where(moments == own[..., None], then[..., None], moments)
-        when = np.maximum(self.times, np.repeat(t0, np.diff(self.first)))
-        return replace(self, t0=t0, since=since, times=when, carried=carried)
-
-    def native(self) -> tuple[Any, ...]:
-        """As the engine takes them."""
-        whole = tuple(np.ascontiguousarray(getattr(self, one.name)) for one in fields(self))
-        return whole
+        own, then = self.t0[:, None, None], t0[:, None, None]
+        feet, moments = self.feet.copy(), self.feet[..., MOMENTS]
+        feet[..., MOMENTS] = np.where(moments == own, then, np.minimum(moments, then))
+        return replace(self, t0=t0, times=np.maximum(self.times, np.repeat(t0, np.diff(self.first))), feet=feet)
 
 
 _TIMES = ("first", "times")
-
-
-def _begun(one: WindowStart, feet: int) -> tuple[Any, Any, Any, Floats]:
-    """Held, leaving and since (m,), and what is carried on (m, k), NaN where nothing is."""
-    if isinstance(one.contacts, Contacts):
-        return (*one.contacts.begin(feet, one.t0)[1:], np.full((feet, len(CARRIED)), np.nan))
-    held, since = (one.contacts[:, CARRIED.index(name)] for name in ("contact", "since"))
-    return held != FootState.AIR, np.zeros(feet), since, one.contacts
 
 
 def _problems(one: WindowStart, state: Floats, times: Floats, feet: int, size: int) -> list[str]:
@@ -197,18 +171,6 @@ class Ran:
             self.feet[windows],
         )  # fmt: skip
 
-    @property
-    def marks(self) -> npt.NDArray[np.bool_]:
-        """Which rows (ne,) are no events but the ends of windows."""
-        return np.asarray(self.events[:, a.E_KIND] == EventKind.PERIOD_MARK)
-
-    @property
-    def without_marks(self) -> Ran:
-        """The same with events alone."""
-        kept = ~self.marks
-        begin = np.concatenate([[0], np.cumsum(kept)])[self.begin]
-        return replace(self, events=self.events[kept], begin=begin)
-
     @classmethod
     def joined(cls, parts: Sequence[Ran]) -> Ran:
         """Several, one after the other."""
@@ -247,43 +209,23 @@ def end_to_end(parts: Sequence[SampledStates]) -> SampledStates:
 
 
 def run_windows(
-    plan: Plan, tables: Tables, data: Sequence[Rows], starts: WindowStarts, settings: _native.Settings
+    plan: Plan,
+    tables: Tables,
+    data: Sequence[Rows],
+    starts: WindowStarts,
+    settings: _native.Settings,
+    threads: Workers = None,
 ) -> Ran:
     """Run windows of a plan, on all threads where there are many."""
-    count = len(starts)
-    edges = range(0, count, max(TOGETHER, -(-count // 8)))
-    if len(edges) < 2:
-        return _run(plan, tables, data, starts, settings)
-    jobs = [starts.taken(np.arange(a, min(a + edges.step, count))) for a in edges]
-    return Ran.joined(list(spread(lambda part: _run(plan, tables, data, part, settings), jobs)))
-
-
-def _run(
-    plan: Plan, tables: Tables, data: Sequence[Rows], starts: WindowStarts, settings: _native.Settings
-) -> Ran:
-    laws, given = plan.laws.native, [(rows.signals, _unmarked(rows)) for rows in data]
+    parts = Parts(*map(np.ascontiguousarray, (starts.state, starts.t0, starts.ends, starts.feet, starts.sources)))
+    times = Times(starts.times, starts.first)
+    made = advance_many(plan, tables, settings, data, parts, times, together=TOGETHER, threads=threads)
     if plan.legs is None:
-        assert isinstance(tables, ModeBook)
-        codes, events, ends, samples, finals, feet = _native.windows_modal(
-            tables.native, NODES, laws, settings, given, starts.native()
-        )
-        states = shown_states(samples, plan.feet, plan.system.tangents is not None)
+        states = shown_states(made.samples, plan.feet, plan.system.tangents is not None)
     else:
-        assert not isinstance(tables, ModeBook)
-        codes, events, ends, samples, finals, feet = _native.windows_legged(
-            plan.legs.native, tables, NODES, laws, settings, given, starts.native()
-        )
-        states = _walked(plan, starts, data, samples)
-    begin = np.concatenate([[0], ends]).astype(np.int64)
-    carried = feet.reshape(len(starts), plan.feet, -1)
-    return Ran(np.asarray(codes), events, begin, states, starts.first, finals, carried)
-
-
-def _unmarked(rows: Rows) -> Rows:
-    """Rows without marks of periods."""
-    scales = rows.scales.copy()
-    scales[:, 2] = math.inf
-    return replace(rows, scales=scales)
+        states = _walked(plan, starts, data, made.samples)
+    begin = np.concatenate([[0], made.event_end]).astype(np.int64)
+    return Ran(made.codes, made.events, begin, states, starts.first, made.states, made.feet)
 
 
 def _walked(plan: Plan, starts: WindowStarts, data: Sequence[Rows], samples: Floats) -> SampledStates:

@@ -229,17 +229,11 @@ class _LaneSlopes:
 
 @dataclass(frozen=True)
 class Differenced:
-    """Windows, the same in other steps and longer, and the derivatives of the first by what lies beside them; own and
-    finer are without marks, of which ``marks`` says where they are among all rows."""
+    """Windows, the same in other steps, and the derivatives of the first by what lies beside them."""
 
     copies: Copies
     own: Ran
     finer: Ran
-    marks: Flags
-
-    @classmethod
-    def of(cls, copies: Copies, own: Ran, finer: Ran) -> Differenced:
-        return cls(copies, own.without_marks, finer.without_marks, own.marks)
 
     def slopes(self, names: tuple[str, ...]) -> WindowSlopes:
         """All of them, in the order of names; of each number one pair of windows, or two."""
@@ -347,10 +341,9 @@ class Differenced:
             ]
         sizes = np.cumsum([len(getattr(own.states, name)) for name in SHOWN])
         states = [_sampled(np.split(part, sizes[:-1]), own.states.held) for part in samples]
-        every = np.full((2, len(self.marks), a.EVENT_WIDTH, len(names)), np.nan)
-        every[:, ~self.marks] = rows.swapaxes(1, 2)
+        slopes, errors = rows.swapaxes(1, 2)
         return WindowSlopes(
-            names, states[0], every[0], states[1], every[1], tuple(sorted(flags, key=lambda one: one[:2]))
+            names, states[0], slopes, states[1], errors, tuple(sorted(flags, key=lambda one: one[:2]))
         )
 
 

@@ -18,7 +18,7 @@ namespace tarsus::legged {
 
 // How a foot starts a step: as its state says; with a gap of exactly zero, having just left the ground; or with a slip speed of exactly
 // zero, having just begun to slide.
-enum Start { AS_IT_COMES, JUST_LEFT, JUST_SLIDING };
+enum Launch { AS_IT_COMES, JUST_LEFT, JUST_SLIDING };
 
 // State and history of a foot.
 struct LeggedFoot : Grip {

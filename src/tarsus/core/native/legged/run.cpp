@@ -1,12 +1,12 @@
 #include "legged/run.hpp"
 
-#include "legged/window.hpp"
+#include "legged/carried.hpp"
 
 namespace tarsus::legged {
 
 Code march_on(LeggedMarch& system) { return march(system); }
 
-LeggedResult run_legged(const Walker& walker, const std::vector<RunData>& runs, const std::vector<Beginning>& starts,
+LeggedResult run_legged(const Walker& walker, const std::vector<RunData>& runs, const std::vector<Start>& starts,
                         const std::vector<SampleTimes>& times, bool account) {
   const Between between(walker.nodes);
   Settings units = walker.settings;
@@ -18,17 +18,16 @@ LeggedResult run_legged(const Walker& walker, const std::vector<RunData>& runs, 
   out.sample_width = system.sample_width();
   out.energy_width = ENERGIES + system.shares.size();
   for (size_t run = 0; run < runs.size(); run++) {
-    if (!starts.empty()) units = starts[run].ended(walker.settings);
+    if (!starts.empty()) units.end = starts[run].end;
     if (!times.empty()) notes.ask(times[run].at, times[run].count, out.sample_width);
     system.begin(runs[run]);
-    if (!starts.empty()) begin_at(system, starts[run]);
-    out.codes.push_back(march_on(system));
-    out.event_end.push_back(int64_t(log.events.size()));
+    if (!starts.empty()) load(system, starts[run]);
+    const Code code = march_on(system);
+    out.note(code, system.clock, log);
     out.mark_end.push_back(int64_t(notes.marks.size() / out.mark_width));
-    out.finish.insert(out.finish.end(), {system.clock.time, double(system.clock.steps), double(system.clock.rejected)});
     out.samples.insert(out.samples.end(), notes.samples.begin(), notes.samples.end());
     if (starts.empty() && run + 1 < runs.size()) continue;
-    hand_on(system, out.states, out.feet);
+    save(system, out);
     out.energies.insert(out.energies.end(), &system.energy.work, &system.energy.work + ENERGIES);
     out.energies.insert(out.energies.end(), system.shares.begin(), system.shares.end());
   }

@@ -1,11 +1,7 @@
-// Modal robots in Python: the book of contact modes and the entry that runs a batch.
-#include <nanobind/stl/tuple.h>
-
+// Modal robots in Python: the book of contact modes.
 #include "base/convert.hpp"
 #include "modal/make.hpp"
-#include "modal/run.hpp"
 #include "modal/unpack.hpp"
-#include "march/rows.hpp"
 
 namespace tarsus {
 
@@ -84,46 +80,6 @@ nb::dict step_of(KeptBook& book, int q, int k) {
   return out;
 }
 
-// Every run of a batch. ``begin``: where each starts, as times (runs,) [s], held, leaving and since (runs, feet): see Beginning; from
-// t = 0 without it.
-//
-// Returns codes, events and where those of every run end, finish, recorded steps, and of the last run the contact mode it is in, the
-// mask of the one in which it goes on, and its place; then notes on the events of recorded runs.
-nb::tuple run_batch(KeptBook& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
-                    nb::handle rows, nb::object begin) {
-  if (laws.feet != book.sizes.feet) throw std::invalid_argument("the book and the laws are of different feet");
-  const size_t m = laws.feet;
-  const Rows given(rows, signals, m * laws.columns, 2 * size_t(book.sizes.coordinates), m, book.sizes.drives);
-  for (int64_t flags : laws.flags) {
-    if (flags & USES_RATE && book.sizes.outputs == book.sizes.feet) throw std::invalid_argument("the book has no gap rates");
-  }
-  std::tuple<Doubles, Array<uint8_t>, Array<uint8_t>, Doubles> from;
-  std::vector<Beginning> starts;
-  if (!begin.is_none()) {
-    from = nb::cast<decltype(from)>(begin);
-    const auto& [times, held, leaving, since] = from;
-    const size_t runs = given.batch.runs;
-    if (times.size() != runs || held.size() != runs * m || leaving.size() != runs * m || since.size() != runs * m) {
-      throw std::invalid_argument("the sizes of the windows and of their starts differ");
-    }
-    for (size_t r = 0; r < runs; r++) {
-      starts.push_back({times.data()[r], held.data() + r * m, leaving.data() + r * m, since.data() + r * m});
-    }
-  }
-  ModalResult result;
-  {
-    nb::gil_scoped_release released;
-    result = run_modal({book, nodes, signals, laws, settings, given.batch.channels}, given.batch.all(), starts);
-  }
-  const Sizes& s = book.sizes;
-  return nb::make_tuple(returned(std::move(result.codes)), returned_rows(std::move(result.events)),
-                        returned(std::move(result.event_end)), returned(std::move(result.finish), 3),
-                        returned(std::move(result.trace), recorded_width(s)),
-                        result.mode == nullptr ? 0 : result.mode->number,
-                        result.pending == nullptr ? nb::object(nb::int_(-1)) : mask_of(result.pending->feet),
-                        returned(std::move(result.physical)), returned_rows(std::move(result.notes)));
-}
-
 }  // namespace
 
 void bind_modal(nb::module_& m) {
@@ -133,8 +89,6 @@ void bind_modal(nb::module_& m) {
       .def("require", [](KeptBook& book, nb::handle mask) { return book.require(feet_of(book.sizes, mask)).number; })
       .def_prop_ro("modes", &modes_of)
       .def("step", &step_of);
-  m.def("run_modal", &run_batch, nb::arg("book"), nb::arg("nodes"), nb::arg("signals"), nb::arg("laws"), nb::arg("settings"),
-        nb::arg("rows"), nb::arg("begin").none());
 }
 
 }  // namespace tarsus

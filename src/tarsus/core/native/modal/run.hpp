@@ -1,7 +1,7 @@
 // Runs of a modal robot, one after the other: the compiled entry.
 #pragma once
 #include "march/batch.hpp"
-#include "march/window.hpp"
+#include "march/carried.hpp"
 #include "modal/contact.hpp"
 
 namespace tarsus::modal {
@@ -16,20 +16,15 @@ struct Robot {
   size_t channels;
 };
 
-// How they ended. event_end: events of run i are those from event_end[i - 1] on, likewise recorded rows by trace_end; finish (runs,
-// 3): end time [s], steps, rejected steps; notes: of recorded runs, on their events, by the rows of all runs. Of the last run: the contact mode it is in, the one it
-// goes on in (pending), which may be another, and the physical state. states (runs, 2 n), feet (runs, feet): of runs that were given a
-// start, where each ended.
-struct ModalResult {
-  std::vector<int64_t> codes, event_end, trace_end;
-  std::vector<double> finish, trace, physical, states;
-  std::vector<CarriedFoot> feet;
-  std::vector<Event> events;
-  std::vector<Note> notes;
-  const ContactMode *mode = nullptr, *pending = nullptr;
+// Recorded rows of run i are those of trace from trace_end[i - 1] on; changed: whether the last run would go on in another contact mode
+// than it is in.
+struct ModalResult : Outcome {
+  std::vector<int64_t> trace_end;
+  std::vector<double> trace;
+  bool changed = false;
 };
 
 // ``starts``: where each run begins; none: all from t = 0 in the air, and film momenta of strong films count from where steps begin.
-ModalResult run_modal(const Robot& robot, const std::vector<RunData>& runs, const std::vector<Beginning>& starts);
+ModalResult run_modal(const Robot& robot, const std::vector<RunData>& runs, const std::vector<Start>& starts);
 
 }  // namespace tarsus::modal
