@@ -4,8 +4,6 @@
 
 namespace tarsus::legged {
 
-Code march_on(LeggedMarch& system) { return march(system); }
-
 LeggedResult run_legged(const Walker& walker, const std::vector<RunData>& runs, const std::vector<Start>& starts,
                         const std::vector<SampleTimes>& times, bool account) {
   const Between between(walker.nodes);
@@ -22,7 +20,7 @@ LeggedResult run_legged(const Walker& walker, const std::vector<RunData>& runs, 
     if (!times.empty()) notes.ask(times[run].at, times[run].count, out.sample_width);
     system.begin(runs[run]);
     if (!starts.empty()) load(system, starts[run]);
-    const Code code = march_on(system);
+    const Code code = march(system);
     out.note(code, system.clock, log);
     out.mark_end.push_back(int64_t(notes.marks.size() / out.mark_width));
     out.samples.insert(out.samples.end(), notes.samples.begin(), notes.samples.end());

@@ -30,9 +30,4 @@ struct LeggedResult : Outcome {
 LeggedResult run_legged(const Walker& walker, const std::vector<RunData>& runs, const std::vector<Start>& starts,
                         const std::vector<SampleTimes>& times, bool account);
 
-struct LeggedMarch;
-
-// March on a walker that has begun, whoever follows it.
-Code march_on(LeggedMarch& system);
-
 }  // namespace tarsus::legged
