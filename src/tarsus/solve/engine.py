@@ -145,7 +145,7 @@ JOBS = 4
 """Shares of parts for each thread: the last one to end is then not waited for long."""
 
 
-class Parts(NamedTuple):
+class Continuations(NamedTuple):
     """Where nr parts of runs start and how far each goes.
 
     state (nr, 2n): displacements and velocities [m, m/s]; t0 and until (nr,) [s]; feet (nr, m, k): what feet carry on
@@ -217,7 +217,7 @@ def advance(
     tables: Tables,
     settings: _native.Settings,
     on: Sequence[Rows],
-    parts: Parts | None = None,
+    parts: Continuations | None = None,
     times: Times | None = None,
     *,
     account: bool = False,
@@ -228,7 +228,8 @@ def advance(
     ask for recorded steps for samples, and for an account, which is made from them.
     """
     data = [(rows.signals, rows) for rows in on]
-    given = [plan.laws.native, settings, data, *(None if of is None else tuple(of) for of in (parts, times))]
+    asked = (None if of is None else tuple(map(np.ascontiguousarray, of)) for of in (parts, times))
+    given = [plan.laws.native, settings, data, *asked]
     if isinstance(tables, ModeBook):
         common, *own = _native.advance_modal(tables.native, NODES, *given)
     else:
@@ -244,7 +245,7 @@ def advance_many(
     tables: Tables,
     settings: _native.Settings,
     on: Sequence[Rows],
-    parts: Parts,
+    parts: Continuations,
     times: Times | None = None,
     *,
     account: bool = False,
@@ -258,7 +259,7 @@ def advance_many(
 
     def work(first: int) -> Advanced:
         some = slice(first, first + size)
-        own = Parts(*(of[some] for of in parts))
+        own = Continuations(*(of[some] for of in parts))
         if times is None:
             return advance(plan, tables, settings, on, own, account=account)
         begin = times.first[first : first + size + 1]

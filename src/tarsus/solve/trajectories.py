@@ -14,7 +14,7 @@ from tarsus.base.events import FootState
 from tarsus.plan.slots import Kind, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.contacts import CARRIED, fresh_feet
-from tarsus.solve.engine import Accuracy, Advanced, Parts, advance_many, settings_of
+from tarsus.solve.engine import Accuracy, Advanced, Continuations, advance_many, settings_of
 from tarsus.solve.simulate import Shared, prepared
 from tarsus.solve.window import Window, WindowStart, simulate_windows
 
@@ -136,7 +136,7 @@ class Trajectories:
         settings = self._settings(account and self.plan.legs is None)
         own = np.stack([np.zeros(len(self), dtype=np.int64), np.arange(len(self))], axis=1)
         made = advance_many(
-            self.plan, self.tables, settings, [rows], Parts(self.state, self.time, until, self.feet, own),
+            self.plan, self.tables, settings, [rows], Continuations(self.state, self.time, until, self.feet, own),
             account=account, together=TOGETHER, threads=threads,
         )  # fmt: skip
         self.code, self.state, self.feet = made.codes, made.states, made.feet

@@ -15,7 +15,7 @@ from tarsus.core.replay import SampledStates, shown_states
 from tarsus.plan.slots import Rows
 from tarsus.solve.acting import Acting
 from tarsus.solve.contacts import CARRIED, MOMENTS, Contacts
-from tarsus.solve.engine import Parts, Tables, Times, advance_many
+from tarsus.solve.engine import Continuations, Tables, Times, advance_many
 
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers
@@ -217,7 +217,7 @@ def run_windows(
     threads: Workers = None,
 ) -> Ran:
     """Run windows of a plan, on all threads where there are many."""
-    parts = Parts(*map(np.ascontiguousarray, (starts.state, starts.t0, starts.ends, starts.feet, starts.sources)))
+    parts = Continuations(starts.state, starts.t0, starts.ends, starts.feet, starts.sources)
     times = Times(starts.times, starts.first)
     made = advance_many(plan, tables, settings, data, parts, times, together=TOGETHER, threads=threads)
     if plan.legs is None:

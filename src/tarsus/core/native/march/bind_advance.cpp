@@ -44,13 +44,13 @@ struct Together {
 
 // Where parts start and how far they go: states (nr, 2n); at, until (nr) [s]; feet (nr, feet, CARRIED); data and row (nr, 2): what each
 // runs on. None: whole runs, of all rows of the one data.
-struct Parts {
+struct Continuations {
   Doubles states, at, until, feet;
   Integers on;
   bool given;
   size_t width;
 
-  Parts(nb::object from, const Widths& of, const std::vector<Data>& data) : given(!from.is_none()), width(of.feet) {
+  Continuations(nb::object from, const Widths& of, const std::vector<Data>& data) : given(!from.is_none()), width(of.feet) {
     if (!given) return;
     std::tie(states, at, until, feet, on) = nb::cast<std::tuple<Doubles, Doubles, Doubles, Doubles, Integers>>(from);
     const size_t count = at.size();
@@ -95,7 +95,7 @@ struct Sampled {
 
 // Calls ``run`` with the runs that are on the same data one after the other, no more than ``most`` at a time.
 template <class Run>
-void each_together(const std::vector<Data>& data, const Parts& parts, const Sampled& sampled, size_t most, Run run) {
+void each_together(const std::vector<Data>& data, const Continuations& parts, const Sampled& sampled, size_t most, Run run) {
   const size_t count = parts.count(data);
   for (size_t r = 0; r < count;) {
     const size_t source = parts.source(r), first = r;
@@ -158,7 +158,7 @@ nb::tuple advance_modal(modal::Book& book, const Nodes& nodes, const Laws& laws,
   }
   const Widths of{2 * size_t(sizes.coordinates), m, m * laws.columns, size_t(sizes.drives), 0};
   const std::vector<Data> data = data_of(on, of);
-  const Parts parts(starts, of, data);
+  const Continuations parts(starts, of, data);
   const Sampled sampled(times, parts.count(data));
   modal::ModalResult out;
   {
@@ -186,7 +186,7 @@ nb::tuple advance_legged(const legged::Body& body, const legged::LegTables& tabl
   if (laws.feet != body.feet()) throw std::invalid_argument("the body and the laws are of different feet");
   const Widths of{2 * size_t(body.all_coordinates()), m, m * laws.columns, body.drives, body.shape()};
   const std::vector<Data> data = data_of(on, of);
-  const Parts parts(starts, of, data);
+  const Continuations parts(starts, of, data);
   const Sampled sampled(times, parts.count(data));
   legged::LeggedResult out{};
   {
