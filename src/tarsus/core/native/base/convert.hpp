@@ -3,7 +3,6 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
-#include <cstring>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -52,13 +51,6 @@ struct Given : Fields {
 inline std::vector<uint8_t> booleans(nb::handle group, const char* name) {
   const auto array = nb::cast<Array<bool>>(group.attr(name));
   return std::vector<uint8_t>(array.data(), array.data() + array.size());
-}
-
-template <class T>
-void copy_to(T* to, size_t size, nb::handle group, const char* name) {
-  const auto array = nb::cast<Array<T>>(group.attr(name));
-  if (array.size() != size) throw std::invalid_argument(std::string(name) + " has a wrong size");
-  std::memcpy(to, array.data(), size * sizeof(T));
 }
 
 // A vector as a numpy array (size / width, width), or (size,) at width 0, without copying.

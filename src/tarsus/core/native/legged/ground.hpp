@@ -84,6 +84,7 @@ inline void post_impact(const Legged& s, int i, Landing& at) {
 inline double impact(Legged& s, int i, EventKind kind, const Landing& at) {
   LeggedFoot& foot = s.feet[i];
   const bool bounces = kind == BOUNCE, any_way = s.directions() > DIRECTIONS;
+  const double restituted = bounces ? at.lost() : at.lost() + at.kept();
   foot.w[UP] = bounces ? leaving_rate(s, i, at.after) : 0.0;
   const double slip = any_way ? std::hypot(foot.w[ALONG], foot.w[ACROSS]) : foot.w[ALONG];
   const Braking out = impact_friction(s.laws, s.body.legs[i].foot, {at.mobility, 0.0, at.mobility}, at.speed, bounces ? at.after : 0.0, slip);
@@ -91,7 +92,7 @@ inline double impact(Legged& s, int i, EventKind kind, const Landing& at) {
   if (any_way && slip > 0.0) {  // against the slip, along and across alike: it keeps its direction
     for (int d : {ALONG, ACROSS}) foot.w[d] *= out.left / slip;
   }
-  return (bounces ? at.lost() : at.lost() + at.kept()) + out.lost;
+  return restituted + out.lost;
 }
 
 // Bound [N] below which the pull on a foot on the ground counts as zero: by the scale of the scene, or the rounding of `pull_on`.

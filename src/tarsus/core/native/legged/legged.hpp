@@ -215,7 +215,6 @@ struct Legged {
   int directions() const { return body.directions; }
   // Whether a foot slides with friction in two directions, against its velocity in both (legged/slip.hpp).
   bool any_way(int i) const { return directions() > DIRECTIONS && feet[i].rubs(); }
-  bool counts(int i) const { return body.legs[i].foot >= 0; }  // whether a leg can touch the ground
 
   // Momentum [N s] of the film under a foot at a gap, from that at its base on.
   template <class Real>

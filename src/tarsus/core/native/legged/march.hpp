@@ -173,10 +173,10 @@ struct LeggedMarch : Legged {
   void sample(double h, double fraction, const Energies& before) {
     const double part = std::max(std::min((notes.times[notes.sampled] - clock.time) / h, fraction), 0.0);
     motion_at(*this, h, part, moment);
-    put_sample(fraction > 0.0 ? part / fraction : 1.0, before, shares_before);
+    put_sample(fraction > 0.0 ? part / fraction : 1.0, before);
   }
   // Note the moment, and energies at a share of the step.
-  void put_sample(double share, const Energies& before, const std::vector<double>& parts) {
+  void put_sample(double share, const Energies& before) {
     double* to = notes.samples.data() + notes.sampled * sample_width();
     for (int b = 0; b < coordinates(); b++) *to++ = moment.x[b];
     for (int b = 0; b < coordinates(); b++) *to++ = moment.v[b];
@@ -213,7 +213,7 @@ struct LeggedMarch : Legged {
     const double* from = &before.work;
     const double* now = &energy.work;
     for (int e = 0; e < ENERGIES; e++) *to++ = from[e] + (now[e] - from[e]) * share;
-    for (size_t e = 0; e < shares.size(); e++) *to++ = parts[e] + (shares[e] - parts[e]) * share;
+    for (size_t e = 0; e < shares.size(); e++) *to++ = shares_before[e] + (shares[e] - shares_before[e]) * share;
     notes.sampled++;
   }
 
@@ -370,7 +370,7 @@ struct LeggedMarch : Legged {
     return GOING_ON;
   }
 
- protected:
+ private:
   std::vector<Bracket> events = std::vector<Bracket>(body.leg.size());  // the first one of every foot in the step
 
   // When a step of length h ends: at an event at scaled time ``first``, or after ``left`` at the goal or a kink.
@@ -394,8 +394,6 @@ struct LeggedMarch : Legged {
   // Whether the event of a foot comes at scaled time ``first``, that of the first of all, to the rounding of both.
   static constexpr double SAME_EVENT = 1.0 + 1e-13;
   bool now(int f, double first) const { return events[f].kind != NOTHING && events[f].high <= first * SAME_EVENT; }
-
- private:
   std::vector<double> shares_before;
 };
 

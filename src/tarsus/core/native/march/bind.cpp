@@ -9,11 +9,6 @@ namespace tarsus {
 
 namespace {
 
-template <class T>
-nb::object shown(const std::vector<T>& values) {
-  return returned(std::vector<T>(values));
-}
-
 // Initial states (runs, 2 n), of walkers that stand as they do, and scales (runs, 3) of their own; and why the first run that cannot
 // start does not, a row a reason: run, fault, foot, by (see Refusal). idle (runs, drives): forces [N] without volts.
 nb::tuple start_rows(const StartRules& rules, const Laws& laws, const Signals& signals, nb::handle rows, const Doubles& idle) {
@@ -39,19 +34,7 @@ void make(Made* out, nb::dict from) {
 
 void bind_plan(nb::module_& m) {
   nb::class_<Nodes>(m, "Nodes").def("__init__", &make<Nodes, nodes_of>);
-  nb::class_<Signals>(m, "Signals")
-      .def("__init__", &make<Signals, signals_of>)
-      .def_prop_ro("first", [](const Signals& s) { return shown(s.first); })
-      .def_prop_ro("loop", [](const Signals& s) { return shown(s.loop); })
-      .def_prop_ro("start", [](const Signals& s) { return shown(s.start); })
-      .def_prop_ro("end", [](const Signals& s) { return shown(s.end); })
-      .def_prop_ro("coef", [](const Signals& s) { return returned(std::vector<double>(s.coef), DEGREE); })
-      .def_prop_ro("until", [](const Signals& s) { return shown(s.until); })
-      .def_prop_ro("over", [](const Signals& s) { return shown(s.over); })
-      .def_prop_ro("period", [](const Signals& s) { return shown(s.period); })
-      .def_prop_ro("span", [](const Signals& s) { return shown(s.span); })
-      .def_prop_ro("flat", [](const Signals& s) { return shown(s.flat); })
-      .def_prop_ro("sharp", [](const Signals& s) { return shown(s.sharp); });
+  nb::class_<Signals>(m, "Signals").def("__init__", &make<Signals, signals_of>);
   nb::class_<Laws>(m, "Laws").def("__init__", &make<Laws, laws_of>);
   nb::class_<Settings>(m, "Settings").def("__init__", &make<Settings, settings_of>);
   nb::class_<StartRules>(m, "StartRules").def("__init__", [](StartRules* out, nb::dict from) { new (out) StartRules(Given(std::move(from))); });

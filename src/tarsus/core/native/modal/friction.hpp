@@ -296,12 +296,6 @@ inline Moment moment_of(Modal& m) {
   return out;
 }
 
-// The force that friction has to bear under a foot that sticks, and the most that it can, at this moment, from the modal state.
-inline Bearing bearing_of(Modal& m, int foot) {
-  const Moment at = moment_of(m);
-  return {m.laws, foot, breaking_now(m, foot) - at.pull[foot], m.strength_now(foot), at.along[foot]};
-}
-
 // --- in an impact ----------------------------------------------------------------------------------------------------------
 
 inline Mobilities mobilities_of(const Modal& m, int foot) {
