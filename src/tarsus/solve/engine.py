@@ -229,14 +229,14 @@ def advance(
     """
     data = [(rows.signals, rows) for rows in on]
     asked = (None if of is None else tuple(map(np.ascontiguousarray, of)) for of in (parts, times))
-    given = [plan.laws.native, settings, data, *asked]
+    given: list[Any] = [plan.laws.native, settings, data, *asked]
     if isinstance(tables, ModeBook):
         common, *own = _native.advance_modal(tables.native, NODES, *given)
+        made = Advanced._make([*common, *own, None, None, None])
     else:
         assert plan.legs is not None
-        common, *own = _native.advance_legged(plan.legs.native, tables, NODES, *given, account)
-        own = [None, None, False, *own]
-    made = Advanced(*common, *own)
+        common, *own = _native.advance_legged(plan.legs.native, tables, NODES, *given, account=account)
+        made = Advanced._make([*common, None, None, False, *own])
     return made._replace(feet=made.feet.reshape(len(made.states), plan.feet, len(CARRIED)))
 
 
@@ -259,7 +259,7 @@ def advance_many(
 
     def work(first: int) -> Advanced:
         some = slice(first, first + size)
-        own = Continuations(*(of[some] for of in parts))
+        own = Continuations._make(of[some] for of in parts)
         if times is None:
             return advance(plan, tables, settings, on, own, account=account)
         begin = times.first[first : first + size + 1]
@@ -356,7 +356,7 @@ def walk(
     """
     tables = tables if tables is not None else tables_of(plan, duration)
     rows = rows_of(plan, 1, period) if rows is None else rows
-    asked = None if times is None else (np.array(times, dtype=float), np.array([0, len(times)]))
+    asked = None if times is None else Times(np.array(times, dtype=float), np.array([0, len(times)]))
     settings = settings_of(plan, duration, accuracy, track=track)
     found = advance(plan, tables, settings, [rows], times=asked, account=account)
     return RawWalks(
