@@ -10,7 +10,6 @@ NATIVE = Path(__file__).parents[1] / "src" / "tarsus" / "core" / "native"
 
 ROOMS = {
     "packet": "a plan as bytes, run without Python",
-    "record": "recorded steps: samples and energies",
     "modal": "a linear structure in each set of held feet",
     "legged": "a body on exact legs",
     "measure": "what runs are judged by, from their events",

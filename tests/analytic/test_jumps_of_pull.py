@@ -9,6 +9,7 @@ import pytest
 import tarsus as ts
 from random_scenes import edge_scene
 from tarsus.base.events import EventKind
+from tarsus.model.drive.pieces import Pieces
 from tarsus.model.structure import WalkerBody, WalkerLeg
 from walking_scenes import LOOSE, moving
 
@@ -79,12 +80,23 @@ def test_a_foot_is_captured_under_a_pull_as_large_as_its_strength_and_stays() ->
         assert run.ok and len(run.events) < 4
 
 
+def jumps_of(drive: Pieces, end: float) -> np.ndarray:
+    """Times [s] up to an end at which a drive goes over to another of its pieces."""
+    if drive.loop < 0:
+        return drive.start
+    repeated = drive.start[drive.loop :]
+    turns = np.arange(1 + int(end / (repeated[-1] - repeated[0])))
+    return np.concatenate([drive.start, (repeated + turns[:, None] * (repeated[-1] - repeated[0])).ravel()])
+
+
 def most_above_strength(run: ts.Run) -> float:
-    """By how much the pull on any held foot exceeds what holds it, as a share of the largest: close behind the begin of
-    every step, and within it."""
-    trace = run.motion.log.trace
-    shares = np.concatenate([np.geomspace(1e-6, 0.1, 8), np.linspace(0.1, 0.999, 10)])
-    times = np.unique(trace[:, :1] + trace[:, 1:2] * trace[:, 2:3] * shares)
+    """By how much the pull on any held foot exceeds what holds it, as a share of the largest: close behind every event
+    and every jump of a drive, and all the time between."""
+    jumps = [jumps_of(one, run.end_time) for one in run.motion.acting.rows.pool]
+    begun = np.unique(np.concatenate([[0.0, run.end_time], run.events["time"], *jumps]))
+    begun = begun[begun <= run.end_time]
+    shares = np.concatenate([np.geomspace(1e-9, 0.1, 12), np.linspace(0.1, 0.999, 40)])
+    times = np.unique(begun[:-1, None] + np.diff(begun)[:, None] * shares)
     series = run.at(times[(times > 0.0) & (times < run.end_time)])
     held = series.state.held
     most = max(np.abs(series.contact[held]).max(initial=1e-300), series.strength[held].max(initial=0.0))

@@ -1,29 +1,35 @@
-"""Walks of the engine: what is asked for beside the events changes none of them."""
+"""Runs of the engine: what is asked for beside the events changes none of them."""
 
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
+import pytest
 
 import tarsus as ts
 from tarsus.base.events import EventKind
 from tarsus.base.spec import with_values
 from tarsus.plan.lowering import lower_scene
+from tarsus.plan.slots import rows_of
 from tarsus.solve.codes import ResultCode, structured_events
-from tarsus.solve.engine import Accuracy, execute, walk
-from tarsus.solve.simulate import RECORDED
+from tarsus.solve.engine import Accuracy, Engine, execute, walk
+from tarsus.solve.simulate import RECORDED, Shared
 from walking_scenes import sticky, trotter
 
 
-def test_an_account_and_samples_change_no_bit_of_a_run() -> None:
-    plan = lower_scene(ts.load_scene("millipede"))
-    bare, full = (
-        walk(plan, 0.03, account=account, times=times)
-        for account, times in ((False, None), (True, np.linspace(0.0, 0.03, 50)))
+@pytest.mark.parametrize("name", ["millipede", "cantilever", "hexapod", "quadruped"])
+def test_an_account_and_samples_change_no_bit_of_a_run(name: str) -> None:
+    engine = Engine(lower_scene(ts.load_scene(name)), 0.03, Shared())
+    bare, *others = (
+        engine.run(rows_of(engine.plan, 1, math.inf), None, True, times, account=account)
+        for account, times in ((False, None), (True, None), (True, np.linspace(0.0, 0.03, 50)))
     )
-    np.testing.assert_array_equal(full.events, bare.events)
-    np.testing.assert_array_equal(full.finish, bare.finish)
+    for log in others:
+        np.testing.assert_array_equal(log.events, bare.events)
+        np.testing.assert_array_equal(log.finish, bare.finish)
+        np.testing.assert_array_equal(log.last, bare.last)
 
 
 def test_a_run_that_may_not_take_so_many_steps_ends_where_it_is() -> None:

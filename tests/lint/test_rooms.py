@@ -8,7 +8,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 NATIVE = ROOT / "src" / "tarsus" / "core" / "native"
 FLOORS = [
-    {"base"}, {"laws", "drives"}, {"march"}, {"measure", "modal", "legged"}, {"record", "flights"},
+    {"base"}, {"laws", "drives"}, {"march"}, {"measure", "modal", "legged"}, {"flights"},
     {"packet"},
 ]  # fmt: skip
 """From below; rooms of one floor do not know each other. Bindings (*.cpp) are doors, and may know every room."""

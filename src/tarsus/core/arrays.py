@@ -1,4 +1,4 @@
-"""What runs are made of as arrays: columns of events and of recorded steps, codes; a legged body and its energies."""
+"""What runs are made of as arrays: columns of events, codes; a legged body and its energies."""
 
 from __future__ import annotations
 
@@ -8,9 +8,6 @@ from collections import namedtuple
 (E_TIME, E_FOOT, E_KIND, E_BEFORE, E_AFTER, E_PULL, E_STRENGTH, E_ENERGY, E_ADHESION, E_APEX, E_APEX_TIME,
  E_INTEGRAL) = range(12)  # fmt: skip
 EVENT_WIDTH = 12  # as many as the columns above
-# columns of a trace row before the state and the nodal inputs
-T_TIME, T_LENGTH, T_FRACTION, T_MODE, T_CLASS, T_JUMPS = range(6)
-TRACE_HEAD = 6  # as many as those above
 
 # Return codes of the engine, as in native/march/kinds.hpp.
 DONE, STALL, STEP_TOO_SMALL, STEP_LIMIT, NOT_FINITE, JAMMED, GOING_ON = range(7)  # the last never of a run that has ended

@@ -491,7 +491,7 @@ class ModeBook:
 
     lengths (nk,) [s] halve from entry to entry. rates: whether a law asks for gap rates at the nodes of a step.
     shared: the book of a structure that differs in rest gaps and gravity at most, whose tables serve this one as well.
-    A pickle holds no tables but which modes were met, in their order: recorded steps number them so.
+    A pickle holds no tables but which modes were met, in their order.
     """
 
     def __init__(
@@ -521,20 +521,19 @@ class ModeBook:
     @property
     def arrays(self) -> dict[str, Any]:
         """The book as the engine takes it, by name."""
-        (n, m), given = self.system.normals.shape, self.system.tangents
-        return {
-            "lengths": self.lengths, "feet": m, "drives": self.system.loads.shape[1], "coordinates": n, "rates": int(self._rates),
-            "tangents": np.zeros(0) if given is None else np.ascontiguousarray(given.T),
+        system = self.system
+        (n, m), given = system.normals.shape, system.tangents
+        parts = {
+            "normals": system.normals.T, "loads": system.loads.T, "damping": system.damping, "weight": system.weight,
+            "tangents": np.zeros(0) if given is None else given.T,
         }  # fmt: skip
-
-    @property
-    def slides(self) -> bool:
-        """Whether feet know their way along the ground."""
-        return self.system.tangents is not None
+        sizes = {"feet": m, "drives": system.loads.shape[1], "coordinates": n, "rates": int(self._rates)}
+        arrays = {name: np.ascontiguousarray(one, dtype=float) for name, one in parts.items()}
+        return {"lengths": self.lengths, **sizes, **arrays}
 
     @property
     def modes(self) -> list[ContactMode]:
-        """The contact modes in the order in which they were met, by which recorded steps number them."""
+        """The contact modes in the order in which they were met."""
         with self._lock:  # each is added once, whoever asks first
             met = self.native.modes
             self._modes += [mode.biased(self.system.sources) for mode in met[len(self._modes) :]]

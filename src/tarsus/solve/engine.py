@@ -15,8 +15,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.workers import Workers, spread, workers
 from tarsus.core import _native
 from tarsus.core import arrays as a
-from tarsus.core.modes import NODES, ModeBook
-from tarsus.core.nodes import N
+from tarsus.core.modes import NODES, ModeBook, contact_mode
 from tarsus.plan.lowering import Plan, without_native
 from tarsus.plan.slots import Rows, rows_of
 from tarsus.solve.contacts import CARRIED, mask_of
@@ -73,9 +72,6 @@ class Accuracy:
 RECORDED = Accuracy(gap=1e-10)
 """Accuracy of a single run: a hundred times finer than a batch's, so that its energy ledger closes to 1e-8 of the
 largest term through stiff films as well. It costs about half as many steps again."""
-
-MEMORY = 2**30
-"""Bytes of recorded steps that a run keeps at most, unless its accuracy asks for a number of steps."""
 
 CLASSES = 48
 """Step lengths halve so often: a time within a run is known to 1e-16 of its end, and 2^-47 is 7e-15."""
@@ -170,9 +166,9 @@ class Advanced(NamedTuple):
     """What nr runs came to.
 
     codes (nr,); finish (nr, 3): end time [s], steps, rejected steps; event rows of run r to event_end[r]; states
-    (., 2n) and feet (., m, k) at their ends, of whole runs the last one's; samples: a row for each time. Of contact
-    modes recorded steps to trace_end[r], and whether the last run would go on in another mode; of walkers marks of the
-    way to mark_end[r], and energies of those that have states.
+    (., 2n), feet (., m, k) and, where accounted for, energies (., ENERGIES + np) at their ends, of whole runs the last
+    one's; samples: a row for each time. Of contact modes swing (m,) of the last run (`RawRuns`), and whether it would
+    go on in another mode; of walkers marks of the way to mark_end[r].
     """
 
     codes: Integers
@@ -182,12 +178,11 @@ class Advanced(NamedTuple):
     states: Floats
     feet: Floats
     samples: Floats
-    trace: Any = None
-    trace_end: Any = None
+    energies: Floats
+    swing: Any = None
     changed: bool = False
     marks: Any = None
     mark_end: Any = None
-    energies: Any = None
 
     @property
     def log(self) -> tuple[Any, ...]:
@@ -202,14 +197,14 @@ class Advanced(NamedTuple):
         whole = {
             name: np.concatenate([getattr(one, name) for one in parts])
             for name, value in parts[0]._asdict().items()
-            if isinstance(value, np.ndarray) and not name.endswith("_end")
+            if isinstance(value, np.ndarray) and name != "swing" and not name.endswith("_end")
         }
-        for name, rows in (("event_end", "events"), ("trace_end", "trace"), ("mark_end", "marks")):
+        for name, rows in (("event_end", "events"), ("mark_end", "marks")):
             if getattr(parts[0], name) is not None:
                 before = np.cumsum([0, *(len(getattr(one, rows)) for one in parts)])
                 ends = [getattr(one, name) + first for one, first in zip(parts, before, strict=False)]
                 whole[name] = np.concatenate(ends)
-        return cls(**whole, changed=parts[-1].changed)
+        return cls(**whole, swing=parts[-1].swing, changed=parts[-1].changed)
 
 
 def advance(
@@ -224,19 +219,18 @@ def advance(
 ) -> Advanced:
     """Run all rows of the one data in ``on`` from time 0 to the settings' end; or parts of runs, each to its own.
 
-    times: when to sample them; account: whether a walker's energies are integrated. By contact modes the settings must
-    ask for recorded steps for samples, and for an account, which is made from them.
+    times: when to sample them; account: whether energies are integrated.
     """
     data = [(rows.signals, rows) for rows in on]
     asked = (None if of is None else tuple(map(np.ascontiguousarray, of)) for of in (parts, times))
-    given: list[Any] = [plan.laws.native, settings, data, *asked]
+    given = [plan.laws.native, settings, data, *asked, account]
     if isinstance(tables, ModeBook):
-        common, *own = _native.advance_modal(tables.native, NODES, *given)
-        made = Advanced._make([*common, *own, None, None, None])
+        common, swing, changed = _native.advance_modal(tables.native, NODES, *given)
+        made = Advanced(*common, swing=swing, changed=changed)
     else:
         assert plan.legs is not None
-        common, *own = _native.advance_legged(plan.legs.native, tables, NODES, *given, account=account)
-        made = Advanced._make([*common, None, None, False, *own])
+        common, marks, mark_end = _native.advance_legged(plan.legs.native, tables, NODES, *given)
+        made = Advanced(*common, marks=marks, mark_end=mark_end)
     return made._replace(feet=made.feet.reshape(len(made.states), plan.feet, len(CARRIED)))
 
 
@@ -259,7 +253,7 @@ def advance_many(
 
     def work(first: int) -> Advanced:
         some = slice(first, first + size)
-        own = Continuations._make(of[some] for of in parts)
+        own = Continuations(*(of[some] for of in parts))
         if times is None:
             return advance(plan, tables, settings, on, own, account=account)
         begin = times.first[first : first + size + 1]
@@ -272,24 +266,61 @@ def advance_many(
 
 @dataclass(frozen=True)
 class RawRuns(Log):
-    """What runs by contact modes left. trace: recorded steps of all runs, end to end.
+    """What runs left. samples: a row for each time, of a walker as `LeggedMarch::put_sample` has them, else as
+    `tarsus.core.states.states_of` takes them; energies up to then come last.
 
-    Of the last run: state (2n,), displacements and velocities at its end; pending: mask of the contact mode in which it
-    would go on from there, None where it is in that. sources (m + 2,): its rest gaps [m] and gravity [m/s^2]; tables:
-    contact modes, whose own may be others.
+    Of the last run: state (2n,), displacements and velocities at its end; energies (ENERGIES + np,) [J], see
+    `tarsus.core.arrays`, with works of laws that act together, all but the last of each kind, None where nobody asked;
+    of contact modes swing (m,) [m]: between the lowest and the highest gap of each foot at the starts of steps;
+    pending: mask of the contact mode in which it would go on from its end, None where it is in that; tables: contact
+    modes, whose own may be of other sources (m + 2,): rest gaps [m] and gravity [m/s^2].
     """
 
-    trace: np.ndarray = field(kw_only=True)
-    tables: ModeBook = field(kw_only=True)
-    sources: np.ndarray = field(kw_only=True)
-    state: np.ndarray = field(kw_only=True)
-    pending: int | None = field(kw_only=True)
+    samples: Floats = field(kw_only=True)
+    state: Floats = field(kw_only=True)
+    energies: Floats | None = field(kw_only=True)
+    swing: Floats | None = None
+    pending: int | None = None
+    tables: ModeBook | None = None
+    sources: Floats | None = None
 
     @cached_property
     def book(self) -> ModeBook:
         """The contact modes with the rest gaps and the gravity of the run."""
         own = self.tables
+        assert own is not None and self.sources is not None
         return ModeBook(own.system.at(self.sources), own.lengths, shared=own)
+
+    @property
+    def last(self) -> Floats:
+        """Displacements and velocities (2n,) at the end of the last run, events at its last moment included."""
+        if self.pending is None:
+            return self.state
+        system = self.book.system
+        mode = contact_mode(system, self.pending)  # a contact was made or broken and not yet moved on from
+        return mode.at_rest_there(system.tangents, self.state)
+
+
+def run_rows(
+    plan: Plan,
+    tables: Tables,
+    settings: _native.Settings,
+    rows: Rows,
+    times: np.ndarray | None = None,
+    *,
+    account: bool = False,
+) -> RawRuns:
+    """Run all rows of a plan's data. times (ns,) [s], increasing: when to sample motion and contacts, of a single run;
+    account: integrate energies."""
+    asked = None if times is None else Times(np.array(times, dtype=float), np.array([0, len(times)]))
+    found = advance(plan, tables, settings, [rows], times=asked, account=account)
+    left = {"samples": found.samples, "state": found.states[-1], "energies": found.energies[-1] if account else None}
+    if not isinstance(tables, ModeBook):
+        return RawRuns(*found.log, **left)
+    pending = mask_of(found.feet[-1]) if found.changed else None
+    return RawRuns(
+        *found.log, **left, swing=found.swing, pending=pending, tables=tables, sources=rows.sources[0]
+    )  # fmt: skip
 
 
 def execute(
@@ -301,67 +332,29 @@ def execute(
     accuracy: Accuracy | None = None,
     period: float = math.inf,
     track: bool = True,
-    record: bool = False,
 ) -> RawRuns:
-    """Run a plan for ``duration`` [s], as it is or for many rows of its data.
+    """Run a plan by contact modes for ``duration`` [s], as it is or for many rows of its data.
 
     period [s]: events mark the highest gap of every drive period, that of the rows where they are given; track: find
-    the apex of every flight; record: keep every step of a single run for series and energies.
+    the apex of every flight.
     """
     rows = rows_of(plan, 1, period) if rows is None else rows
     book = book_of(plan, duration) if book is None else book
-    found = advance(plan, book, settings_of(plan, duration, accuracy, track=track, record=record), [rows])
-    return RawRuns(
-        *found.log, trace=found.trace, tables=book, sources=rows.sources[0], state=found.states[-1],
-        pending=mask_of(found.feet[-1]) if found.changed else None,
-    )  # fmt: skip
-
-
-def row_bytes(plan: Plan) -> int:
-    """Bytes that one recorded step of a plan takes."""
-    inputs = 2 * plan.feet + plan.drives + 1
-    return 8 * (a.TRACE_HEAD + 2 * len(plan.system.mass) + N * inputs)
-
-
-@dataclass(frozen=True)
-class RawWalks(Log):
-    """What walkers left. samples (ns, width), of the last run: body's displacements and velocities (2 nb), legs
-    (nl, 2, 2), contacts and sense of sliding (2 m) of the feet, energies (5) and works of laws that act together, all
-    but the last (see `tarsus.solve.acting.Acting.works`). state (2n,): the last run's displacements and velocities at
-    its end; energies: with works there.
-    """
-
-    samples: np.ndarray = field(kw_only=True)
-    state: np.ndarray = field(kw_only=True)
-    energies: np.ndarray = field(kw_only=True)
+    return run_rows(plan, book, settings_of(plan, duration, accuracy, track=track), rows)
 
 
 def walk(
     plan: Plan,
     duration: float,
     *,
-    rows: Rows | None = None,
     tables: _native.LegTables | None = None,
     accuracy: Accuracy | None = None,
     period: float = math.inf,
-    track: bool = True,
-    account: bool = False,
-    times: np.ndarray | None = None,
-) -> RawWalks:
-    """Run a walker's plan for ``duration`` [s], as it is or for many rows of its data.
-
-    period [s]: marks note the way at the end of every drive period, that of the rows where they are given; track:
-    find the apex of every flight; account: integrate energies; times (ns,) [s], increasing: when to sample motion and
-    contacts (of a single run).
-    """
+) -> RawRuns:
+    """Run a walker's plan as it is for ``duration`` [s]. period [s]: marks note the way at the end of every drive
+    period."""
     tables = tables if tables is not None else tables_of(plan, duration)
-    rows = rows_of(plan, 1, period) if rows is None else rows
-    asked = None if times is None else Times(np.array(times, dtype=float), np.array([0, len(times)]))
-    settings = settings_of(plan, duration, accuracy, track=track)
-    found = advance(plan, tables, settings, [rows], times=asked, account=account)
-    return RawWalks(
-        *found.log, samples=found.samples, state=found.states[-1], energies=found.energies[-1]
-    )
+    return run_rows(plan, tables, settings_of(plan, duration, accuracy), rows_of(plan, 1, period))
 
 
 def tables_of(plan: Plan, duration: float) -> _native.LegTables:
@@ -372,15 +365,15 @@ def tables_of(plan: Plan, duration: float) -> _native.LegTables:
 
 
 def settings_of(
-    plan: Plan, duration: float, accuracy: Accuracy | None, *, track: bool = True, record: bool = False
+    plan: Plan, duration: float, accuracy: Accuracy | None, *, track: bool = True
 ) -> _native.Settings:
     """Settings of runs of a plan over ``duration`` [s]: relative tolerances as absolute ones for a length and a force
-    of one, which the engine multiplies by a run's; whether apexes are found and steps recorded."""
-    return _native.Settings(settings_arrays(plan, duration, accuracy, track=track, record=record))
+    of one, which the engine multiplies by a run's; whether apexes are found."""
+    return _native.Settings(settings_arrays(plan, duration, accuracy, track=track))
 
 
 def settings_arrays(
-    plan: Plan, duration: float, accuracy: Accuracy | None, *, track: bool = True, record: bool = False
+    plan: Plan, duration: float, accuracy: Accuracy | None, *, track: bool = True
 ) -> dict[str, Any]:
     """The same as the engine takes them, by name."""
     accuracy = accuracy or Accuracy()
@@ -390,7 +383,7 @@ def settings_arrays(
         "end": duration, "period": math.inf, "gap": accuracy.gap, "drive": accuracy.drive, "gap_zero": 1e-14,
         "force_zero": 1e-13, "speed_zero": 1e-13 * plan.rate, "rest_height": low, "least_flight": least,
         "least_progress": 1e-10 / plan.rate, "probe": 1e-7, "most_steps": accuracy.steps, "first_class": first,
-        "track": int(track), "record": int(record),
+        "track": int(track),
     }  # fmt: skip
 
 
@@ -414,18 +407,18 @@ class Engine:
         key = (float(step_lengths(duration)[0]), plan.legs.blocks.tobytes())
         return self.shared.get(key, lambda: tables_of(plan, duration))
 
+    def __getstate__(self) -> dict[str, Any]:
+        return without_native(self)
+
     def run(
-        self, rows: Rows, accuracy: Accuracy | None, track: bool, *, keep: bool = False
-    ) -> RawRuns | RawWalks:
-        """All rows of the plan's data; or the one row there is with its motion and its energy account, by default at
-        the accuracy of `RECORDED` and in as many steps as memory is given for."""
-        tables, chosen = self.tables, accuracy or (RECORDED if keep else None)
-        if not isinstance(tables, ModeBook):
-            return walk(
-                self.plan, self.duration, rows=rows, tables=tables, accuracy=chosen, track=track, account=keep
-            )
-        if keep and accuracy is None:
-            chosen = replace(RECORDED, steps=min(RECORDED.steps, MEMORY // row_bytes(self.plan)))
-        return execute(
-            self.plan, self.duration, rows=rows, book=tables, accuracy=chosen, track=track, record=keep
-        )
+        self,
+        rows: Rows,
+        accuracy: Accuracy | None,
+        track: bool,
+        times: np.ndarray | None = None,
+        *,
+        account: bool = False,
+    ) -> RawRuns:
+        """All rows of the plan's data; track: find the apex of every flight; times, account: see `run_rows`."""
+        settings = settings_of(self.plan, self.duration, accuracy, track=track)
+        return run_rows(self.plan, self.tables, settings, rows, times, account=account)

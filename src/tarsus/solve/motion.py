@@ -1,4 +1,4 @@
-"""How one run moved between its events, and where its energy went: what the engine kept of it, or makes again."""
+"""How one run moved between its events, and where its energy went."""
 
 from __future__ import annotations
 
@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 
 from tarsus.base.events import FootState
 from tarsus.core import arrays as a
-from tarsus.core import replay
-from tarsus.core.modes import contact_mode
-from tarsus.core.replay import Integrals, SampledStates
+from tarsus.core.states import SampledStates, states_of
 from tarsus.plan.lowering import without_native
-from tarsus.solve.engine import Accuracy, RawRuns, RawWalks, walk
+from tarsus.solve.engine import Accuracy, Engine, RawRuns
 
 if TYPE_CHECKING:
     from tarsus.solve.acting import Acting
@@ -63,60 +61,6 @@ class MotionSamples(NamedTuple):
     state: SampledStates
     account: Account
     way: Way | None
-
-
-@dataclass(frozen=True)
-class Replayed:
-    """Motion by contact modes: every step was recorded, and is solved again for the times between.
-
-    acting: the run's laws and its row of data; log: what the engine noted.
-    """
-
-    acting: Acting
-    log: RawRuns
-
-    def __getstate__(self) -> dict[str, object]:
-        return without_native(self)
-
-    @cached_property
-    def integrals(self) -> Integrals:
-        """Energy integrals up to the end of every step; the work of laws that act together law by law."""
-        rows, laws = self.acting.rows, self.acting.plan.laws
-        return replay.integrate(self.log.book, self.log.trace, (rows.signals, laws.native, rows))
-
-    def states(self, times: Floats) -> SampledStates:
-        """States and contact forces at times [s], increasing."""
-        return replay.sample(self.acting.rows.sources[0], self.log.book, self.log.trace, times)
-
-    def seen(self, times: Floats) -> MotionSamples:
-        """The same with energies."""
-        knots = np.concatenate([[0.0], self.integrals.time])
-        energy = [np.interp(times, knots, np.concatenate([[0.0], row])) for row in self.integrals.energies]
-        state = self.states(times)
-        return MotionSamples(
-            state, account_of(self.acting, np.array(energy)), _way(self.acting.plan.system.tangents, state)
-        )
-
-    @cached_property
-    def account(self) -> Account:
-        """Energies of the whole run."""
-        rows = self.integrals.energies
-        return account_of(self.acting, rows[:, -1] if rows.shape[1] else np.zeros(len(rows)))
-
-    @property
-    def last(self) -> Floats:
-        """Displacements and velocities (2n,) at the end, events at its last moment included."""
-        raw, system = self.log, self.log.book.system
-        if raw.pending is None:
-            return raw.state
-        mode = contact_mode(system, raw.pending)  # a contact was made or broken and not yet moved on from
-        return mode.at_rest_there(system.tangents, raw.state)
-
-    @property
-    def swing(self) -> Floats | None:
-        """Way (m,) [m] of each foot between its lowest and its highest gap, where its length limits how exactly the
-        account closes (`tarsus.solve.series.RESOLVED`)."""
-        return self.integrals.swing
 
 
 def _way(tangents: Floats | None, state: SampledStates) -> Way | None:
@@ -179,41 +123,55 @@ def unpacked(acting: Acting, samples: Floats, times: Floats) -> tuple[SampledSta
 
 
 @dataclass(frozen=True)
-class Marched:
-    """Motion of a walker, asked as `Replayed` is: the engine samples itself as it marches once more."""
+class RunMotion:
+    """How one run moved, and where its energy went. Nothing of its steps is kept: states at given times are those of
+    one more run.
+
+    acting: the run's laws and its row of data; engine, accuracy, track: what it is run by.
+    """
 
     acting: Acting
-    log: RawWalks
-    duration: float
+    engine: Engine
     accuracy: Accuracy
     track: bool
 
     def __getstate__(self) -> dict[str, object]:
-        return without_native(self)
+        made = {"log": self.__dict__["log"]} if "log" in self.__dict__ else {}
+        return without_native(self) | made
+
+    @cached_property
+    def log(self) -> RawRuns:
+        """What the engine noted, with an account."""
+        return self._run(None, account=True)
+
+    def _run(self, times: Floats | None, *, account: bool) -> RawRuns:
+        return self.engine.run(self.acting.rows, self.accuracy, self.track, times, account=account)
+
+    def _sampled(self, times: Floats, *, account: bool) -> tuple[SampledStates, Way | None, Floats]:
+        """States, what feet do along the way and energies up to then, at times [s] in order."""
+        plan, samples = self.acting.plan, self._run(times, account=account).samples
+        if plan.legs is not None:
+            return unpacked(self.acting, samples, times)
+        tangents = plan.system.tangents
+        state, energy = states_of(samples, len(plan.system.mass), plan.feet, tangents is not None)
+        return state, _way(tangents, state), energy
 
     def states(self, times: Floats) -> SampledStates:
-        return self.seen(times).state
+        """States and contact forces at times [s], increasing."""
+        return self._sampled(times, account=False)[0]
 
     def seen(self, times: Floats) -> MotionSamples:
-        again = walk(
-            self.acting.plan, self.duration, rows=self.acting.rows, accuracy=self.accuracy, track=self.track,
-            account=True, times=times,
-        )  # fmt: skip
-        state, way, energy = unpacked(self.acting, again.samples, times)
+        """The same with energies."""
+        state, way, energy = self._sampled(times, account=True)
         return MotionSamples(state, account_of(self.acting, energy), way)
 
     @property
-    def account(self) -> Account:
-        return account_of(self.acting, self.log.energies)
-
-    @property
     def last(self) -> Floats:
-        return self.log.state
+        """Displacements and velocities (2n,) at the end, events at its last moment included."""
+        return self.log.last
 
     @property
-    def swing(self) -> Floats | None:
-        return None
-
-
-Motion = Replayed | Marched
-"""What a run knows of its motion."""
+    def account(self) -> Account:
+        """Energies of the whole run."""
+        assert self.log.energies is not None
+        return account_of(self.acting, self.log.energies)

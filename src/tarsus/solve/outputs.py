@@ -26,12 +26,12 @@ from tarsus.solve.differences import Stencil, directions_of
 
 if TYPE_CHECKING:
     from tarsus.core.modes import LinearSystem
-    from tarsus.core.replay import SampledStates
+    from tarsus.core.states import SampledStates
     from tarsus.model.drive.pieces import Pieces
     from tarsus.model.scene import Scene
     from tarsus.plan.lowering import Plan
     from tarsus.solve.differences import Direction
-    from tarsus.solve.slopes import WindowSlopes
+    from tarsus.solve.window_slopes import WindowSlopes
 
 Floats = NDArray[np.float64]
 

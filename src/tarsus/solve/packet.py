@@ -42,7 +42,7 @@ def on_a_page(plan: Plan) -> None:
 
 
 def packet_arrays(scene: Scene, engine: Engine, rows: Rows, accuracy: Accuracy | None) -> dict[str, Any]:
-    """What a packet holds of the first of some runs of an engine for a scene, by name. Every step is recorded.
+    """What a packet holds of the first of some runs of an engine for a scene, by name.
 
     Raises InputError for more contact modes than a packet holds.
     """
@@ -52,7 +52,7 @@ def packet_arrays(scene: Scene, engine: Engine, rows: Rows, accuracy: Accuracy |
     parts = {
         "nodes": {name: value for name, value in vars(nodes).items() if name.isupper() and not name.startswith("_")},
         "signals": Channels.of(rows.pool).arrays, "laws": laws, "start": plan.start_arrays,
-        "settings": settings_arrays(plan, duration, accuracy, record=True), "rows": _row(scene, rows),
+        "settings": settings_arrays(plan, duration, accuracy), "rows": _row(scene, rows),
     }  # fmt: skip
     if plan.legs is None:
         book = engine.tables

@@ -36,13 +36,13 @@ from tarsus.solve.engine import Accuracy, Log
 if TYPE_CHECKING:
     import xarray
 
-    from tarsus.core.replay import SampledStates
+    from tarsus.core.states import SampledStates
     from tarsus.files.ledger import Ledger
     from tarsus.files.series import Variables
     from tarsus.files.store import RunArrays
     from tarsus.model.scene import Scene
     from tarsus.plan.lowering import Plan
-    from tarsus.solve.motion import Motion
+    from tarsus.solve.motion import RunMotion
     from tarsus.solve.outputs import Output
     from tarsus.solve.series import Series
     from tarsus.tables.table import Table
@@ -54,7 +54,7 @@ SMALL = 0.3
 def increasing(times: npt.ArrayLike) -> np.ndarray:
     """Times (nt,) as seconds, of numbers [s] or texts with a unit.
 
-    Raises InputError where they are no row in order, which replaying a run needs.
+    Raises InputError where they are no row in order, which sampling a run needs.
     """
     given = np.asarray(times)
     if given.dtype.kind == "U":
@@ -89,7 +89,7 @@ class Run(Hinted):
     values: Mapping[str, Any] = field(default_factory=dict)
     accuracy: Accuracy | None = None
     track: bool = True
-    kept: Motion | None = None
+    kept: RunMotion | None = None
     ended_as: ResultCode | None = None
     wall_s: float = math.nan
     stored: RunArrays | None = None
@@ -185,7 +185,7 @@ class Run(Hinted):
         return with_values(self.base, self.values) if self.values else self.base
 
     @cached_property
-    def motion(self) -> Motion:
+    def motion(self) -> RunMotion:
         """What the run knows of its motion.
 
         Raises InputError where a run that was read does not come out as it was: it was made elsewhere, or is chaotic.
@@ -217,9 +217,8 @@ class Run(Hinted):
 
     @cached_property
     def code(self) -> ResultCode:
-        """How the run ended; its value is a sentence. Of a run that reached its end this asks for the ledger, once:
-        by contact modes that takes 0.15 to 0.5 of the run, of a walker nothing. Of a run of a batch it is
-        what `tarsus.solve.Batch.codes` says."""
+        """How the run ended; its value is a sentence. Of a run that reached its end this asks for the ledger,
+        which is noted as it runs. Of a run of a batch it is what `tarsus.solve.Batch.codes` says."""
         if self.ended_as is not None:
             return self.ended_as
         open_ = self.ended is ResultCode.DONE and not self.ledger.closure <= CLOSED  # NaN is open
@@ -350,8 +349,7 @@ class Run(Hinted):
         return sample(self, increasing(times))
 
     def states(self, times: npt.ArrayLike) -> SampledStates:
-        """States and contact forces alone at the given times [s], increasing: by contact modes a fraction of the cost
-        of `at`."""
+        """States and contact forces alone at the given times [s], increasing. At an event they are those after it."""
         return self.motion.states(increasing(times))
 
     def outputs(self, outputs: Sequence[Output], times: npt.ArrayLike) -> np.ndarray:

@@ -23,7 +23,7 @@ from tarsus.solve.outputs import Output, output_rows
 
 if TYPE_CHECKING:
     from tarsus.core.modes import LinearSystem
-    from tarsus.core.replay import SampledStates
+    from tarsus.core.states import SampledStates
     from tarsus.model.scene import Scene
     from tarsus.solve.motion import Account, Sliding, Way
     from tarsus.solve.run import Run
@@ -347,7 +347,7 @@ def electrical_energy(run: Run) -> float:
 
 def _unresolved(run: Run, first: Floats, last: Floats) -> float:
     """How many times less exactly than others the account closes where feet hardly move in a resistive law."""
-    swing, row = run.motion.swing, run.motion.acting.rows
+    swing, row = run.motion.log.swing, run.motion.acting.rows
     if swing is None or not swing.size or not run.motion.acting.on("momentum"):
         return 1.0
     normals = run.plan.system.normals

@@ -19,8 +19,8 @@ from tarsus.model.drive.lower import lower
 from tarsus.plan.lowering import lower_scene
 from tarsus.plan.slots import Courses, Floats, Rows, rows_for, slot
 from tarsus.solve.acting import Acting
-from tarsus.solve.engine import RECORDED, Accuracy, Engine, RawWalks
-from tarsus.solve.motion import Marched, Motion, Replayed
+from tarsus.solve.engine import RECORDED, Accuracy, Engine
+from tarsus.solve.motion import RunMotion
 from tarsus.solve.run import Run
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from tarsus.model.scene import Scene
     from tarsus.solve.gradients import GradientRun
 
-__all__ = ["RECORDED", "Shared", "changed_run", "kept", "motion_of", "prepared", "seconds_of", "simulate"]
+__all__ = ["RECORDED", "Shared", "changed_run", "motion_of", "prepared", "seconds_of", "simulate"]
 
 MOST_KEPT = 32
 """So many tables of structures and drives are kept for later runs."""
@@ -117,7 +117,7 @@ def simulate(
     duration
         How long [s], or a text with a unit (``"50 ms"``); the scene's own duration by default.
     accuracy
-        Tolerances and the bound on steps; by default `RECORDED`, with as many steps as memory is given for them.
+        Tolerances and the bound on steps; by default `RECORDED`.
     shared
         What the engine makes for a structure, kept from one run to the next where both are given the same one; see
         `tarsus.Session`.
@@ -182,7 +182,7 @@ def motion_of(
     shared: Shared,
     *,
     track: bool = True,
-) -> Motion:
+) -> RunMotion:
     """One run of a scene that has some values instead of its own, with its motion and its energy account.
 
     Raises
@@ -199,7 +199,7 @@ def motion_of(
     engine, rows = prepared(
         variant, {path: np.array([given[path]]) for path in values if path in data}, duration, shared
     )
-    return kept(engine, rows, accuracy, track)
+    return RunMotion(Acting(engine.plan, rows), engine, accuracy or RECORDED, track)
 
 
 def prepared(
@@ -227,14 +227,6 @@ def prepared(
 
     engine = shared.get(("resident", duration), made) if scene is shared.resident else made()
     return engine, rows_for(scene, engine.plan, values, duration, count=count, courses=courses)
-
-
-def kept(engine: Engine, rows: Rows, accuracy: Accuracy | None, track: bool = True) -> Motion:
-    """The run of the one row, with its motion and its energy account."""
-    acting, log = Acting(engine.plan, rows), engine.run(rows, accuracy, track, keep=True)
-    if isinstance(log, RawWalks):
-        return Marched(acting, log, engine.duration, accuracy or RECORDED, track)
-    return Replayed(acting, log)
 
 
 def seconds_of(scene: Scene, duration: float | str | None) -> float:

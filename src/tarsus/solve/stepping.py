@@ -17,7 +17,6 @@ from tarsus.base.events import FootState
 from tarsus.base.messages import nearest
 from tarsus.base.spec import get_value
 from tarsus.core.arrays import E_ADHESION, E_ENERGY, ENERGIES, EVENT_WIDTH
-from tarsus.core.replay import integrate
 from tarsus.measure.tally import TALLIED
 from tarsus.model.drive.pieces import Channels
 from tarsus.model.drive.waveforms.constant import Constant
@@ -197,8 +196,7 @@ class SteppedRobots:
             lost = [np.bincount(run, rows[:, column], len(self)) for column in (E_ENERGY, E_ADHESION)]
             self.lost = self.lost + np.stack(lost, axis=1)
         if self.spent is not None:
-            own = self._energies(parts)
-            self.spent = own + (self.spent if self.spent.size else 0.0)
+            self.spent = parts.energies + (self.spent if self.spent.size else 0.0)
         return parts
 
     def _driven(self, commands: Mapping[str, Command]) -> Rows:
@@ -220,23 +218,6 @@ class SteppedRobots:
                 pool.append(made)
         joined = Channels.joined(pool) if pool else Channels.of(())
         return replace(rows, pool=joined, signals=pack(joined), channels=channels, **each)
-
-    def _energies(self, parts: Advanced) -> Floats:
-        """Energies (nr, .) of a step, as `account_of` takes them."""
-        if parts.energies is not None:
-            return parts.energies
-        assert parts.trace is not None and parts.trace_end is not None and self._rows is not None
-        plan, first, out = self.runs.plan, 0, []
-        book = self.runs.tables
-        for r, end in enumerate(parts.trace_end.tolist()):
-            acting = Acting(plan, self.row(r))
-            own = type(book)(book.system.at(acting.rows.sources[0]), book.lengths, shared=book)
-            found = integrate(
-                own, parts.trace[first:end], (acting.rows.signals, plan.laws.native, acting.rows)
-            )
-            out.append(found.energies[:, -1])
-            first = end
-        return np.array(out)
 
     def row(self, robot: int) -> Rows:
         """The row of data of one robot, at its place now."""

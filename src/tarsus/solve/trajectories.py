@@ -49,7 +49,7 @@ class Trajectories:
     code: NDArray[np.int64]
     accuracy: Accuracy
     longest: float
-    made: dict[bool, Any] = field(default_factory=dict, repr=False)
+    settings: Any = field(repr=False)
 
     @classmethod
     def of(
@@ -79,6 +79,7 @@ class Trajectories:
         return cls(
             engine.plan, engine.tables, rows, data, np.zeros(count), rows.initial.copy(),
             fresh_feet(count, engine.plan.feet), np.zeros(count, dtype=np.int64), accuracy or Accuracy(), longest,
+            settings_of(engine.plan, longest, accuracy),
         )  # fmt: skip
 
     def __len__(self) -> int:
@@ -122,21 +123,15 @@ class Trajectories:
                 self.state[r], self.feet[r] = window.end, window.feet
         return list(found)
 
-    def _settings(self, record: bool) -> Any:
-        if record not in self.made:
-            self.made[record] = settings_of(self.plan, self.longest, self.accuracy, record=record)
-        return self.made[record]
-
     def go_on(
         self, until: Floats, rows: Rows, *, account: bool = False, threads: Workers = None
     ) -> Advanced:
         """Let all runs go on to times of their own (nr,) [s], none before where it is, on rows of data (nr) that may
         have changed, and move them there, also those that end before; what happened on the way. No outputs, no
-        derivatives: a step of `tarsus.Session`. account: energies, or the steps that they are integrated from."""
-        settings = self._settings(account and self.plan.legs is None)
+        derivatives: a step of `tarsus.Session`. account: integrate energies."""
         own = np.stack([np.zeros(len(self), dtype=np.int64), np.arange(len(self))], axis=1)
         made = advance_many(
-            self.plan, self.tables, settings, [rows], Continuations(self.state, self.time, until, self.feet, own),
+            self.plan, self.tables, self.settings, [rows], Continuations(self.state, self.time, until, self.feet, own),
             account=account, together=TOGETHER, threads=threads,
         )  # fmt: skip
         self.code, self.state, self.feet = made.codes, made.states, made.feet

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tarsus.base.events import EventKind, FootState
-from tarsus.core.replay import SampledStates
+from tarsus.core.states import SampledStates
 from tarsus.plan.slots import Rows, rows_of
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import EVENT_TYPE, ResultCode, event_places, structured_events, without_marks
@@ -24,7 +24,7 @@ from tarsus.solve.window_run import WindowStart, WindowStarts, run_windows
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers
     from tarsus.plan.lowering import Plan
-    from tarsus.solve.slopes import WindowSlopes
+    from tarsus.solve.window_slopes import WindowSlopes
 
 __all__ = [
     "Contacts",
@@ -208,18 +208,19 @@ def simulate_windows(
     given = WindowStarts.of(plan, starts, data)
     end = float(given.times.max(initial=0.0))
     tables = shared or (book_of(plan, end) if plan.legs is None else tables_of(plan, end))
-    settings = settings_of(plan, end, accuracy, record=plan.legs is None)
+    settings = settings_of(plan, end, accuracy)
     if gradients is None:
         ran, states, slopes = run_windows(plan, tables, data, given, settings, threads), None, None
     else:
-        from tarsus.solve.window_copies import SEEN, Copies
+        from tarsus.solve.window_copies import Copies
+        from tarsus.solve.window_slopes import SEEN, Differenced
 
         along = gradients.along(len(starts), len(plan.system.mass))
         seen, at = given.denser(SEEN)
-        finer = settings_of(plan, end, accuracy.finer, record=plan.legs is None)
+        finer = settings_of(plan, end, accuracy.finer)
         ran = run_windows(plan, tables, data, seen, settings)
         copies = Copies(plan, tables, data, seen, gradients, along, settings)
-        found = copies.differenced(ran, run_windows(plan, tables, data, seen, finer))
+        found = Differenced(copies, ran, run_windows(plan, tables, data, seen, finer))
         slopes, states = found.slopes(gradients.names(along)).at(at), ran.states.part(at)
     return WindowBatch(
         plan, starts, data, given.sources, given.times, given.first, states or ran.states, ran.events, ran.begin,

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tarsus.base.errors import InputError
-from tarsus.core.replay import SampledStates, shown_states
+from tarsus.core.states import SampledStates, states_of
 from tarsus.plan.slots import Rows
 from tarsus.solve.acting import Acting
 from tarsus.solve.contacts import CARRIED, MOMENTS, Contacts
@@ -221,7 +221,8 @@ def run_windows(
     times = Times(starts.times, starts.first)
     made = advance_many(plan, tables, settings, data, parts, times, together=TOGETHER, threads=threads)
     if plan.legs is None:
-        states = shown_states(made.samples, plan.feet, plan.system.tangents is not None)
+        n, slides = len(plan.system.mass), plan.system.tangents is not None
+        states, _ = states_of(made.samples, n, plan.feet, slides)
     else:
         states = _walked(plan, starts, data, made.samples)
     begin = np.concatenate([[0], made.event_end]).astype(np.int64)

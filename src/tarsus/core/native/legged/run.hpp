@@ -19,11 +19,11 @@ struct Walker {
 };
 
 // Marks (see Notes) of run i, rows of mark_width, are those from mark_end[i - 1] on; samples (moments of all runs, sample_width): see
-// LeggedMarch::sample; energies (runs, energy_width): at the ends, of the runs that states are of.
+// LeggedMarch::sample.
 struct LeggedResult : Outcome {
   std::vector<int64_t> mark_end;
-  std::vector<double> marks, energies;
-  size_t mark_width, sample_width, energy_width;
+  std::vector<double> marks;
+  size_t mark_width;
 };
 
 // ``starts``: where each begins; none: all from t = 0. ``times``: of each; none: no samples. account: integrate energies.

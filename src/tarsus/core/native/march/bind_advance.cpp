@@ -5,13 +5,10 @@
 #include "legged/run.hpp"
 #include "march/rows.hpp"
 #include "modal/run.hpp"
-#include "record/samples.hpp"
 
 namespace tarsus {
 
 namespace {
-
-constexpr size_t TOGETHER = 64;  // runs whose recorded steps are kept until they are sampled
 
 // How many numbers a plan has of each.
 struct Widths {
@@ -93,14 +90,14 @@ struct Sampled {
   SampleTimes of(size_t r) const { return {times.data() + first.data()[r], size_t(first.data()[r + 1] - first.data()[r])}; }
 };
 
-// Calls ``run`` with the runs that are on the same data one after the other, no more than ``most`` at a time.
+// Calls ``run`` with the runs that are on the same data one after the other.
 template <class Run>
-void each_together(const std::vector<Data>& data, const Continuations& parts, const Sampled& sampled, size_t most, Run run) {
+void each_together(const std::vector<Data>& data, const Continuations& parts, const Sampled& sampled, Run run) {
   const size_t count = parts.count(data);
   for (size_t r = 0; r < count;) {
-    const size_t source = parts.source(r), first = r;
+    const size_t source = parts.source(r);
     Together out{data[source], {}, {}, {}};
-    for (; r < count && r - first < most && parts.source(r) == source; r++) {
+    for (; r < count && parts.source(r) == source; r++) {
       out.runs.push_back(parts.run(r, out.on));
       if (parts.given) out.starts.push_back(parts.start(r));
       if (sampled.given) out.times.push_back(sampled.of(r));
@@ -125,31 +122,23 @@ void append(Outcome& to, Outcome&& more) {
   append(to.finish, std::move(more.finish));
   append(to.samples, std::move(more.samples));
   append(to.states, std::move(more.states));
+  append(to.energies, std::move(more.energies));
+  to.sample_width = more.sample_width;
+  to.energy_width = more.energy_width;
   append(to.feet, std::move(more.feet));
   append(to.events, std::move(more.events));
 }
 
-nb::tuple returned_as(Outcome&& out, const Widths& of, size_t sample_width) {
+nb::tuple returned_as(Outcome&& out, const Widths& of) {
   return nb::make_tuple(returned(std::move(out.codes)), returned(std::move(out.finish), 3), returned_rows(std::move(out.events)),
                         returned(std::move(out.event_end)), returned(std::move(out.states), of.states), returned_rows(std::move(out.feet)),
-                        returned(std::move(out.samples), sample_width));
+                        returned(std::move(out.samples), out.sample_width), returned(std::move(out.energies), out.energy_width));
 }
 
-void sample_all(modal::Book& book, const Nodes& nodes, const Together& on, modal::ModalResult& made) {
-  const size_t width = modal::recorded_width(book.sizes);
-  size_t step = 0;
-  for (size_t r = 0; r < on.runs.size(); r++) {
-    const size_t end = size_t(made.trace_end[r]);
-    append(made.samples, modal::sample_steps(book, nodes, on.runs[r].sources, made.trace.data() + step * width, end - step, on.times[r].at, on.times[r].count));
-    step = end;
-  }
-  made.trace.clear();
-}
-
-// Returns what all come to (see Outcome), then recorded steps where the settings ask for them and nobody samples them, where those of
-// each run end, and whether the last run would go on in another contact mode.
+// Returns what all come to (see Outcome), and of the last run the swing of its feet (see ModalResult), and whether it would go on in
+// another contact mode.
 nb::tuple advance_modal(modal::Book& book, const Nodes& nodes, const Laws& laws, const Settings& settings, nb::list on, nb::object starts,
-                        nb::object times) {
+                        nb::object times, bool account) {
   const modal::Sizes& sizes = book.sizes;
   const size_t m = size_t(sizes.feet);
   if (laws.feet != sizes.feet) throw std::invalid_argument("the book and the laws are of different feet");
@@ -163,23 +152,18 @@ nb::tuple advance_modal(modal::Book& book, const Nodes& nodes, const Laws& laws,
   modal::ModalResult out;
   {
     nb::gil_scoped_release released;
-    each_together(data, parts, sampled, sampled.given ? TOGETHER : parts.count(data), [&](const Together& some) {
-      modal::ModalResult made =
-          modal::run_modal({book, nodes, some.on.signals, laws, settings, some.on.rows.batch.channels}, some.runs, some.starts);
-      if (sampled.given) sample_all(book, nodes, some, made);
-      for (int64_t& end : made.trace_end) end += int64_t(out.trace.size() / modal::recorded_width(sizes));
-      append(out.trace_end, std::move(made.trace_end));
-      append(out.trace, std::move(made.trace));
+    each_together(data, parts, sampled, [&](const Together& some) {
+      modal::ModalResult made = modal::run_modal({book, nodes, some.on.signals, laws, settings, some.on.rows.batch.channels}, some.runs,
+                                                 some.starts, some.times, account);
+      out.swing = std::move(made.swing);
       out.changed = made.changed;
       append(out, std::move(made));
     });
   }
-  return nb::make_tuple(returned_as(std::move(out), of, modal::sample_width(sizes)), returned(std::move(out.trace), modal::recorded_width(sizes)),
-                        returned(std::move(out.trace_end)), out.changed);
+  return nb::make_tuple(returned_as(std::move(out), of), returned(std::move(out.swing)), out.changed);
 }
 
-// Returns what all come to (see Outcome), then marks, where those of each run end, and energies (see LeggedResult), which are integrated
-// where an account is asked for.
+// Returns what all come to (see Outcome), then marks and where those of each run end.
 nb::tuple advance_legged(const legged::Body& body, const legged::LegTables& tables, const Nodes& nodes, const Laws& laws,
                          const Settings& settings, nb::list on, nb::object starts, nb::object times, bool account) {
   const size_t m = size_t(body.feet());
@@ -191,29 +175,25 @@ nb::tuple advance_legged(const legged::Body& body, const legged::LegTables& tabl
   legged::LeggedResult out{};
   {
     nb::gil_scoped_release released;
-    each_together(data, parts, sampled, parts.count(data), [&](const Together& some) {
+    each_together(data, parts, sampled, [&](const Together& some) {
       legged::LeggedResult made = legged::run_legged({body, tables, nodes, some.on.signals, laws, settings, some.on.rows.batch.channels}, some.runs,
                                                      some.starts, some.times, account);
       out.mark_width = made.mark_width;
-      out.sample_width = made.sample_width;
-      out.energy_width = made.energy_width;
       for (int64_t& end : made.mark_end) end += int64_t(out.marks.size() / made.mark_width);
       append(out.mark_end, std::move(made.mark_end));
       append(out.marks, std::move(made.marks));
-      append(out.energies, std::move(made.energies));
       append(out, std::move(made));
     });
   }
-  const size_t marked = out.mark_width, accounted = out.energy_width, seen = out.sample_width;
-  return nb::make_tuple(returned_as(std::move(out), of, seen), returned(std::move(out.marks), marked), returned(std::move(out.mark_end)),
-                        returned(std::move(out.energies), accounted));
+  const size_t width = out.mark_width;
+  return nb::make_tuple(returned_as(std::move(out), of), returned(std::move(out.marks), width), returned(std::move(out.mark_end)));
 }
 
 }  // namespace
 
 void bind_advance(nb::module_& m) {
   m.def("advance_modal", &advance_modal, nb::arg("book"), nb::arg("nodes"), nb::arg("laws"), nb::arg("settings"), nb::arg("on"),
-        nb::arg("starts").none(), nb::arg("times").none());
+        nb::arg("starts").none(), nb::arg("times").none(), nb::arg("account"));
   m.def("advance_legged", &advance_legged, nb::arg("body"), nb::arg("tables"), nb::arg("nodes"), nb::arg("laws"), nb::arg("settings"),
         nb::arg("on"), nb::arg("starts").none(), nb::arg("times").none(), nb::arg("account"));
   m.attr("CARRIED") = CARRIED;

@@ -38,11 +38,12 @@ struct SampleTimes {
 };
 
 // What runs come to, one after the other: codes; finish (runs, 3): end time [s], steps, rejected steps; events of run i are those from
-// event_end[i - 1] on; samples at the times asked for. states (runs, 2 n), feet (runs, feet) at their ends: of parts, else of the last
-// run.
+// event_end[i - 1] on; samples (., sample_width) at the times asked for. states (runs, 2 n), feet (runs, feet) and, where an account is
+// asked for, energies (runs, energy_width) at their ends: of parts, else of the last run.
 struct Outcome {
   std::vector<int64_t> codes, event_end;
-  std::vector<double> finish, samples, states;
+  std::vector<double> finish, samples, states, energies;
+  size_t sample_width = 0, energy_width = 0;
   std::vector<CarriedFoot> feet;
   std::vector<Event> events;
 

@@ -11,7 +11,7 @@ namespace tarsus {
 // as many units. The bound decides whether such a number is zero: in every contact mode, and wherever an impact has taken speed.
 constexpr double ROUNDING = 1e-14;
 
-// The tolerances of a plan or of one of its runs, and its duration, period and records. Lengths [m], forces [N], times [s].
+// The tolerances of a plan or of one of its runs, and its duration and period. Lengths [m], forces [N], times [s].
 struct Settings {
   double end, period;               // duration; period of the marks (infinite: none)
   double gap, drive;                // local error of a gap, and of a drive relative to its span, per step
@@ -21,7 +21,7 @@ struct Settings {
   double probe;                     // gap over which a slope is taken by differences
   int64_t most_steps, first_class;
   double widest = 1.0;              // gap at rest
-  bool track, record;               // find the apex of every flight; keep every step
+  bool track;                       // find the apex of every flight
 
   // The settings of a run of so many feet, from these, which are for a length and a force of one. Its widest gap scales the bounds
   // below which a number is zero and a flight does not count.

@@ -9,7 +9,6 @@ void bind_program(nanobind::module_&);
 void bind_modal(nanobind::module_&);
 void bind_legged(nanobind::module_&);
 void bind_advance(nanobind::module_&);
-void bind_record(nanobind::module_&);
 void bind_flights(nanobind::module_&);
 void bind_packet(nanobind::module_&);
 void bind_measure(nanobind::module_&);
@@ -31,7 +30,6 @@ NB_MODULE(_native, m) {
   tarsus::bind_modal(m);
   tarsus::bind_legged(m);
   tarsus::bind_advance(m);
-  tarsus::bind_record(m);
   tarsus::bind_flights(m);
   tarsus::bind_packet(m);
   tarsus::bind_measure(m);

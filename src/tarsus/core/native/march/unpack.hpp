@@ -104,7 +104,6 @@ inline Settings settings_of(const Fields& from) {
   out.most_steps = from.whole("most_steps");
   out.first_class = from.whole("first_class");
   out.track = from.whole("track") != 0;
-  out.record = from.whole("record") != 0;
   return out;
 }
 

@@ -17,10 +17,10 @@ inline void remove_film_momenta(Modal& m) {
   for (int i : m.mode->free) {
     if (!m.laws.has(i, HAS_MOMENTUM)) continue;
     const double momentum = m.film(i, m.gaps[i]);
-    m.feet[i].momentum = m.feet[i].jumped = momentum;
+    m.feet[i].momentum = momentum;
     m.shift(m.mode->beta, i, -momentum);
   }
-  m.jumped = 0.0;
+  m.ended = NOT_A_NUMBER;
 }
 
 // Displacements and velocities of the modal state, and that of a contact mode that they are projected on (mass-weighted: new

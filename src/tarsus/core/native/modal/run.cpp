@@ -1,5 +1,9 @@
 #include "modal/run.hpp"
 
+#include <optional>
+
+#include "modal/account.hpp"
+#include "modal/samples.hpp"
 #include "modal/system.hpp"
 
 namespace tarsus::modal {
@@ -52,8 +56,6 @@ template <class S>
 struct StartedSystem : ModalSystem<S> {
   using ModalSystem<S>::ModalSystem;
 
-  size_t recorded() const { return this->trace.size() / recorded_width(this->sizes); }
-
   void load(const RunData& run, const Start& start) {
     this->begin(run);
     this->settings.end = start.end;
@@ -73,17 +75,78 @@ struct StartedSystem : ModalSystem<S> {
   }
 };
 
-// Where the last run ended. The momenta at the end of the last step determine the velocities there: they do not jump once more, as no
-// step follows.
-void note_end(Modal& m, ModalResult& out) {
+// Samples and account of runs as they march.
+template <class S>
+class Outputs final : public Follower {
+ public:
+  std::vector<double> samples;  // (times of all runs, width)
+
+  Outputs(Modal& m, bool account) : m_(m), made_(m.sizes) {
+    if (account) account_.emplace(m);
+  }
+
+  size_t width() const { return sample_width(m_.sizes) + (account_ ? account_->sums.size() : 0); }
+
+  // A run begins; its times increase.
+  void begin(const RunData& run, const SampleTimes& times) {
+    if (account_) account_->begin(run);
+    if (times.count > 0 && !sampler_) sampler_.emplace(m_);
+    if (sampler_) sampler_->begin(run);
+    made_.mode = nullptr;
+    times_ = times;
+    sampled_ = 0;
+    samples.resize(samples.size() + times.count * width(), 0.0);
+    m_.follower = account_ || times.count > 0 ? this : nullptr;
+  }
+
+  void made(const StepClass& step, double begun, double fraction) override {
+    made_.take(m_, step, begun, fraction);
+    if (account_) account_->add(made_);
+    while (sampled_ < times_.count && times_.at[sampled_] < made_.ended) sample();  // at its end the next one begins
+  }
+
+  // A run has ended: times that are left are those of its end. goes_on: see Account.
+  void end(bool goes_on) {
+    if (account_) account_->end(goes_on);
+    while (made_.mode != nullptr && sampled_ < times_.count) sample();
+  }
+  void note_end(ModalResult& out) const {
+    if (!account_) return;
+    out.energies.insert(out.energies.end(), account_->sums.begin(), account_->sums.end());
+    out.swing = account_->swing();
+  }
+
+ private:
+  Modal& m_;
+  MadeStep made_;
+  std::optional<Sampler<S>> sampler_;
+  std::optional<Account> account_;
+  SampleTimes times_ = {};
+  size_t sampled_ = 0;
+
+  void sample() {
+    const double s = std::min(std::max((times_.at[sampled_] - made_.begun) / made_.step->length, 0.0), made_.fraction);
+    double* to = samples.data() + samples.size() - (times_.count - sampled_++) * width();
+    sampler_->sample(made_, s, to);
+    if (!account_) return;
+    const double share = made_.fraction > 0.0 ? s / made_.fraction : 1.0;  // within a step energies are taken as linear
+    to += sample_width(m_.sizes);
+    for (size_t e = 0; e < account_->sums.size(); e++) to[e] = account_->before[e] + (account_->sums[e] - account_->before[e]) * share;
+  }
+};
+
+// Whether momenta of films jump once more at the end of a run: not where a step ended there, which determines its velocities.
+bool jumps_at_end(const Modal& m, Code code) { return m.entering || code != DONE || std::isnan(m.ended); }
+
+// Where the last run ended.
+void note_end(Modal& m, Code code, ModalResult& out) {
   if (!m.entering) {
-    if (m.settings.record && !m.trace.empty()) {
-      for (int i : m.mode->free) {
-        if (m.laws.has(i, HAS_MOMENTUM)) m.shift(m.mode->beta, i, m.feet[i].momentum);
-      }
-      m.trace[m.trace.size() - recorded_width(m.sizes) + T_JUMPS] -= m.jumped;
-    } else {
+    if (jumps_at_end(m, code)) {
       add_film_momenta(m);
+    } else {
+      for (int i : m.mode->free) {
+        if (m.laws.has(i, HAS_MOMENTUM)) m.shift(m.mode->beta, i, m.momentum_at(i, m.ended));
+      }
     }
     leave_mode(m, *m.mode);
   }
@@ -93,29 +156,37 @@ void note_end(Modal& m, ModalResult& out) {
 }
 
 template <class S>
-ModalResult run_all(const Robot& robot, const std::vector<RunData>& runs, const std::vector<Start>& starts) {
+ModalResult run_all(const Robot& robot, const std::vector<RunData>& runs, const std::vector<Start>& starts,
+                    const std::vector<SampleTimes>& times, bool account) {
   StartedSystem<S> system(robot.book, robot.nodes, robot.signals, robot.laws, robot.settings, robot.channels);
+  Outputs<S> outputs(system, account);
   ModalResult out;
   for (size_t run = 0; run < runs.size(); run++) {
+    outputs.begin(runs[run], times.empty() ? SampleTimes{} : times[run]);
     if (starts.empty()) {
       system.begin(runs[run]);
     } else {
       system.load(runs[run], starts[run]);
     }
     const Code code = march(system);
+    outputs.end(jumps_at_end(system, code));
     out.note(code, system.clock, system.log);
-    out.trace_end.push_back(int64_t(system.recorded()));
-    if (!starts.empty() || run + 1 == runs.size()) note_end(system, out);
+    if (starts.empty() && run + 1 < runs.size()) continue;
+    outputs.note_end(out);
+    note_end(system, code, out);
   }
   out.events = std::move(system.log.events);
-  out.trace = std::move(system.trace);
+  out.samples = std::move(outputs.samples);
+  out.sample_width = outputs.width();
+  out.energy_width = ENERGIES + system.laws.shares();
   return out;
 }
 
 }  // namespace
 
-ModalResult run_modal(const Robot& robot, const std::vector<RunData>& runs, const std::vector<Start>& starts) {
-  return by_shape(robot.book.sizes.stride, [&](auto shape) { return run_all<decltype(shape)>(robot, runs, starts); });
+ModalResult run_modal(const Robot& robot, const std::vector<RunData>& runs, const std::vector<Start>& starts,
+                      const std::vector<SampleTimes>& times, bool account) {
+  return by_shape(robot.book.sizes.stride, [&](auto shape) { return run_all<decltype(shape)>(robot, runs, starts, times, account); });
 }
 
 }  // namespace tarsus::modal

@@ -16,15 +16,16 @@ struct Robot {
   size_t channels;
 };
 
-// Recorded rows of run i are those of trace from trace_end[i - 1] on; changed: whether the last run would go on in another contact mode
-// than it is in.
+// Samples: see `sample_width`, and where an account is kept the energies up to then. Of the last run: Account::swing, and whether it would
+// go on in another contact mode than it is in.
 struct ModalResult : Outcome {
-  std::vector<int64_t> trace_end;
-  std::vector<double> trace;
+  std::vector<double> swing;
   bool changed = false;
 };
 
 // ``starts``: where each run begins; none: all from t = 0 in the air, and film momenta of strong films count from where steps begin.
-ModalResult run_modal(const Robot& robot, const std::vector<RunData>& runs, const std::vector<Start>& starts);
+// ``times``: of each; none: no samples. account: integrate energies.
+ModalResult run_modal(const Robot& robot, const std::vector<RunData>& runs, const std::vector<Start>& starts,
+                      const std::vector<SampleTimes>& times, bool account);
 
 }  // namespace tarsus::modal

@@ -16,8 +16,7 @@ enum Departure { DUE = -1, UNDER_WAY = 0, RISING = 1, FROM_REST = 2 };
 
 struct Foot : Grip {
   double from = 0.0, base = 0.0;  // gap [m] at which its film's momentum counts as 0, and what it is there [N s]
-  double momentum = 0.0;  // [N s] of its film at the end of the last step, by the polynomial of that step
-  double jumped = 0.0;    // and by the gap, with which the next step begins
+  double momentum = 0.0;  // [N s] of its film, by the gap, with which the next step begins
   double left = -INF;  // [s] when its pull last exceeded the strength of a contact
   double rose = 0.0;   // [s] when it last came to the ground or left it
   double speeds = 0.0, places = 0.0;  // [m/s], [m] largest sums of the sizes of the terms of its rate and gap at this time
@@ -63,6 +62,15 @@ struct Refused {
   }
 };
 
+// Who follows a run: told of each step once it has been made. The state at its start is Modal::ahead then, its inputs are Modal::values.
+struct Follower {
+  // step: from ``begun`` [s] to its scaled time ``fraction``.
+  virtual void made(const StepClass& step, double begun, double fraction) = 0;
+
+ protected:
+  ~Follower() = default;
+};
+
 struct Modal {
   Book& book;
   const Sizes sizes;
@@ -73,7 +81,8 @@ struct Modal {
   Player player;
   Clock clock;
   Log log;
-  std::vector<double> trace;  // rows: time, length, fraction, contact mode, class, T_JUMPS, state (2 n), nodal inputs
+  Follower* follower = nullptr;
+  double ended = NOT_A_NUMBER;  // scaled time at which the last step ended, of which ``values`` are; not a number after another contact mode was entered
   std::vector<Foot> feet;
   Bias biases;
 
@@ -105,7 +114,6 @@ struct Modal {
   std::vector<Doubt> doubts;
   double film_now = NOT_A_NUMBER;  // one foot's film at the start of the step, where the last one has left it
   double noted = -INF;             // [s] the moment of `Foot::speeds` and those beside it
-  double jumped = 0.0;             // [J] work of the films as their momenta jump: see end_record
   double rounding = 0.0;           // [m] of the gaps of feet in strong films, excluded from the error of a step
   double growth_before = 1.0, growth_after = 1.0;  // of the smooth force that makes the error, over the step
   bool steady = true;                              // drives and volts are constant over the step
@@ -251,22 +259,11 @@ struct Modal {
     }
   }
 
-  // Work [J] of the films on the structure where their momenta jump: each at the mean of its foot's rates before and after, so
-  // that it equals the change of the structure's energy.
-  template <class Before, class After>
-  double work_of_jumps(const Before& before, const After& after) const {
-    const double* feed = mode->feed + size_t(sizes.feet) * sizes.inputs();
-    double work = 0.0;
-    for (int i : mode->free) {
-      if (!laws.has(i, HAS_MOMENTUM)) continue;
-      double rate = rate_of(i);
-      for (int k : mode->free) {
-        const double factor = feed[i * sizes.inputs() + k];
-        if (factor != 0.0 && laws.has(k, HAS_MOMENTUM)) rate += factor * 0.5 * (before(k) + after(k));
-      }
-      work += (after(i) - before(i)) * rate;
-    }
-    return work;
+  // Momentum of a film at a scaled time of the last step, by the polynomial of its change, which has the least rounding.
+  double momentum_at(int foot, double s) const {
+    if (s == 1.0) return values[foot][N - 1];
+    const Row change = values[foot] - values[foot][0], powers = powers_of(nodes, reinterpret_cast<const double*>(&change));
+    return values[foot][0] + horner(reinterpret_cast<const double*>(&powers), 0, N, s);
   }
 
   double strength_now(int foot) const { return laws.strength(foot, clock.time - feet[foot].since, volts_now(foot)); }
@@ -298,45 +295,6 @@ struct Modal {
       if (c >= 0) steady = player.fill(int(c), t, h, reinterpret_cast<double*>(&volts[i])) && steady;
     }
     filled = steady ? player.moves : -1;
-  }
-
-  // Record a step, from which samples and the energy integrals of a run are made.
-  void record(const StepClass& step, double fraction) {
-    if (!settings.record) return;
-    const int n = sizes.coordinates, nb = mode->blocks_used;
-    const size_t at = trace.size();
-    trace.resize(at + recorded_width(sizes), 0.0);
-    double* row = trace.data() + at;
-    row[0] = clock.time;
-    row[1] = step.length;
-    row[2] = fraction;
-    row[3] = mode->number;
-    row[4] = step.number;
-    row[T_JUMPS] = work_of_jumps([this](int i) { return feet[i].jumped; }, [this](int i) { return values[i][0]; });
-    double *start = row + TRACE_HEAD, *nodal = start + 2 * n;
-    for (int b = 0; b < nb; b++) {
-      start[b] = state()[b];
-      start[nb + b] = state()[sizes.stride + b];
-    }
-    for (int i : inputs) store(nodal + N * i, values[i]);
-    store(nodal + N * sizes.last(), values[sizes.last()]);
-  }
-
-  // A step has ended, at its scaled time ``fraction``. The momenta of its films are polynomials that are those of the gaps at its
-  // nodes, to rounding, and less so where it ends between them: they jump as the next step begins.
-  void end_record(double fraction) {
-    if (!settings.record) return;
-    for (int i : mode->free) {
-      if (!laws.has(i, HAS_MOMENTUM)) continue;
-      feet[i].momentum = values[i][N - 1];
-      if (fraction != 1.0) {  // from its change, which has the least rounding
-        const Row change = values[i] - values[i][0], powers = powers_of(nodes, reinterpret_cast<const double*>(&change));
-        feet[i].momentum = values[i][0] + horner(reinterpret_cast<const double*>(&powers), 0, N, fraction);
-      }
-      feet[i].jumped = film(i, gap_of(i));
-    }
-    jumped = work_of_jumps([this](int i) { return feet[i].momentum; }, [this](int i) { return feet[i].jumped; });
-    trace[trace.size() - recorded_width(sizes) + T_JUMPS] += jumped;
   }
 
  private:

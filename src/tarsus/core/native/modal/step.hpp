@@ -174,7 +174,6 @@ template <class S>
 TARSUS_INLINE bool advance(Modal& m, const StepClass& step, const Located& at, const Ahead& ahead, double limit, int terms) {
   const double t = m.clock.time, h = step.length, fraction = at.foot >= 0 ? at.s : limit;
   raise_apexes(m, step, fraction);
-  m.record(step, fraction);
   bool finite = true;
   if (at.foot < 0 && h <= ahead.left) {
     finite = flow<S>(m, step);
@@ -186,7 +185,8 @@ TARSUS_INLINE bool advance(Modal& m, const StepClass& step, const Located& at, c
     m.clock.time = at.foot >= 0 ? t + fraction * h : ahead.left == ahead.goal - t ? ahead.goal : t + ahead.left;
   }
   m.accept();
-  m.end_record(fraction);
+  m.ended = fraction;
+  if (m.follower != nullptr) m.follower->made(step, t, fraction);
   if (fraction > 0.0) {
     for (int i = 0; i < m.sizes.feet; i++) {
       if (i != at.foot) m.feet[i].departure = UNDER_WAY;

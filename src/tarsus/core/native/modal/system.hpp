@@ -80,10 +80,11 @@ TARSUS_APART bool glide(Modal& m, double left) {
   m.drive(m.clock.time, lengths[k]);
   if (!m.steady || !stays_held<S>(m, left)) return false;
   const StepClass& step = m.take_class(k);
-  m.record(step, 1.0);
+  const double t = m.clock.time;
   flow<S>(m, step);
   m.accept();
   m.clock.time += lengths[k];
+  if (m.follower != nullptr) m.follower->made(step, t, 1.0);
   return true;
 }
 

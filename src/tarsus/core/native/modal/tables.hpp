@@ -50,10 +50,11 @@ struct Sizes {
   int state() const { return 2 * stride; }
 };
 
-// Numbers of a recorded step before its state (see Modal::record), the last of them what films did as their momenta jumped.
-constexpr int T_JUMPS = 5, TRACE_HEAD = 6;
-
-inline size_t recorded_width(const Sizes& s) { return TRACE_HEAD + 2 * size_t(s.coordinates) + N * size_t(s.inputs()); }
+// The parts of a structure that transfer energy: dampers (n, n); directions of the feet (m, n) and of the drives (nd, n); constant
+// forces per unit of gravity (n, GRAVITIES).
+struct Carriers {
+  std::vector<double> damping, normals, loads, weight;
+};
 
 // Arrays laid one after the other in one aligned piece of memory, each from a row on.
 typedef std::initializer_list<std::pair<double**, size_t>> Layout;
@@ -191,9 +192,10 @@ class Book {
   const Sizes sizes;
   const std::vector<double> lengths;  // [s], halving
   const std::vector<double> tangents; // (ways, coordinates): the place of each foot along the ground
+  const Carriers carriers;
 
-  Book(const Sizes& s, std::vector<double> h, std::vector<double> t = {})
-      : sizes(s), lengths(std::move(h)), tangents(std::move(t)) {}
+  Book(const Sizes& s, std::vector<double> h, std::vector<double> t, Carriers c)
+      : sizes(s), lengths(std::move(h)), tangents(std::move(t)), carriers(std::move(c)) {}
   virtual ~Book() = default;
   Book(const Book&) = delete;
 

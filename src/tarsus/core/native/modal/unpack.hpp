@@ -22,6 +22,11 @@ inline Sizes sizes_of(const Fields& from) {
   return {feet, int(from.whole("drives")), coordinates, stride_of(coordinates), from.whole("rates") != 0 || ways > 0 ? 2 * feet : feet, ways};
 }
 
+inline Carriers carriers_of(const Fields& from, const Sizes& s) {
+  const size_t n = size_t(s.coordinates);
+  return {from.sized("damping", n * n), from.sized("normals", s.feet * n), from.sized("loads", s.drives * n), from.sized("weight", n * GRAVITIES)};
+}
+
 // Rows of states (2 blocks) spread to the room (2 stride) that states have.
 inline void spread(double* to, const Fields& from, const char* name, int blocks, int stride, size_t rows) {
   const std::vector<double> given = from.sized(name, rows * 2 * blocks);

@@ -12,7 +12,6 @@
 #include "packet/judged.hpp"
 #include "packet/packet.hpp"
 #include "packet/sights.hpp"
-#include "record/samples.hpp"
 
 namespace tarsus {
 
@@ -38,13 +37,13 @@ struct PacketBook : modal::Book {
 
  private:
   PacketBook(const Packet& p, const Fields& own, const Nodes& n)
-      : Book(modal::sizes_of(own), own.doubles("lengths"), own.doubles("tangents")), packet(p), nodes(n) {}
+      : Book(modal::sizes_of(own), own.doubles("lengths"), own.doubles("tangents"), {}), packet(p), nodes(n) {}
 };
 
 // The memory of the packet belongs to whoever gave it, who may change numbers of its row (rows.*) between runs.
 class Packaged {
  public:
-  // What the last run left: code; finish: end time [s], steps, rejected steps; samples, width of each (see sample_steps and
+  // What the last run left: code; finish: end time [s], steps, rejected steps; samples, width of each (see modal::sample_width and
   // LeggedMarch::sample), at the times asked for; marks of a walker; or why it could not start.
   int code = DONE;
   double finish[3] = {};
@@ -147,12 +146,12 @@ class Packaged {
   }
 
   void run_by_modes(const RunData& data, const std::vector<double>& times) {
-    modal::ModalResult out = modal::run_modal({*book_, nodes_, signals_, laws_, settings_, channels()}, {data}, {});
+    modal::ModalResult out = modal::run_modal({*book_, nodes_, signals_, laws_, settings_, channels()}, {data}, {}, {{times.data(), times.size()}}, false);
     code = int(out.codes[0]);
     std::copy(out.finish.begin(), out.finish.end(), finish);
     events = std::move(out.events);
-    width = modal::sample_width(book_->sizes);
-    samples = modal::sample_steps(*book_, nodes_, data.sources, out.trace.data(), out.trace.size() / modal::recorded_width(book_->sizes), times.data(), times.size());
+    width = out.sample_width;
+    samples = std::move(out.samples);
   }
 
   void glance_at_modes(const double* from, Glance& at) const {
@@ -209,7 +208,7 @@ class Packaged {
 
   void walk(const RunData& data, const std::vector<double>& times, bool energies) {
     legged::LeggedResult out = legged::run_legged({body_, *tables_, nodes_, signals_, laws_, settings_, channels()}, {data}, {},
-                                                  {{times.data(), times.size()}}, energies && settings_.record);
+                                                  {{times.data(), times.size()}}, energies);
     code = int(out.codes[0]);
     std::copy(out.finish.begin(), out.finish.end(), finish);
     events = std::move(out.events);

@@ -1,4 +1,4 @@
-// The energies of recorded steps: the work of drives and weight, of dampers, of resistive and smooth laws, law by law.
+// The energies of steps: the work of drives and weight, of dampers, of resistive and smooth laws, law by law.
 //
 // Within a step the motion is linear in its vector z: the state at its start and the Legendre coefficients of its inputs. The
 // energy that a force transfers over a whole step is therefore a form z^T G l, where l is the part of z that transfers it:
@@ -9,8 +9,8 @@
 #include <array>
 #include <map>
 
+#include "modal/made.hpp"
 #include "modal/make.hpp"
-#include "record/replay.hpp"
 
 namespace tarsus::modal {
 
@@ -89,19 +89,13 @@ struct Legendre {
   }
 };
 
-// The parts of the structure that transfer energy: dampers (n, n); directions of the feet (m, n) and of the drives (nd, n),
-// constant forces (n); the ways of feet along the ground (ways, n).
-struct Carriers {
-  std::vector<double> damping, normals, loads, constant, tangents;
-};
-
 // Columns of z that transfer one kind of energy, and the first row of 8 in which they lie in l.
 struct Part {
   int first = 0, count = 0, row = 0;
   int rows() const { return (count + N - 1) / N; }
 };
 
-// Of all laws of a kind, in the order in which they are returned; places where feet stick move the structure, and do no work.
+// Of all laws of a kind, in the order of `tarsus.core.arrays`; places where feet stick move the structure, and do no work.
 enum Energy { WORK, DAMPING, RESISTIVE, SMOOTH, FRICTION_WORK, ENERGIES, PLACES = ENERGIES, KINDS };
 
 // An input of a step: its number, the kind of energy it transfers, the first of its columns and their number: 8, or 1 where it is
@@ -121,12 +115,10 @@ typedef std::vector<std::vector<double>> Shares;  // coefficients, in one step, 
 class ModeEnergies {
  public:
   typedef std::vector<Row> Form;  // (width, rows): G, or a map of vectors, with the image of each column
-  static constexpr int STEPS_AT_ONCE = 4;  // steps that share the loading of a form
 
   // count: columns of each input, by its number, 0 where it is zero in every step; of feet, of those that lead.
-  ModeEnergies(Book& book, const ContactMode& mode, const Carriers& by, const Legendre& legendre, const double* sources,
-               const std::vector<int>& count)
-      : book_(book), mode_(mode), by_(by), legendre_(legendre), blocks_(mode.blocks_used), state_(2 * mode.blocks_used),
+  ModeEnergies(Book& book, const ContactMode& mode, const Legendre& legendre, const double* sources, const std::vector<int>& count)
+      : book_(book), mode_(mode), by_(book.carriers), legendre_(legendre), blocks_(mode.blocks_used), state_(2 * mode.blocks_used),
         coordinates_(mode.sizes.coordinates), width_(state_) {
     for (int b = 0; b < blocks_; b++) rate_ = std::max(rate_, norm_of(block_of(mode, b)));
     const int m = mode.sizes.feet;
@@ -136,15 +128,16 @@ class ModeEnergies {
     for (int i : mode.sliding) add_input(FRICTION_WORK, m + i, count);
     for (int i : mode.stuck) add_input(PLACES, m + i, count);
     for (int i = 2 * m; i < mode.sizes.inputs(); i++) add_input(WORK, i, count);
-    if (std::any_of(by.damping.begin(), by.damping.end(), [](double c) { return c != 0.0; })) parts_[DAMPING].count = width_;
+    if (std::any_of(by_.damping.begin(), by_.damping.end(), [](double c) { return c != 0.0; })) parts_[DAMPING].count = width_;
     for (Part& part : parts_) {
       part.row = rows_;
       rows_ += part.rows();
     }
     copy_mode(sources);
+    for (int r = 0; r < coordinates_; r++) constant_.push_back(by_.weight[2 * r] * sources[m] + by_.weight[2 * r + 1] * sources[m + 1]);
     find_rest();
     one_.assign(room(), 0.0);
-    done_.assign(std::max(STEPS_AT_ONCE * rows_, wide()), Row(0.0));
+    done_.assign(std::max(rows_, wide()), Row(0.0));
     first_.assign(room(), 0.0);
     series_.assign(size_t(SERIES + 1) * state_, 0.0);
     flowing_.assign(state_, Row(0.0));
@@ -152,35 +145,16 @@ class ModeEnergies {
 
   int room() const { return width_ + N; }  // of z, any part of which may be read in rows of 8
 
-  // The vector of a recorded step; widens [low, high] (feet) by the gaps at its start.
-  void fill(const Recorded& r, double* z, double* low, double* high) const {
-    std::copy(r.state, r.state + state_, z);
+  // The vector of a step.
+  void fill(const MadeStep& made, double* z) const {
+    const int m = mode_.sizes.feet;
+    for (int half : {0, 1}) std::copy_n(made.state.data() + half * mode_.sizes.stride, blocks_, z + half * blocks_);
     std::fill(z + state_, z + room(), 0.0);
-    if (parts_[RESISTIVE].count) {  // momenta count from the start of the step, or a small motion would be a difference of large numbers
-      for (int i : mode_.free) {
-        for (int k = 0; k < state_; k++) z[k] += beta_[i * state_ + k] * r.inputs[N * i];
-      }
-      collect(r.inputs, true, z + parts_[RESISTIVE].first);
-    }
-    for (int i : mode_.free) {
-      Row parts = Row(0.0);  // the columns of inputs in z are still zero
-      for (int k = 0; k < state_; k += N) parts += load(gaps_.data() + i * size_t(room()) + k) * load(z + k);
-      double gap = at_rest_[i] + total(parts);
-      for (int k : mode_.stuck) {
-        const int place = mode_.sizes.feet + k;
-        gap += mode_.feed[i * mode_.sizes.inputs() + place] * r.inputs[N * place];
-      }
-      low[i] = std::min(low[i], gap);
-      high[i] = std::max(high[i], gap);
-    }
-    for (int i : mode_.held) {
-      low[i] = std::min(low[i], 0.0);
-      high[i] = std::max(high[i], 0.0);
-    }
-    if (parts_[SMOOTH].count) collect(r.inputs + N * mode_.sizes.feet, false, z + parts_[SMOOTH].first);
+    if (parts_[RESISTIVE].count) collect(made.inputs.data(), true, z + parts_[RESISTIVE].first);
+    if (parts_[SMOOTH].count) collect(made.inputs.data() + m, false, z + parts_[SMOOTH].first);
     for (const Input& input : inputs_) {
       if (input.energy == RESISTIVE || input.energy == SMOOTH) continue;
-      const double* nodal = r.inputs + N * input.number;
+      const Row& nodal = made.inputs[input.number];
       z[input.first] = nodal[0];
       if (input.count == N) store(z + input.first, coefficients(nodal, false));
     }
@@ -191,10 +165,10 @@ class ModeEnergies {
 
   // Add the coefficients (leading, 8) of the inputs at the feet, given at the nodes (feet, 8). Where many feet move few modes, the
   // leading feet get inputs that move the structure, and do work on it, as those of all feet do.
-  void collect(const double* nodal, bool momenta, double* to) const {
+  void collect(const Row* nodal, bool momenta, double* to) const {
     const int lead = int(mode_.leading.size());
     for (size_t f = 0; f < mode_.free.size(); f++) {
-      const Row own = coefficients(nodal + N * mode_.free[f], momenta);
+      const Row own = coefficients(nodal[mode_.free[f]], momenta);
       if (!mode_.shares()) {
         store(to + N * f, load(to + N * f) + own);
         continue;
@@ -203,27 +177,10 @@ class ModeEnergies {
     }
   }
 
-  // Add the energies of whole steps of class k, up to STEPS_AT_ONCE of them whose vectors lie ``room`` apart, to ``out``
-  // (ENERGIES) of each, and the work of laws that have a share of it behind: each share by its coefficients, of resistive laws
-  // first.
-  void add_whole(int k, const double* z, const Shares* shares, int count, int resistive, double* const* out) {
-    const Form& g = form(k);
-    if (count > 1) {
-      apply<STEPS_AT_ONCE>(g, z);
-    } else {
-      apply<1>(g, z);
-    }
-    for (int n = 0; n < count; n++, z += room()) {
-      const Row* done = done_.data() + n * rows_;
-      for (int e = 0; e < ENERGIES; e++) out[n][e] += product(done, parts_[e], z + parts_[e].first);
-      for (size_t s = 0; s < shares[n].size(); s++) {
-        out[n][ENERGIES + s] += product(done, parts_[int(s) < resistive ? RESISTIVE : SMOOTH], shares[n][s].data());
-      }
-    }
-  }
-
-  // The same of a step up to its scaled time ``along``; z and the shares become those of the remaining part.
-  void add_ended(int k, double along, double* z, Shares& shares, int resistive, double* out) {
+  // Add the energies of a step of class k up to its scaled time ``along`` to ``out`` (ENERGIES), and the work of laws that have a
+  // share of it behind: each share by its coefficients, of resistive laws first. z and the shares become those of what is left.
+  void add(int k, double along, double* z, Shares& shares, int resistive, double* out) {
+    if (along == 1.0) return add_whole(k, z, shares, resistive, out);
     while (along * book_.lengths[k] * rate_ > RESOLVED && k + 1 < book_.classes()) {
       const std::array<Form, 2>& halves = this->halves(++k);
       const bool late = along >= 0.5;
@@ -231,7 +188,7 @@ class ModeEnergies {
         std::copy(z, z + room(), first_.begin());
         first_shares_ = shares;
         to_half(halves, 0, first_.data(), first_shares_);
-        add_whole(k, first_.data(), &first_shares_, 1, resistive, &out);
+        add_whole(k, first_.data(), first_shares_, resistive, out);
       }
       to_half(halves, late, z, shares);
       along = 2.0 * along - late;
@@ -246,18 +203,6 @@ class ModeEnergies {
     for (size_t s = 0; s < shares.size(); s++) {
       out[ENERGIES + s] += work_over(motion, int(s) < resistive ? RESISTIVE : SMOOTH, shares[s].data());
     }
-  }
-
-  // The form of a step of class k, folded, made from that of the next shorter one that is there: ask for the shortest first.
-  const Form& form(int k) {
-    auto from = forms_.lower_bound(k);
-    if (from == forms_.end()) {
-      int bottom = k;
-      while (bottom + 1 < book_.classes() && book_.lengths[bottom] * rate_ > RESOLVED) bottom++;
-      from = forms_.emplace(bottom, folded(quadrature(bottom))).first;
-    }
-    for (int c = from->first; c > k; c--) from = forms_.emplace(c - 1, folded(doubled(from->second, halves(c)))).first;
-    return from->second;
   }
 
  private:
@@ -292,7 +237,7 @@ class ModeEnergies {
   std::vector<Input> inputs_;
   std::vector<Rest> rests_;
   std::vector<double> beta_, velocity_, pushes_, filmed_;  // (feet, state), (coordinates, state), (inputs, state), (feet, coordinates)
-  std::vector<double> sources_, gaps_, at_rest_;  // of the free feet: rows of the state, and what is constant
+  std::vector<double> sources_, constant_;  // and constant forces (coordinates)
   std::vector<uint8_t> steady_;  // blocks that have a place of rest
   std::map<int, Form> forms_;
   std::map<int, std::array<Form, 2>> halves_;
@@ -336,13 +281,6 @@ class ModeEnergies {
       }
     }
     sources_.assign(sources, sources + s.sources());
-    const std::vector<double> gaps = compact(mode_.outputs, s.feet);
-    gaps_.assign(s.feet * size_t(room()), 0.0);
-    at_rest_.assign(s.feet, 0.0);
-    for (int i = 0; i < s.feet; i++) {
-      std::copy_n(gaps.data() + i * size_t(state_), state_, gaps_.data() + i * size_t(room()));
-      for (int q = 0; q < s.sources(); q++) at_rest_[i] += sources[q] * mode_.bias_feed[q * 2 * s.feet + i];
-    }
   }
   void find_rest() {
     const int m = mode_.sizes.feet;
@@ -377,8 +315,8 @@ class ModeEnergies {
     }
   }
 
-  Row coefficients(const double* nodal, bool momenta) const {
-    Row out = combine(&legendre_.of_node[0][0], load(nodal) - nodal[0]);
+  Row coefficients(const Row& nodal, bool momenta) const {
+    Row out = combine(&legendre_.of_node[0][0], nodal - nodal[0]);
     if (!momenta) out.set(0, out[0] + nodal[0]);
     return out;
   }
@@ -466,6 +404,24 @@ class ModeEnergies {
 
   // ---- forms
 
+  void add_whole(int k, const double* z, const Shares& shares, int resistive, double* out) {
+    apply(form(k), z);
+    for (int e = 0; e < ENERGIES; e++) out[e] += product(parts_[e], z + parts_[e].first);
+    for (size_t s = 0; s < shares.size(); s++) out[ENERGIES + s] += product(parts_[int(s) < resistive ? RESISTIVE : SMOOTH], shares[s].data());
+  }
+
+  // The form of a step of class k, folded, made from that of the next shorter one that is there.
+  const Form& form(int k) {
+    auto from = forms_.lower_bound(k);
+    if (from == forms_.end()) {
+      int bottom = k;
+      while (bottom + 1 < book_.classes() && book_.lengths[bottom] * rate_ > RESOLVED) bottom++;
+      from = forms_.emplace(bottom, folded(quadrature(bottom))).first;
+    }
+    for (int c = from->first; c > k; c--) from = forms_.emplace(c - 1, folded(doubled(from->second, halves(c)))).first;
+    return from->second;
+  }
+
   // The same form with all of the dampers' on one side of the diagonal.
   Form folded(Form g) const {
     for (int b = 0; b < parts_[DAMPING].count; b++) {
@@ -478,8 +434,7 @@ class ModeEnergies {
     return g;
   }
 
-  // z G of some steps, up to four rows of it at a time; and the product of some columns with what passes energy on.
-  template <int COUNT>
+  // z G, up to four rows of it at a time; and the product of some columns with what passes energy on.
   void apply(const Form& form, const double* z) {
     for (int row = 0, chunks = (rows_ + 3) / 4; chunks > 0; chunks--) {
       const int some = (rows_ - row + chunks - 1) / chunks;
@@ -488,30 +443,28 @@ class ModeEnergies {
       const Part& damping = parts_[DAMPING];  // which is folded
       const int first = damping.row <= row && row + some <= damping.row + damping.rows() ? N * (row - damping.row) : 0;
       switch (some) {
-        case 1: apply_rows<COUNT, 1>(g, z, to, first); break;
-        case 2: apply_rows<COUNT, 2>(g, z, to, first); break;
-        case 3: apply_rows<COUNT, 3>(g, z, to, first); break;
-        default: apply_rows<COUNT, 4>(g, z, to, first);
+        case 1: apply_rows<1>(g, z, to, first); break;
+        case 2: apply_rows<2>(g, z, to, first); break;
+        case 3: apply_rows<3>(g, z, to, first); break;
+        default: apply_rows<4>(g, z, to, first);
       }
       row += some;
     }
   }
-  template <int COUNT, int ROWS>
+  template <int ROWS>
   void apply_rows(const Row* g, const double* z, Row* to, int first) const {
-    Row sum[COUNT][ROWS];
-    for (auto& own : sum) std::fill(own, own + ROWS, Row(0.0));
+    Row sum[ROWS];
+    std::fill(sum, sum + ROWS, Row(0.0));
     g += size_t(first) * rows_;
     for (int b = first; b < width_; b++, g += rows_) {
-      for (int n = 0; n < COUNT; n++) {
-        for (int r = 0; r < ROWS; r++) sum[n][r] += g[r] * z[n * room() + b];
-      }
+      for (int r = 0; r < ROWS; r++) sum[r] += g[r] * z[b];
     }
-    for (int n = 0; n < COUNT; n++) std::copy(sum[n], sum[n] + ROWS, to + n * rows_);
+    std::copy(sum, sum + ROWS, to);
   }
   // ``by``: (count), and readable up to the next row of 8.
-  static double product(const Row* done, const Part& part, const double* by) {
+  double product(const Part& part, const double* by) const {
     Row sum = Row(0.0);
-    for (int r = 0; r < part.rows(); r++) sum += done[part.row + r] * load(by + N * r);
+    for (int r = 0; r < part.rows(); r++) sum += done_[part.row + r] * load(by + N * r);
     return total(sum);
   }
 
@@ -639,9 +592,9 @@ class ModeEnergies {
     const int m = mode_.sizes.feet;
     Row out = Row(0.0);
     if (input.energy == PLACES) return out;
-    const double* along = input.number == mode_.sizes.last() ? by_.constant.data()
+    const double* along = input.number == mode_.sizes.last() ? constant_.data()
                           : input.energy == WORK ? by_.loads.data() + size_t(input.number - 2 * m) * coordinates_
-                          : input.energy == FRICTION_WORK ? by_.tangents.data() + size_t(input.number - m) * coordinates_
+                          : input.energy == FRICTION_WORK ? book_.tangents.data() + size_t(input.number - m) * coordinates_
                                                           : by_.normals.data() + size_t(input.number % m) * coordinates_;
     for (int r = 0; r < coordinates_; r++) out += motion.velocity[r] * along[r];
     return out;
@@ -681,167 +634,5 @@ class ModeEnergies {
     return out;
   }
 };
-
-// The inputs of a step law by law, where several laws act at once, as the engine has applied them. The last law of a kind has the
-// rest of their sum.
-class LawShares {
- public:
-  LawShares(const Sizes& s, const Nodes& nodes, const Signals& signals, const Laws& laws, const RunData& run, size_t channels)
-      : laws_(laws), nodes_(nodes), player_(signals, nodes, channels), run_(run), entering_(s), nodal_(size_t(s.feet) * N) {
-    laws_.take(run.parameters);
-    begin();
-  }
-
-  int count() const { return int(laws_.shares()); }
-  // Columns of each input (see ModeEnergies): of momenta and smooth forces where there are such laws; of drives that hold their
-  // values between kinks one.
-  std::vector<int> columns(const Sizes& s) const {
-    std::vector<int> out(s.inputs(), N);
-    std::fill_n(out.begin(), s.feet, laws_.laws.terms[MOMENTUM].empty() ? 0 : N);
-    // friction, and the places of feet that stick, have the places of smooth forces
-    std::fill_n(out.begin() + s.feet, s.feet, laws_.laws.terms[FORCE].empty() && s.ways == 0 ? 0 : N);
-    for (int d = 0; d < s.drives; d++) {
-      const Signals& from = player_.signals;
-      const int64_t channel = run_.channels[d];
-      const auto flat = from.flat.begin();
-      const bool steps = std::all_of(flat + from.first[channel], flat + from.first[channel + 1], [](uint8_t one) { return one; });
-      if (steps) out[2 * s.feet + d] = 1;
-    }
-    return out;
-  }
-  int resistive() const { return std::max(int(laws_.laws.terms[MOMENTUM].size()) - 1, 0); }
-  // The steps that follow are in order of time again.
-  void begin() { player_.restart(run_.channels); }
-
-  // Coefficients of each share in a recorded step, of resistive laws first.
-  void fill(const Recorded& r, const StepClass& step, const ModeEnergies& energies, Shares& shares) {
-    const ContactMode& mode = *r.mode;
-    const Sizes& s = mode.sizes;
-    enter_recorded(r, run_.sources, entering_);
-    player_.next_kink(r.time);
-    const std::vector<int> acting = acting_inputs(mode, laws_);
-    const Row now = nodes_.times() * r.length + r.time;
-    for (size_t n = 0; n < shares.size(); n++) {
-      const bool momenta = int(n) < resistive();
-      const Term& term = momenta ? laws_.laws.terms[MOMENTUM][n] : laws_.laws.terms[FORCE][n - resistive()];
-      std::fill(nodal_.begin(), nodal_.end(), 0.0);
-      for (int i : mode.free) {
-        const Row gap = output_row(step, acting, entering_, i);
-        const auto value = [&](const Row& at) {
-          if (momenta) return laws_.momentum_of(term, i, at);
-          const Row rate = s.outputs > s.feet ? output_row(step, acting, entering_, s.feet + i) : Row(0.0);
-          return laws_.force_of(term, i, at, rate, volts(i, r), now);
-        };
-        const Row own = value(gap);
-        store(nodal_.data() + N * i, finite(own) ? own : value(larger(gap, Row(0.0))));  // below the ground a law need not be defined
-      }
-      shares[n].assign(N * mode.leading.size(), 0.0);
-      energies.collect(nodal_.data(), momenta, shares[n].data());
-    }
-  }
-
- private:
-  ActingLaws laws_;
-  const Nodes& nodes_;
-  Player player_;
-  const RunData run_;
-  Entering entering_;
-  std::vector<double> nodal_;
-
-  Row volts(int foot, const Recorded& r) const {
-    double out[N] = {};
-    const int64_t channel = laws_.laws.volts[foot];
-    if (channel >= 0) player_.fill(int(channel), r.time, r.length, out);
-    return load(out);
-  }
-};
-
-// Energies up to the end of each recorded step, from the start of the first: rows of that time [s] and the sums [J] (ENERGIES, then
-// the shares). swing [m]: between the lowest and the highest gap of each foot at the starts of the steps.
-struct EnergySums {
-  std::vector<double> rows, swing;
-};
-
-// The steps of one contact mode, and the shortest class of whole ones.
-struct StepsOfMode {
-  std::vector<size_t> rows;
-  int shortest = -1;
-};
-
-// Whole steps of one class, collected until there are enough to find their energies at once.
-struct Waiting {
-  static constexpr int ROOM = ModeEnergies::STEPS_AT_ONCE;
-  std::vector<double> z;  // (ROOM, room)
-  Shares shares[ROOM];
-  double* to[ROOM];
-  int count = 0;
-};
-
-// Add the energies of each step of a contact mode to its row of ``out``.
-inline void add_steps(Book& book, Recording& trace, const StepsOfMode& steps, ModeEnergies& energies, LawShares* laws,
-                      EnergySums& out, double* low, double* high) {
-  const int parts = laws == nullptr ? 0 : laws->count(), resistive = parts ? laws->resistive() : 0, width = 1 + ENERGIES + parts;
-  std::vector<Waiting> waiting(book.classes());
-  const auto finish = [&](int k) {
-    Waiting& some = waiting[k];
-    if (some.count) energies.add_whole(k, some.z.data(), some.shares, some.count, resistive, some.to);
-    some.count = 0;
-  };
-  if (parts) laws->begin();
-  for (size_t r : steps.rows) {
-    const Recorded step = trace.step(r);
-    Waiting& some = waiting[step.step_class];
-    if (some.z.empty()) {
-      some.z.assign(Waiting::ROOM * energies.room(), 0.0);
-      for (Shares& shares : some.shares) shares.resize(parts);
-    }
-    double *z = some.z.data() + some.count * energies.room(), *to = out.rows.data() + r * width;
-    to[0] = step.time + step.length * step.fraction;
-    energies.fill(step, z, low, high);
-    if (parts) laws->fill(step, book.step(*step.mode, step.step_class), energies, some.shares[some.count]);
-    if (step.fraction != 1.0) {
-      energies.add_ended(step.step_class, step.fraction, z, some.shares[some.count], resistive, to + 1);
-      continue;
-    }
-    some.to[some.count] = to + 1;
-    if (++some.count == Waiting::ROOM) finish(step.step_class);
-  }
-  for (int k = 0; k < book.classes(); k++) finish(k);
-}
-
-inline EnergySums energies_of(Book& book, const Legendre& legendre, const Carriers& by, const double* sources, const double* trace,
-                              size_t count, LawShares* laws) {
-  const Sizes& s = book.sizes;
-  const int parts = laws == nullptr ? 0 : laws->count(), resistive = parts ? laws->resistive() : 0, width = 1 + ENERGIES + parts;
-  EnergySums out{std::vector<double>(count * width, 0.0), std::vector<double>(s.feet, 0.0)};
-  std::vector<double> low(s.feet, INF), high(s.feet, -INF);
-  Recording recording(book, trace);
-  std::map<int, StepsOfMode> by_mode;
-  for (size_t r = 0; r < count; r++) {
-    const double* row = recording.row(r);
-    StepsOfMode& steps = by_mode[int(row[3])];
-    steps.rows.push_back(r);
-    if (row[2] == 1.0) steps.shortest = std::max(steps.shortest, int(row[4]));
-  }
-  std::vector<int> columns = laws == nullptr ? std::vector<int>(s.inputs(), N) : laws->columns(s);
-  columns[s.last()] = 1;
-  for (auto& [number, steps] : by_mode) {
-    ModeEnergies energies(book, book.numbered(number), by, legendre, sources, columns);
-    if (steps.shortest >= 0) energies.form(steps.shortest);
-    add_steps(book, recording, steps, energies, laws, out, low.data(), high.data());
-  }
-  for (size_t r = 0; r < count; r++) {
-    double* own = out.rows.data() + r * width + 1;
-    // the work of momenta as they jump into the next step is dissipated by their laws, in the shares of this step
-    const double jumps = recording.row(r)[T_JUMPS], whole = own[RESISTIVE];
-    for (int p = 0; p < resistive && whole != 0.0; p++) own[ENERGIES + p] *= 1.0 + jumps / whole;
-    own[RESISTIVE] += jumps;
-  }
-  for (size_t r = 1; r < count; r++) {
-    for (int e = 1; e < width; e++) out.rows[r * width + e] += out.rows[(r - 1) * width + e];
-  }
-  for (int i = 0; i < s.feet && count > 0; i++) out.swing[i] = high[i] - low[i];
-  return out;
-}
 
 }  // namespace tarsus::modal
