@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from tarsus.plan.lowering import Plan
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 Direction = Mapping[str, float]
 """How much each of some numbers of a scene moves, by path: one for a number itself."""
 
@@ -37,6 +40,10 @@ NEARBY = 3.0
 BENT = 0.1
 """Part by which differences to both sides are off their mean where there is a kink: a smooth number bends so much over
 no step that is taken, for its error would be a hundredth then."""
+SURE = 10.0
+"""Times the noise of runs, as two of them show it, from which a kink is none of its."""
+ROUNDED = 4e-16
+"""Part of a number that is rounded off."""
 ROUNDING = 1e-13
 """Part of a number that the rounding of a run's steps, a thousand as a rule, may leave in it."""
 
@@ -156,12 +163,6 @@ class Stencil:
             (w * (one - own) for w, one in zip(self.weights[1:], beside, strict=True)), np.zeros_like(own)
         )
 
-    def bend(self, own: Floats, beside: Sequence[Floats]) -> Floats:
-        """Half the difference of the slopes between neighbouring values: what the slope changes by over a step."""
-        at = np.concatenate([[0.0], self.places])
-        first, second, third = (np.asarray([own, *beside][k]) for k in np.argsort(at))
-        return (third - 2.0 * second + first) / (2.0 * self.step)
-
 
 class Slopes(NamedTuple):
     """Derivatives of values, what they may be off by, and where there is a kink or a jump."""
@@ -171,27 +172,42 @@ class Slopes(NamedTuple):
     kinked: NDArray[np.bool_]
 
 
-def slopes_of(
-    stencil: Stencil, bent: float, own: Floats, finer: Floats, beside: Sequence[Floats], scale: float = 0.0
-) -> Slopes:
-    """Derivatives of values of a run from those of its copies beside it, and of the run in other steps.
+def slope_by(one: Floats, two: Floats, places: Floats) -> Floats:
+    """Slope per step of a value that moves by so much at two places."""
+    x, y = places
+    return (one * (y / x) - two * (x / y)) / (y - x)
 
-    bent: by which part the slopes of the run's events change over a step. What a number of third order leaves is the
-    square of that, of itself or of the events, as long as it has one scale over which it varies. scale: a size of such
-    values, where they may be zero.
-    """
-    slope, change = stencil.slope(own, beside), np.abs(stencil.bend(own, beside))
-    size = np.abs(slope)
-    noise = (np.abs(finer - own) + ROUNDING * np.maximum(np.abs(own), scale)) / stencil.step
-    same = np.all([one == own for one in beside], axis=0)
+
+def change_by(one: Floats, two: Floats, places: Floats) -> Floats:
+    """Size of what such slopes change by over a step."""
+    x, y = places
+    return np.abs((one / x - two / y) / (x - y))
+
+
+def cut_off(size: Floats, change: Floats, bent: Floats | float, places: Floats) -> Floats:
+    """What a number of third order leaves in slopes: the square of what they change by over a step, of themselves or of
+    the motion (bent), as long as it has one scale over which it varies; to one side as much again."""
     with np.errstate(divide="ignore", invalid="ignore"):
         part = np.where(size > 0.0, np.minimum(change / size, 1.0), 1.0)
-    # to one side the third order leaves as much again
-    cut = (1.0 if np.ptp(np.sign(stencil.places)) else 2.0) * (part * change + bent**2 * size)
+    return np.asarray((1.0 if places[0] * places[1] < 0.0 else 2.0) * (part * change + bent**2 * size))
+
+
+def slopes_of(
+    places: Floats, step: float, bent: float, own: Floats, finer: Floats, beside: Sequence[Floats], scale: float = 0.0
+) -> Slopes:
+    """Derivatives of values of a run from those of its two copies at places in steps, and of the run in other steps.
+
+    bent: by which part the slopes of the run's events change over a step. scale: a size of such values, where they may
+    be zero.
+    """
+    one, two = (np.asarray(of - own, dtype=float) for of in beside)
+    slope, change = slope_by(one, two, places) / step, change_by(one, two, places) / step
+    size, same = np.abs(slope), (one == 0.0) & (two == 0.0)
+    noise = (np.abs(finer - own) + ROUNDING * np.maximum(np.abs(own), scale)) / step
     # where a number is at its top its slope is none, and what it bends by is no kink
-    smooth = 10.0 * np.maximum(noise, bent**2 * np.abs(own) / stencil.step)
+    smooth = SURE * np.maximum(noise, bent**2 * np.abs(own) / step)
     kinked = (change > np.maximum(BENT * size, smooth)) & ~same
-    return Slopes(slope, np.where(same, 0.0, cut + noise), kinked)
+    return Slopes(slope, np.where(same, 0.0, cut_off(size, change, bent, places) + noise), kinked)
 
 
 def better_step(bent: float, noise: float) -> float:
@@ -201,6 +217,140 @@ def better_step(bent: float, noise: float) -> float:
         return 1.0
     best = (noise / (2.0 * bent**2)) ** (1.0 / 3.0)
     return 1.0 if 1.0 / NEARBY <= best <= NEARBY else best
+
+
+@dataclass(frozen=True)
+class MotionValues:
+    """Values of something of windows: of themselves, of one in other steps, of the two beside (c, k); which of these
+    two count (2, k); first (nw + 1,): where those of each window begin; blocks: rows of one kind, weights (c,) with
+    which they have one unit."""
+
+    own: Floats
+    finer: Floats
+    beside: tuple[Floats, Floats]
+    valid: Flags
+    first: Integers
+    blocks: Sequence[slice]
+    weights: Floats
+
+    def most(self, values: Floats) -> Floats:
+        """Largest (blocks, nw) of weighted values (c, k) in every window; zero of none."""
+        out = np.zeros((len(self.blocks), len(self.first) - 1))
+        there = np.flatnonzero(np.diff(self.first))
+        if len(there):
+            rows = np.fmax.reduceat(np.nan_to_num(values), self.first[there], axis=1) * self.weights[:, None]
+            out[:, there] = [rows[block].max(axis=0, initial=0.0) for block in self.blocks]
+        return out
+
+    def so_far(self, values: Floats) -> Floats:
+        """Largest of values (c, k) in every window row by row up to each of them: what a motion errs by only grows."""
+        if len(self.first) == 2:
+            return np.asarray(np.maximum.accumulate(np.nan_to_num(values), axis=1))
+        window, place, longest = self._places
+        out = np.zeros((len(values), len(self.first) - 1, longest))
+        out[:, window, place] = np.nan_to_num(values)
+        return np.asarray(np.maximum.accumulate(out, axis=2)[:, window, place])
+
+    @cached_property
+    def _places(self) -> tuple[Integers, Integers, int]:
+        """The window (k,) of each, its number there, and how many there are in one at most."""
+        counts = np.diff(self.first)
+        window = np.repeat(np.arange(len(counts)), counts)
+        return window, np.arange(len(window)) - self.first[window], int(counts.max(initial=0))
+
+    def of_kind(self, values: Floats) -> Floats:
+        """The same (c, k) of the rows of each kind together."""
+        weighted = values * self.weights[:, None]
+        most = np.array([weighted[block].max(axis=0, initial=0.0) for block in self.blocks])
+        return np.repeat(most, [block.stop - block.start for block in self.blocks], axis=0) / self.weights[:, None]
+
+    def each(self, values: Floats) -> Floats:
+        """Values (nw,) of windows for all that is in them."""
+        return np.repeat(values, np.diff(self.first), axis=-1)
+
+    def rows(self, values: Floats) -> Floats:
+        """Values (blocks, nw) for all that is in them, (c, k)."""
+        return np.repeat(self.each(values), [block.stop - block.start for block in self.blocks], axis=0)
+
+
+@dataclass(frozen=True)
+class Differences:
+    """Differences of values by steps: slopes (c, k), what they change by over one step, and the noise of runs."""
+
+    values: MotionValues
+    places: Floats
+
+    @cached_property
+    def _off(self) -> tuple[Floats, Floats]:
+        one, two = (each - self.values.own for each in self.values.beside)
+        return one, two
+
+    @cached_property
+    def slope(self) -> Floats:
+        """To both sides, or to the one that counts, NaN where none does."""
+        (one, two), (x, y), valid = self._off, self.places, self.values.valid
+        out = slope_by(one, two, self.places)
+        out[:, ~valid[1]] = (one / x)[:, ~valid[1]]
+        out[:, ~valid[0]] = (two / y)[:, ~valid[0]]
+        out[:, ~valid.any(axis=0)] = np.nan
+        return out
+
+    @cached_property
+    def change(self) -> Floats:
+        """Zero where one side alone counts."""
+        return np.where(self.values.valid.all(axis=0), change_by(*self._off, self.places), 0.0)
+
+    @cached_property
+    def off(self) -> Floats:
+        """How far values are from those in other steps, or were before."""
+        own = self.values.own
+        return self.values.so_far(np.abs(self.values.finer - own) + ROUNDING * np.abs(own))
+
+    @cached_property
+    def noise(self) -> Floats:
+        """The most (blocks, nw) of it in a window."""
+        return self.values.most(self.off)
+
+    @cached_property
+    def scale(self) -> Floats:
+        """Largest slopes (blocks, nw) in a window."""
+        return self.values.most(np.abs(self.slope))
+
+    @cached_property
+    def same(self) -> Flags:
+        """Where no copy differs."""
+        pairs = zip(self._off, self.values.valid, strict=True)
+        return np.all([(off == 0.0) | ~ok for off, ok in pairs], axis=0)
+
+    @cached_property
+    def kinked(self) -> Flags:
+        """Where slopes to both sides differ by a part of the largest up to then that no curve leaves over a step."""
+        if self.places[0] * self.places[1] > 0.0:
+            return np.zeros(self.change.shape, dtype=bool)
+        size = self.values.so_far(self.values.of_kind(np.nan_to_num(np.abs(self.slope))))
+        smooth = np.maximum(BENT * size, SURE * self.values.of_kind(self.off))
+        return (self.change > smooth) & ~self.same
+
+    @cached_property
+    def bents(self) -> Floats:
+        """By which part (blocks, nw) slopes change over a step, beyond noise; NaN where there are none."""
+        return self._part(np.maximum(self.values.most(self.change) - 3.0 * self.noise, 0.0))
+
+    @cached_property
+    def noises(self) -> Floats:
+        """Which part (blocks, nw) of slopes their noise is; NaN where there are none."""
+        return self._part(self.noise)
+
+    def _part(self, of: Floats) -> Floats:
+        return np.divide(of, self.scale, out=np.full_like(of, np.nan), where=self.scale > 0.0)
+
+    def error(self, bent: Floats) -> Floats:
+        """What slopes may be off by; bent (nw,): by which part those of motions change over a step, which is that of a
+        difference to the one side that counts."""
+        size, by = np.abs(self.slope), self.values.rows(np.fmax(self.bents, bent))
+        both = cut_off(size, self.change, by, self.places)
+        cut = np.where(self.values.valid.all(axis=0), both, by * size)
+        return np.where(self.same & np.isfinite(size), 0.0, cut + self.off)
 
 
 class EventKeys(NamedTuple):

@@ -223,7 +223,7 @@ def advance(
     """
     data = [(rows.signals, rows) for rows in on]
     asked = (None if of is None else tuple(map(np.ascontiguousarray, of)) for of in (parts, times))
-    given = [plan.laws.native, settings, data, *asked, account]
+    given: list[Any] = [plan.laws.native, settings, data, *asked, account]
     if isinstance(tables, ModeBook):
         common, swing, changed = _native.advance_modal(tables.native, NODES, *given)
         made = Advanced(*common, swing=swing, changed=changed)
@@ -253,7 +253,7 @@ def advance_many(
 
     def work(first: int) -> Advanced:
         some = slice(first, first + size)
-        own = Continuations(*(of[some] for of in parts))
+        own = Continuations._make(of[some] for of in parts)
         if times is None:
             return advance(plan, tables, settings, on, own, account=account)
         begin = times.first[first : first + size + 1]

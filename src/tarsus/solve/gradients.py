@@ -5,9 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -21,23 +21,23 @@ from tarsus.measure.table import Judgement, RunTable
 from tarsus.measure.walking import measured
 from tarsus.measure.whole import WHOLE_RUN
 from tarsus.plan.slots import rows_for, slot
-from tarsus.solve.beside import NUMBERS, Alike, Beside, Parting
-from tarsus.solve.codes import EVENT_TYPE, structured_marks
-from tarsus.solve.differences import (
-    LEAST,
-    MOST,
-    STEP,
-    Direction,
-    Slopes,
-    Stencil,
-    better_step,
-    directions_of,
-    slopes_of,
-)
+from tarsus.solve.codes import EVENT_TYPE, event_rows, structured_marks
+from tarsus.solve.differences import MOST, ROUNDED, STEP, Direction, Slopes, Stencil, directions_of, slopes_of
 from tarsus.solve.engine import RECORDED, Accuracy, Engine
 from tarsus.solve.results import Batch
 from tarsus.solve.run import Run, increasing
 from tarsus.solve.simulate import Shared, changed_run
+from tarsus.solve.slopes import (
+    Differenced,
+    Lane,
+    LaneSlopes,
+    Wanted,
+    WindowSpan,
+    as_states,
+    no_states,
+    weights_of,
+)
+from tarsus.solve.window_run import Ran
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
@@ -47,9 +47,9 @@ Floats = npt.NDArray[np.float64]
 FINER = 1e-2
 """Part of its tolerance with which a run is made once more, in other steps all along: how far the two differ is what
 the first one is known to."""
-TRIES, SHORTER = 3, 1e-2
-"""Where copies have other events a step is shortened so often at most, and by so much, down to `LEAST` of the first:
-what nobody could set is no side of a threshold. Elsewhere one more step does."""
+TRIES = 3
+"""Other steps at most: where copies have other events each is a hundredth of the one before, down to `LEAST` of the
+first; elsewhere one more does."""
 _KINKED = "to both sides it changes otherwise: an event lies on an edge of a period or on a threshold of the measure"
 
 
@@ -93,37 +93,56 @@ class GradientRun(Run):
         return tuple(self.stencils)
 
     @cached_property
-    def _finer(self) -> tuple[Run, Alike]:
-        """The same run in other steps, and its events as the run's."""
+    def _finer(self) -> Run:
+        """The same run in other steps."""
         own = self.accuracy or RECORDED
         other = replace(own, gap=FINER * own.gap, drive=FINER * own.drive)
-        run = changed_run(self.base, self.values, self.duration, other, self.shared)
-        return run, Alike.of(self, run)
+        return changed_run(self.base, self.values, self.duration, other, self.shared)
 
     @cached_property
-    def beside(self) -> Mapping[str, Beside]:
-        """The run's copies by path, at the step that suits the number: 1e-5 of it unless runs respond otherwise."""
-        found = last = self._copies(self.stencils)
-        for _ in range(TRIES):
-            others = {path: self._other(one) for path, one in last.items()}
-            last = self._copies({path: one for path, one in others.items() if one is not None})
-            found = found | {path: one for path, one in last.items() if one.rank >= found[path].rank}
-        return MappingProxyType(found)
+    def _best(self) -> Mapping[str, LaneSlopes]:
+        """Derivatives of events by path, at the step that suits the number: 1e-5 of it unless runs respond otherwise.
+        Where nothing touches, how it moves at its end tells."""
+        times = np.zeros(0) if len(self.events) else np.array([self.end_time])
+        best = self._differenced(times).best(len(self.stencils))
+        return MappingProxyType({path: best[k] for k, path in enumerate(self.stencils)})
 
-    def _copies(self, stencils: Mapping[str, Stencil]) -> dict[str, Beside]:
-        """Copies of the run by path: those that differ in data of its plan in one call of the engine."""
-        if not stencils:
-            return {}
-        rows = [one.values(place) for one in stencils.values() for place in one.places]
+    def _differenced(self, times: Floats) -> Differenced:
+        """The run and those beside it, sampled at times (nt,) [s]."""
+        span = WindowSpan(np.zeros(1), np.full(1, np.inf), times)
+        own, finer = ran_of(self, times), ran_of(self._finer, times)
+        return Differenced(
+            own, finer, span, partial(self._lanes, times), weights_of(self.plan), enough=0.0, tries=TRIES, farthest=MOST
+        )
+
+    def _lanes(self, times: Floats, wanted: Sequence[Wanted]) -> list[Lane]:
+        """Runs beside the run, sampled at times (nt,) [s]."""
+        stencils, out = list[tuple[Wanted, Stencil]](), list[Lane]()
+        for one in wanted:
+            first = self.stencils[self.paths[one[0]]]
+            try:
+                part = STEP * one[1]
+                new = first if one[1] == 1.0 else Stencil.of(self.scene, first.direction, part, self.plan, order=2)
+            except InputError:  # it may not vary so far
+                continue
+            stencils.append((one, new))
+        runs = self._runs_at([one for _, one in stencils])
+        for ((number, factor, every), one), both in zip(stencils, runs, strict=True):
+            steps, rounded = np.array([one.step]), np.array([ROUNDED / one.part])
+            near, far = (ran_of(run, times) for run in both)
+            out.append(Lane(number, factor, every, one.places / one.step, steps, rounded, (near, far), runs=both))
+        return out
+
+    def _runs_at(self, stencils: Sequence[Stencil]) -> list[tuple[Run, ...]]:
+        """Copies of the run at the places of stencils: those that differ in data of its plan in one call of the
+        engine."""
+        rows = [one.values(place) for one in stencils for place in one.places]
         data = [i for i, row in enumerate(rows) if all(slot(self.scene, path) is not None for path in row)]
         found = dict(zip(data, self._beside_in_one_plan([rows[i] for i in data]), strict=True))
         for i in set(range(len(rows))) - found.keys():
             found[i] = changed_run(self.scene, rows[i], self.duration, self.accuracy, self.shared)
         runs = iter([found[i] for i in range(len(rows))])
-        return {
-            path: Beside.of(self, self._finer, one, [next(runs) for _ in one.places])
-            for path, one in stencils.items()
-        }
+        return [tuple(next(runs) for _ in one.places) for one in stencils]
 
     def _beside_in_one_plan(self, rows: Sequence[Mapping[str, float]]) -> list[Run]:
         """Runs with other data of the plan by path, in one call of the engine."""
@@ -147,61 +166,27 @@ class GradientRun(Run):
             for i, row in enumerate(rows)
         ]
 
-    def _other(self, first: Beside) -> Stencil | None:
-        """Where copies are better placed; None where they are well."""
-        part = better_step(first.bent, first.noise)
-        if first.parted or first.kink:
-            part = SHORTER
-        new = float(np.clip(part * first.stencil.part, LEAST * STEP, MOST * STEP))
-        if new == first.stencil.part:
-            return None
-        try:
-            return Stencil.of(self.scene, first.stencil.direction, new, self.plan, order=2)
-        except InputError:  # it may not vary so far
-            return None
-
-    def _lost(self, path: str) -> dict[str, Parting]:
-        """Sentences on why there is no derivative by a path, and from when on."""
-        one, out = self.beside[path], dict[str, Parting]()
-        for place, alike in zip(one.stencil.places, one.events, strict=True):
-            if alike.parting is not None:
-                side = "larger" if place > 0.0 else "smaller"
-                out[
-                    f"where it is a little {side}, {{foot}} touches or leaves the ground otherwise from {{time}} on"
-                ] = alike.parting
-        if one.kink is not None:
-            out[
-                "to both sides it moves what {foot} does at {time} otherwise: an edge or a threshold lies there"
-            ] = one.kink
-        if (parting := self._finer[1].parting) is not None:
-            out["what {foot} does at {time} is within the error of a step"] = parting
-        names = self.foot_names
-        return {
-            said.format(foot=f"foot '{names[at.foot]}'", time=f"{at.time:.6g} s"): at
-            for said, at in out.items()
-        }
-
-    @cached_property
-    def _all_lost(self) -> Mapping[str, Mapping[str, Parting]]:
-        return {path: self._lost(path) for path in self.paths}
-
     def _since(self, path: str) -> float:
         """From when on [s] there is no derivative by a path; infinite where there is one to the end."""
-        return min((at.time for at in self._all_lost[path].values()), default=np.inf)
+        return float(self._best[path].lost.time[0])
 
     @property
     def flags(self) -> Mapping[str, tuple[str, ...]]:
         """Why derivatives by a path are not to be had of what comes after some moment, by path; none as a rule."""
-        return MappingProxyType({path: tuple(said) for path, said in self._all_lost.items() if said})
-
-    def _events(self, error: bool) -> Mapping[str, npt.NDArray[np.void]]:
+        names = (*(f"foot '{name}'" for name in self.foot_names), "the robot")  # the last of no foot
         out = {}
-        for path, one in self.beside.items():
+        for path, best in self._best.items():
+            lost = [one for one in best.reasons if np.isfinite(one.time[0])]
+            said = [one.doubt[0].said(names[one.foot[0]], one.time[0]) for one in lost]
+            out |= {path: tuple(dict.fromkeys(said))} if said else {}
+        return MappingProxyType(out)
+
+    def _events(self, part: int) -> Mapping[str, npt.NDArray[np.void]]:
+        out = {}
+        for path, one in self._best.items():
             found = np.zeros(len(self.events), dtype=EVENT_TYPE)
-            lost = self.events["time"] >= self._since(path)
-            for name, row in zip(NUMBERS, one.slopes.error if error else one.slopes.value, strict=True):
-                found[name] = np.where(lost, np.nan, row)
-            found["foot"], found["kind"] = self.events["foot"], self.events["kind"]
+            for name, row in zip(EVENT_TYPE.names or (), one.rows[part], strict=True):
+                found[name] = self.events[name] if name in ("foot", "kind") else row
             out[path] = found
         return MappingProxyType(out)
 
@@ -209,12 +194,12 @@ class GradientRun(Run):
     def event_gradients(self) -> Mapping[str, npt.NDArray[np.void]]:
         """Derivatives of every number of the events by path, fields as those of `events`; NaN from an event on at which
         there is none. ``foot`` and ``kind`` are those of the events."""
-        return self._events(error=False)
+        return self._events(0)
 
     @cached_property
     def event_errors(self) -> Mapping[str, npt.NDArray[np.void]]:
         """What each number of `event_gradients` may be off by."""
-        return self._events(error=True)
+        return self._events(1)
 
     def state_gradients(self, times: npt.ArrayLike) -> Mapping[str, SampledStates]:
         """Derivatives of the states and forces at times [s], in order, by path, as `states` has them; NaN from the
@@ -230,41 +215,25 @@ class GradientRun(Run):
         return MappingProxyType({path: error for path, (_, error) in self._states(times).items()})
 
     def _states(self, times: npt.ArrayLike) -> dict[str, tuple[SampledStates, SampledStates]]:
-        when = increasing(times)
-        own, finer, out = self.states(when), self._finer[0].states(when), {}
-        names = [name for name in ("x", "v", *_OF_FEET) if getattr(own, name) is not None]
-        mine = np.sort(self.events["time"])
-        for path, one in self.beside.items():
-            beside, lost = [run.states(when) for run in one.runs], when >= self._since(path)
-            parts: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
-            for name in names:
-                each = [np.asarray(getattr(of, name), dtype=float) for of in (own, finer, *beside)]
-                for part, found in zip(
-                    parts, one.series(when, mine, each[0], each[1], each[2:]), strict=True
-                ):
-                    part[name] = np.where(lost, np.nan, found)
-            out[path] = tuple(SampledStates(**part, held=own.held, contact=own.contact) for part in parts)
+        when, out = increasing(times), {}
+        beside = self._differenced(when)
+        for path, best in self._best.items():
+            ran = tuple(ran_of(run, when) for run in best.lane.runs)
+            found = beside.found(best.lane._replace(ran=ran), best.bent).samples
+            found[:, :, when >= self._since(path)] = np.nan
+            out[path] = tuple(as_states(part, beside.own.states) for part in found)
         return out
 
     def slopes(self, numbers: Callable[[Sequence[Run]], npt.ArrayLike], unit: str = "") -> Slopes:
         """Derivatives (P, ...) by path of whatever a function makes of runs, values (nr, ...) of so many in a unit,
         what they may be off by, and where there is a kink or a jump."""
-        copies = list(self.beside.values())
-        runs: list[Run] = [self, self._finer[0], *(run for one in copies for run in one.runs)]
-        values = np.asarray(numbers(runs), dtype=float)
-        first = np.cumsum([2, *(len(one.runs) for one in copies)])
+        best = list(self._best.values())
+        runs: list[Run] = [self, self._finer, *(run for one in best for run in one.lane.runs)]
+        own, finer, *copies = np.asarray(numbers(runs), dtype=float)
         found = [
-            slopes_of(
-                one.stencil,
-                one.bent,
-                values[0],
-                values[1],
-                list(values[at : at + len(one.runs)]),
-                self._scale(unit),
-            )
-            for one, at in zip(copies, first, strict=False)
+            _slopes(one, own, finer, copies[2 * k : 2 * k + 2], self._scale(unit)) for k, one in enumerate(best)
         ]
-        nothing = np.zeros((0, *values.shape[1:]))
+        nothing = np.zeros((0, *np.shape(own)))
         if not found:
             return Slopes(nothing, nothing, nothing.astype(bool))
         return Slopes(*(np.array(part) for part in zip(*found, strict=True)))
@@ -319,13 +288,13 @@ class GradientRun(Run):
     @property
     def period_moves(self) -> bool:
         """Whether the drive period depends on a number at the paths."""
-        return any(run.period != self.period for one in self.beside.values() for run in one.runs)
+        return any(run.period != self.period for one in self._best.values() for run in one.lane.runs)
 
     def slopes_of(self, numbers: Callable[[RunTable], Floats]) -> Floats:
         """Derivatives (..., P) by path of several numbers of the events at once, which a function makes of many runs
         (nr, ...) as measures see them; NaN where there is none."""
         found = self.slopes(lambda runs: numbers(table_of(runs)))
-        lost = np.array([bool(self._all_lost[path]) for path in self.paths])
+        lost = np.array([path in self.flags for path in self.paths])
         missing = found.kinked | lost.reshape(-1, *(1,) * (found.value.ndim - 1))
         return np.moveaxis(np.where(missing, np.nan, found.value), 0, -1)
 
@@ -335,12 +304,12 @@ class GradientRun(Run):
         none."""
         own, out = self.log.marks, {}
         assert own is not None
-        for path, one in self.beside.items():
+        for path, one in self._best.items():
             rows = np.full_like(own, np.nan)
-            marks = (run.log.marks for run in (self._finer[0], *one.runs))
+            marks = (run.log.marks for run in (self._finer, *one.lane.runs))
             each = [rows for rows in marks if rows is not None and rows.shape == own.shape]
-            if len(each) == 1 + len(one.runs):
-                rows = slopes_of(one.stencil, one.bent, own, each[0], each[1:]).value
+            if len(each) == 3:
+                rows = _slopes(one, own, each[0], each[1:]).value
             rows[own[:, 0] >= self._since(path)] = np.nan
             out[path] = structured_marks(rows, len(self.foot_names))
         return MappingProxyType(out)
@@ -353,23 +322,38 @@ class GradientRun(Run):
             kept.append(np.asarray(numbers(runs), dtype=float))
             return kept[0]
 
-        found, first = self.slopes(of, unit), 2
+        found, said = self.slopes(of, unit), self.flags
         plain, errors, flags, one_sided = {}, {}, {}, {}
-        for p, (path, one) in enumerate(self.beside.items()):
-            texts = (*self._all_lost[path], *[_KINKED] * bool(found.kinked[p]))
+        for p, (path, one) in enumerate(self._best.items()):
+            texts = (*said.get(path, ()), *[_KINKED] * bool(found.kinked[p]))
             plain[path], errors[path] = (
                 np.nan if texts else float(of[p]) for of in (found.value, found.error)
             )
-            side = one.side()
-            if texts:
-                flags[path] = texts
-                if side is not None:
-                    one_sided[path] = float((kept[0][first + side] - kept[0][0]) / one.stencil.places[side])
-            first += len(one.runs)
+            if not texts:
+                continue
+            flags[path] = texts
+            whole = np.flatnonzero([np.isinf(side.time[0]) for side in one.reasons[:2]])
+            if len(whole):  # ahead where both sides have all events
+                side = int(whole[np.argmax(one.lane.places[whole])])
+                off = float(one.lane.places[side] * one.lane.steps[0])
+                one_sided[path] = float((kept[0][2 + 2 * p + side] - kept[0][0]) / off)
         return Gradient(plain, errors, flags, one_sided)
 
 
-_OF_FEET = ("gap", "rate", "resistive", "smooth", "pull", "friction")
+def _slopes(best: LaneSlopes, own: Floats, finer: Floats, beside: Sequence[Floats], scale: float = 0.0) -> Slopes:
+    """Derivatives of what a run, the same in other steps, and the two beside it came to."""
+    lane = best.lane
+    return slopes_of(lane.places, float(lane.steps[0]), float(best.bent[0]), own, finer, beside, scale)
+
+
+def ran_of(run: Run, times: Floats) -> Ran:
+    """A run as a window, sampled at times (nt,) [s]."""
+    rows = event_rows(run.events)
+    states = run.states(times) if len(times) else no_states(run.scene.robot.structure.size, len(run.foot_names))
+    nothing = np.zeros((1, 0))
+    return Ran(run.log.codes, rows, np.array([0, len(rows)]), states, np.array([0, len(times)]), nothing, nothing)
+
+
 _TERMS = ("work_in", "kinetic", "elastic", "damping", "friction", "impacts", "adhesion")
 
 

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from tarsus.model.scene import Scene
     from tarsus.plan.lowering import Plan
     from tarsus.solve.differences import Direction
-    from tarsus.solve.window_slopes import WindowSlopes
+    from tarsus.solve.slopes import WindowSlopes
 
 Floats = NDArray[np.float64]
 

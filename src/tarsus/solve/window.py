@@ -24,7 +24,7 @@ from tarsus.solve.window_run import WindowStart, WindowStarts, run_windows
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers
     from tarsus.plan.lowering import Plan
-    from tarsus.solve.window_slopes import WindowSlopes
+    from tarsus.solve.slopes import WindowSlopes
 
 __all__ = [
     "Contacts",
@@ -212,15 +212,14 @@ def simulate_windows(
     if gradients is None:
         ran, states, slopes = run_windows(plan, tables, data, given, settings, threads), None, None
     else:
-        from tarsus.solve.window_copies import Copies
-        from tarsus.solve.window_slopes import SEEN, Differenced
+        from tarsus.solve.window_copies import SEEN, Copies
 
         along = gradients.along(len(starts), len(plan.system.mass))
         seen, at = given.denser(SEEN)
         finer = settings_of(plan, end, accuracy.finer)
         ran = run_windows(plan, tables, data, seen, settings)
         copies = Copies(plan, tables, data, seen, gradients, along, settings)
-        found = Differenced(copies, ran, run_windows(plan, tables, data, seen, finer))
+        found = copies.differenced(ran, run_windows(plan, tables, data, seen, finer))
         slopes, states = found.slopes(gradients.names(along)).at(at), ran.states.part(at)
     return WindowBatch(
         plan, starts, data, given.sources, given.times, given.first, states or ran.states, ran.events, ran.begin,

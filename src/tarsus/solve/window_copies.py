@@ -14,8 +14,9 @@ from tarsus.base.errors import InputError
 from tarsus.core import _native
 from tarsus.plan.lowering import Plan
 from tarsus.plan.slots import Rows
-from tarsus.solve.differences import STEP
+from tarsus.solve.differences import ROUNDED, STEP
 from tarsus.solve.engine import Tables, book_of, structure_key, tables_of
+from tarsus.solve.slopes import Differenced, Lane, Wanted, WindowSpan, weights_of
 from tarsus.solve.window_gradients import ScenePair, WindowGradients
 from tarsus.solve.window_run import Ran, WindowStarts, run_windows
 
@@ -23,26 +24,19 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
 
-@dataclass(frozen=True)
-class Lane:
-    """Windows beside some, two of each, along one number: its place among all, the windows (nl,), places (2,) in steps,
-    of which the nearest is one off, steps (nl,), the part (nl,) of them that is rounded off, and what both came to."""
-
-    number: int
-    windows: Integers
-    places: Floats
-    steps: Floats
-    rounded: Floats
-    ran: tuple[Ran, Ran]
-
-
+SEEN = 8
+"""Moments of each window that are looked at beside those that are asked for: at one alone a slope may be small by
+chance, and neither what it changes by nor the noise then says anything."""
+FARTHEST = 1e3
+"""Times the first step to which another may be lengthened, for a number that is hardly felt: by a hundredth of it."""
+AT_END = 1e-3
+"""Last part of a window in which an event that another lacks is taken to come to that just beyond the end: over a step
+events move by far less."""
 OF_STATE = 10.0 * STEP
 """First step of a start state, as a part of the plan's length and of that at its rate: an impact that comes soon bends
 what follows by as much, and the tolerance of steps is a millionth of it."""
 OF_TIME = 100.0 * STEP
 """First step of the moment of a start, as a part of an oscillation of the plan's rate: that of time is rounded more."""
-ROUNDED = 4e-16
-"""Part of a number that is rounded off."""
 BOTH, AHEAD = np.array([-1.0, 1.0]), np.array([1.0, 2.0])
 """Places to both sides, and of what can only be larger."""
 
@@ -105,14 +99,25 @@ class Copies:
     along: Floats
     settings: _native.Settings
 
+    def differenced(self, own: Ran, finer: Ran) -> Differenced:
+        """Windows, and the same in other steps, with these beside them."""
+        weights = weights_of(self.plan)
+        return Differenced(own, finer, self.span, self.lanes, weights, self.by.enough, tries=1, farthest=FARTHEST)
+
+    @property
+    def span(self) -> WindowSpan:
+        """Of the windows."""
+        starts = self.starts
+        return WindowSpan(starts.t0, starts.ends - AT_END * (starts.ends - starts.t0), starts.times)
+
     @property
     def moment(self) -> int:
         """Number of the moment of the start."""
         return len(self.by.paths) + self.along.shape[2]
 
-    def lanes(self, wanted: Sequence[tuple[int, float, Integers]]) -> list[Lane]:
-        """Lanes of numbers, each at a part of the first step and for some windows. Raises InputError for a number that
-        cannot vary by the first step; by another it has none."""
+    def lanes(self, wanted: Sequence[Wanted]) -> list[Lane]:
+        """Lanes of numbers. Raises InputError for a number that cannot vary by the first step; by another it has
+        none."""
         calls: dict[object, _Call] = {_BASE: _Call(self.plan, self.tables, list(self.data))}
         begun = []
         pairs = {factor: self._pairs(wanted, factor) for factor in dict.fromkeys(of for _, of, _ in wanted)}
@@ -120,22 +125,25 @@ class Copies:
             way = self._way(number, factor, pairs[factor])
             moved = windows[way.steps[windows] > 0.0] if way is not None else windows[:0]
             if way is not None and len(moved):
-                begun.append((number, moved, way, [self._filed(calls, way, moved, side) for side in (0, 1)]))
+                filed = [self._filed(calls, way, moved, side) for side in (0, 1)]
+                begun.append((number, factor, moved, way, filed))
         ran = {id(call): call.ran(self.settings) for call in calls.values()}
         out = []
-        for number, windows, way, filed in begun:
+        for number, factor, windows, way, filed in begun:
             sides = []
             for parts in filed:
                 order = np.argsort(np.concatenate([one.places for one in parts]))
-                sides.append(
-                    Ran.joined([ran[id(one.call)][one.part] for one in parts]).taken(order)
-                )
-            both = sides[0], sides[1]
-            out.append(Lane(number, windows, way.places, way.steps[windows], way.rounded[windows], both))
+                sides.append(Ran.joined([ran[id(one.call)][one.part] for one in parts]).taken(order))
+            steps, since = way.steps[windows], None
+            if self.by.t0 and number == self.moment:
+                early, late = (self.starts.t0[windows] + place * steps for place in way.places.tolist())
+                since = early, late
+            both, rounded = (sides[0], sides[1]), way.rounded[windows]
+            out.append(Lane(number, factor, windows, way.places, steps, rounded, both, since))
         return out
 
     def _pairs(
-        self, wanted: Sequence[tuple[int, float, Integers]], factor: float
+        self, wanted: Sequence[Wanted], factor: float
     ) -> list[Mapping[str, ScenePair]]:
         """Of the numbers of a scene that are wanted at a part of the first step, by data."""
         paths = self.by.paths
@@ -171,8 +179,7 @@ class Copies:
 
     def _moves(self, along: Floats) -> Floats:
         """By how many lengths of the plan directions (nw, 2n) of a start move feet; by speeds at the plan's rate."""
-        weight = np.abs(self.plan.system.normals).max(axis=1, initial=0.0)
-        weight = np.where(weight > 0.0, weight, 1.0) / self.plan.length
+        weight = weights_of(self.plan) / self.plan.length
         return np.abs(along * np.concatenate([weight, weight / self.plan.rate])).max(axis=1)
 
     def _filed(self, calls: dict[object, _Call], way: _Way, windows: Integers, side: int) -> list[_Filed]:
