@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from tarsus.files.ledger import Ledger
@@ -15,8 +14,7 @@ from tarsus.solve.session import Session
 from tarsus.solve.simulate import simulate
 
 if TYPE_CHECKING:
-    from tarsus.solve.gradients import Gradient, GradientBatch, GradientRun
-    from tarsus.solve.objective import gradient
+    from tarsus.solve.gradients import Gradient, GradientBatch, GradientRun, gradient
 
 __all__ = [
     "Accuracy",
@@ -34,15 +32,12 @@ __all__ = [
     "simulate_batch",
 ]
 
-_HOME = {
-    "Gradient": "gradients",
-    "GradientBatch": "gradients",
-    "GradientRun": "gradients",
-    "gradient": "objective",
-}
+_OF_GRADIENTS = ("Gradient", "GradientBatch", "GradientRun", "gradient")
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOME:
+    if name not in _OF_GRADIENTS:
         raise AttributeError(f"module 'tarsus.solve' has no attribute '{name}'")
-    return getattr(import_module(f"tarsus.solve.{_HOME[name]}"), name)
+    from tarsus.solve import gradients
+
+    return getattr(gradients, name)
