@@ -133,6 +133,7 @@ class ModeEnergies {
       part.row = rows_;
       rows_ += part.rows();
     }
+    rows_ += (AT_ONCE - rows_ % AT_ONCE) % AT_ONCE;
     copy_mode(sources);
     for (int r = 0; r < coordinates_; r++) constant_.push_back(by_.weight[2 * r] * sources[m] + by_.weight[2 * r + 1] * sources[m + 1]);
     find_rest();
@@ -206,6 +207,7 @@ class ModeEnergies {
   }
 
  private:
+  static constexpr int AT_ONCE = 4;  // rows of z G: as many sums as keep a machine busy
   static constexpr double RESOLVED = 1.0;  // |T| h up to which Taylor polynomials and Gauss points resolve every mode
   // Least determinant of a block, relative to the sum of its squared entries, for which it has a place of rest.
   static constexpr double STEADY = 1e-8;
@@ -410,56 +412,29 @@ class ModeEnergies {
     for (size_t s = 0; s < shares.size(); s++) out[ENERGIES + s] += product(parts_[int(s) < resistive ? RESISTIVE : SMOOTH], shares[s].data());
   }
 
-  // The form of a step of class k, folded, made from that of the next shorter one that is there.
+  // The form of a step of class k, made from that of the next shorter one that is there.
   const Form& form(int k) {
     auto from = forms_.lower_bound(k);
     if (from == forms_.end()) {
       int bottom = k;
       while (bottom + 1 < book_.classes() && book_.lengths[bottom] * rate_ > RESOLVED) bottom++;
-      from = forms_.emplace(bottom, folded(quadrature(bottom))).first;
+      from = forms_.emplace(bottom, quadrature(bottom)).first;
     }
-    for (int c = from->first; c > k; c--) from = forms_.emplace(c - 1, folded(doubled(from->second, halves(c)))).first;
+    for (int c = from->first; c > k; c--) from = forms_.emplace(c - 1, doubled(from->second, halves(c))).first;
     return from->second;
   }
 
-  // The same form with all of the dampers' on one side of the diagonal.
-  Form folded(Form g) const {
-    for (int b = 0; b < parts_[DAMPING].count; b++) {
-      for (int a = 0; a < b; a++) {
-        double& other = *place(g.data() + size_t(a) * rows_, DAMPING, b);
-        *place(g.data() + size_t(b) * rows_, DAMPING, a) += other;
-        other = 0.0;
-      }
-    }
-    return g;
-  }
-
-  // z G, up to four rows of it at a time; and the product of some columns with what passes energy on.
+  // z G.
   void apply(const Form& form, const double* z) {
-    for (int row = 0, chunks = (rows_ + 3) / 4; chunks > 0; chunks--) {
-      const int some = (rows_ - row + chunks - 1) / chunks;
+    for (int row = 0; row < rows_; row += AT_ONCE) {
+      Row sum[AT_ONCE];
+      std::fill(sum, sum + AT_ONCE, Row(0.0));
       const Row* g = form.data() + row;
-      Row* to = done_.data() + row;
-      const Part& damping = parts_[DAMPING];  // which is folded
-      const int first = damping.row <= row && row + some <= damping.row + damping.rows() ? N * (row - damping.row) : 0;
-      switch (some) {
-        case 1: apply_rows<1>(g, z, to, first); break;
-        case 2: apply_rows<2>(g, z, to, first); break;
-        case 3: apply_rows<3>(g, z, to, first); break;
-        default: apply_rows<4>(g, z, to, first);
+      for (int b = 0; b < width_; b++, g += rows_) {
+        for (int r = 0; r < AT_ONCE; r++) sum[r] += g[r] * z[b];
       }
-      row += some;
+      std::copy(sum, sum + AT_ONCE, done_.data() + row);
     }
-  }
-  template <int ROWS>
-  void apply_rows(const Row* g, const double* z, Row* to, int first) const {
-    Row sum[ROWS];
-    std::fill(sum, sum + ROWS, Row(0.0));
-    g += size_t(first) * rows_;
-    for (int b = first; b < width_; b++, g += rows_) {
-      for (int r = 0; r < ROWS; r++) sum[r] += g[r] * z[b];
-    }
-    std::copy(sum, sum + ROWS, to);
   }
   // ``by``: (count), and readable up to the next row of 8.
   double product(const Part& part, const double* by) const {
@@ -468,8 +443,8 @@ class ModeEnergies {
     return total(sum);
   }
 
-  // G of a step from that of its halves: M G N for each, with the maps M of z and N of l. Of the dampers N is M transposed, and
-  // their form may be turned over between.
+  // G of a step from that of its halves: M G N for each, with the maps M of z and N of l. Of the dampers N is M transposed: their form
+  // is turned over between, and so comes out turned over, which is the same energy.
   Form doubled(const Form& half, const std::array<Form, 2>& maps) const {
     Form out(half.size(), Row(0.0));
     for (int side : {0, 1}) {
