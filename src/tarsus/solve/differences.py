@@ -74,40 +74,21 @@ def directions_of(scene: Scene, gradients: Sequence[str] | Mapping[str, Directio
     return found
 
 
-def _slope_weights(places: Floats) -> Floats:
-    """Weights of the slope at zero of the polynomial through a value there and values at places."""
-    others = [np.delete(places, k) for k in range(len(places))]
-    return np.array(
-        [-np.sum(1.0 / places), *(np.prod(x / (x - y)) / y for x, y in zip(others, places, strict=True))]
-    )
-
-
-def _stencils_of(order: int) -> tuple[tuple[Floats, Floats], ...]:
-    """Differences of an order, to both sides or to one: places, and weights of what is at zero and there."""
-    side = np.arange(1.0, order + 1.0)
-    both = np.concatenate([-side[order // 2 - 1 :: -1], side[: order // 2]])
-    return tuple((places, _slope_weights(places)) for places in (both, side, -side))
-
-
-_STENCILS = {order: _stencils_of(order) for order in (2, 4)}
-"""By their order: of second for runs, of fourth for what is worked out of a scene's numbers."""
+_PLACES = np.array([[-1.0, 1.0], [1.0, 2.0], [-1.0, -2.0]])
+"""Where two copies stand, in steps: to both sides, or to the one."""
 
 
 @dataclass(frozen=True)
 class Stencil:
-    """Steps along a direction of a scene, as many as its order, and the weights of what is there: of the scene itself,
-    then of the others. part: of its number that a step is."""
+    """Where two copies of a scene stand along a direction of it; part: of its number that a step is."""
 
     base: Mapping[str, float]
     direction: Direction
     part: float
     places: Floats
-    weights: Floats
 
     @classmethod
-    def of(
-        cls, scene: Scene, direction: Direction, part: float, plan: Plan | None = None, *, order: int = 4
-    ) -> Stencil:
+    def of(cls, scene: Scene, direction: Direction, part: float, plan: Plan | None = None) -> Stencil:
         """To both sides of a scene, or to the one where it may vary; steps are that part of the number that moves most
         for its size (where it is zero, of one unit, or of the length in a plan).
 
@@ -118,8 +99,8 @@ class Stencil:
             ((abs(base[path]) or unit_of(path, plan)) / abs(w) for path, w in direction.items()), default=1.0
         )
         problem = None
-        for places, weights in _STENCILS[order]:
-            found = cls(base, direction, part, places * size, weights / size)
+        for places in _PLACES:
+            found = cls(base, direction, part, places * size)
             try:
                 found.check(scene, plan)
             except InputError as error:
@@ -159,9 +140,7 @@ class Stencil:
 
     def slope(self, own: Floats, beside: Sequence[Floats]) -> Floats:
         """Derivative of values; exactly zero of those that stay as they are."""
-        return sum(
-            (w * (one - own) for w, one in zip(self.weights[1:], beside, strict=True)), np.zeros_like(own)
-        )
+        return slope_by(beside[0] - own, beside[1] - own, self.places)
 
 
 class Slopes(NamedTuple):
@@ -173,7 +152,7 @@ class Slopes(NamedTuple):
 
 
 def slope_by(one: Floats, two: Floats, places: Floats) -> Floats:
-    """Slope per step of a value that moves by so much at two places."""
+    """Slope of a value that moves by so much at two places."""
     x, y = places
     return (one * (y / x) - two * (x / y)) / (y - x)
 

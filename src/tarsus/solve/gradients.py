@@ -123,7 +123,7 @@ class GradientRun(Run):
             first = self.stencils[self.paths[one[0]]]
             try:
                 part = STEP * one[1]
-                new = first if one[1] == 1.0 else Stencil.of(self.scene, first.direction, part, self.plan, order=2)
+                new = first if one[1] == 1.0 else Stencil.of(self.scene, first.direction, part, self.plan)
             except InputError:  # it may not vary so far
                 continue
             stencils.append((one, new))
@@ -403,7 +403,7 @@ def gradient_run(
     stencils, problems = dict[str, Stencil](), list[str]()
     for name, one in directions_of(scene, paths).items():
         try:
-            stencils[name] = Stencil.of(scene, one, STEP, run.plan, order=2)
+            stencils[name] = Stencil.of(scene, one, STEP, run.plan)
         except InputError as error:
             problems.append(
                 f"{name}: there is no derivative by it, for it does not vary by itself; {error.problems[0]}"

@@ -22,7 +22,7 @@ from tarsus.base.quantities import Quantity
 from tarsus.model.drive.lower import evaluate, lower
 from tarsus.model.structure.walker import TURNS
 from tarsus.plan.lowering import lower_system
-from tarsus.solve.differences import Stencil, directions_of
+from tarsus.solve.differences import STEP, Stencil, directions_of
 
 if TYPE_CHECKING:
     from tarsus.core.modes import LinearSystem
@@ -40,8 +40,6 @@ _MOTION = {
     Quantity.ACCELERATION: 2,
 }  # fmt: skip
 """Which derivative by time of a place or an angle a quantity is."""
-STEP = 1e-4
-"""Step of a difference of rows, of the number itself: 1e-16 of a polynomial remain, and 1e-12 of rounding."""
 _SPRINGS = ("stiffness_v", "damping_v", "stiffness_l", "damping_l", "acceleration")
 """Ends of paths on which rows depend through forces alone: of what is no acceleration none does."""
 _TURNS = (Quantity.ANGLE, Quantity.ANGULAR_VELOCITY)
@@ -179,8 +177,8 @@ def output_slopes(
     """Derivatives (nc, nt, P) of outputs of windows by what the windows have derivatives by.
 
     states, slopes: of a window or of several end to end, at times (nt,) [s]; gradients: the numbers of the scene among
-    ``slopes.names``, by which rows vary as well. Rows are differentiated by differences of fourth order (`STEP`), for
-    they are polynomials of a scene's numbers as a rule.
+    ``slopes.names``, by which rows vary as well. Rows are differentiated by differences: over a step of 1e-5 of
+    a number 1e-10 of a curve remains, and 1e-11 of rounding.
 
     Raises InputError as `output_rows`, and for a number that cannot vary.
     """

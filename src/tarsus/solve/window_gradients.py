@@ -57,7 +57,7 @@ def _pairs(
     scene: Scene, plan: Plan, directions: Mapping[str, Direction], names: Sequence[str], part: float
 ) -> dict[str, ScenePair]:
     """Scenes beside one: rows of its plan where all that moves are data, else plans of their own."""
-    steps = {name: Stencil.of(scene, directions[name], part, plan, order=2) for name in names}
+    steps = {name: Stencil.of(scene, directions[name], part, plan) for name in names}
     rows = {name: one for name, one in steps.items() if all(slot(scene, path) for path in one.direction)}
     base = {path: value for one in rows.values() for path, value in one.base.items()}
     each = [base | one.values(place) for one in rows.values() for place in one.places]
