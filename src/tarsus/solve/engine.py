@@ -167,8 +167,8 @@ class Advanced(NamedTuple):
 
     codes (nr,); finish (nr, 3): end time [s], steps, rejected steps; event rows of run r to event_end[r]; states
     (., 2n), feet (., m, k) and, where accounted for, energies (., ENERGIES + np) at their ends, of whole runs the last
-    one's; samples: a row for each time. Of contact modes swing (m,) of the last run (`RawRuns`), and whether it would
-    go on in another mode; of walkers marks of the way to mark_end[r].
+    one's; samples: a row for each time. Of contact modes gap_range (m,) of the last run (`RawRuns`), and whether it
+    would go on in another mode; of walkers marks of the way to mark_end[r].
     """
 
     codes: Integers
@@ -179,7 +179,7 @@ class Advanced(NamedTuple):
     feet: Floats
     samples: Floats
     energies: Floats
-    swing: Any = None
+    gap_range: Any = None
     changed: bool = False
     marks: Any = None
     mark_end: Any = None
@@ -197,14 +197,14 @@ class Advanced(NamedTuple):
         whole = {
             name: np.concatenate([getattr(one, name) for one in parts])
             for name, value in parts[0]._asdict().items()
-            if isinstance(value, np.ndarray) and name != "swing" and not name.endswith("_end")
+            if isinstance(value, np.ndarray) and name != "gap_range" and not name.endswith("_end")
         }
         for name, rows in (("event_end", "events"), ("mark_end", "marks")):
             if getattr(parts[0], name) is not None:
                 before = np.cumsum([0, *(len(getattr(one, rows)) for one in parts)])
                 ends = [getattr(one, name) + first for one, first in zip(parts, before, strict=False)]
                 whole[name] = np.concatenate(ends)
-        return cls(**whole, swing=parts[-1].swing, changed=parts[-1].changed)
+        return cls(**whole, gap_range=parts[-1].gap_range, changed=parts[-1].changed)
 
 
 def advance(
@@ -225,8 +225,8 @@ def advance(
     asked = (None if of is None else tuple(map(np.ascontiguousarray, of)) for of in (parts, times))
     given: list[Any] = [plan.laws.native, settings, data, *asked, account]
     if isinstance(tables, ModeBook):
-        common, swing, changed = _native.advance_modal(tables.native, NODES, *given)
-        made = Advanced(*common, swing=swing, changed=changed)
+        common, gap_range, changed = _native.advance_modal(tables.native, NODES, *given)
+        made = Advanced(*common, gap_range=gap_range, changed=changed)
     else:
         assert plan.legs is not None
         common, marks, mark_end = _native.advance_legged(plan.legs.native, tables, NODES, *given)
@@ -271,7 +271,7 @@ class RawRuns(Log):
 
     Of the last run: state (2n,), displacements and velocities at its end; energies (ENERGIES + np,) [J], see
     `tarsus.core.arrays`, with works of laws that act together, all but the last of each kind, None where nobody asked;
-    of contact modes swing (m,) [m]: between the lowest and the highest gap of each foot at the starts of steps;
+    of contact modes gap_range (m,) [m]: between the lowest and the highest gap of each foot at the starts of steps;
     pending: mask of the contact mode in which it would go on from its end, None where it is in that; tables: contact
     modes, whose own may be of other sources (m + 2,): rest gaps [m] and gravity [m/s^2].
     """
@@ -279,7 +279,7 @@ class RawRuns(Log):
     samples: Floats = field(kw_only=True)
     state: Floats = field(kw_only=True)
     energies: Floats | None = field(kw_only=True)
-    swing: Floats | None = None
+    gap_range: Floats | None = None
     pending: int | None = None
     tables: ModeBook | None = None
     sources: Floats | None = None
@@ -319,7 +319,7 @@ def run_rows(
         return RawRuns(*found.log, **left)
     pending = mask_of(found.feet[-1]) if found.changed else None
     return RawRuns(
-        *found.log, **left, swing=found.swing, pending=pending, tables=tables, sources=rows.sources[0]
+        *found.log, **left, gap_range=found.gap_range, pending=pending, tables=tables, sources=rows.sources[0]
     )  # fmt: skip
 
 

@@ -347,10 +347,10 @@ def electrical_energy(run: Run) -> float:
 
 def _unresolved(run: Run, first: Floats, last: Floats) -> float:
     """How many times less exactly than others the account closes where feet hardly move in a resistive law."""
-    swing, row = run.motion.log.swing, run.motion.acting.rows
-    if swing is None or not swing.size or not run.motion.acting.on("momentum"):
+    gap_range, row = run.motion.log.gap_range, run.motion.acting.rows
+    if gap_range is None or not gap_range.size or not run.motion.acting.on("momentum"):
         return 1.0
     normals = run.plan.system.normals
     ends = np.ptp([z[: len(normals)] @ normals for z in (first, last)], axis=0)
-    way = float(max(swing.max(), ends.max()))
+    way = float(max(gap_range.max(), ends.max()))
     return max(1.0, RESOLVED / max(way / row.scales[0, 0], LEAST))

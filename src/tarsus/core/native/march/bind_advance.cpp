@@ -135,7 +135,7 @@ nb::tuple returned_as(Outcome&& out, const Widths& of) {
                         returned(std::move(out.samples), out.sample_width), returned(std::move(out.energies), out.energy_width));
 }
 
-// Returns what all come to (see Outcome), and of the last run the swing of its feet (see ModalResult), and whether it would go on in
+// Returns what all come to (see Outcome), and of the last run the range of its feet's gaps (see ModalResult), and whether it would go on in
 // another contact mode.
 nb::tuple advance_modal(modal::Book& book, const Nodes& nodes, const Laws& laws, const Settings& settings, nb::list on, nb::object starts,
                         nb::object times, bool account) {
@@ -155,12 +155,12 @@ nb::tuple advance_modal(modal::Book& book, const Nodes& nodes, const Laws& laws,
     each_together(data, parts, sampled, [&](const Together& some) {
       modal::ModalResult made = modal::run_modal({book, nodes, some.on.signals, laws, settings, some.on.rows.batch.channels}, some.runs,
                                                  some.starts, some.times, account);
-      out.swing = std::move(made.swing);
+      out.gap_range = std::move(made.gap_range);
       out.changed = made.changed;
       append(out, std::move(made));
     });
   }
-  return nb::make_tuple(returned_as(std::move(out), of), returned(std::move(out.swing)), out.changed);
+  return nb::make_tuple(returned_as(std::move(out), of), returned(std::move(out.gap_range)), out.changed);
 }
 
 // Returns what all come to (see Outcome), then marks and where those of each run end.

@@ -10,21 +10,21 @@ class Account {
  public:
   // Since the start of the run, and before its last step [J]: as `tarsus.core.arrays` has them, and of laws that act at once the work
   // of all but the last (see ActingLaws::shares), resistive ones first.
-  std::vector<double> sums, before;
+  std::vector<double> sums, before_step;
 
   explicit Account(Modal& m)
       : m_(m), legendre_(m.nodes), parts_(m.laws.shares()), resistive_(std::max(int(m.laws.laws.terms[MOMENTUM].size()) - 1, 0)),
-        own_(ENERGIES + parts_), nodal_(m.sizes.feet, Row(0.0)), lowest_(m.sizes.feet), highest_(m.sizes.feet) {
+        own_(ENERGIES + parts_), nodal_(m.sizes.feet, Row(0.0)), least_gap_(m.sizes.feet), largest_gap_(m.sizes.feet) {
     sums.resize(own_.size());
   }
 
   // A run begins, whose data have been taken.
   void begin(const RunData& run) {
     sums.assign(own_.size(), 0.0);
-    before = sums;
+    before_step = sums;
     jumped_ = 0.0;
-    std::fill(lowest_.begin(), lowest_.end(), INF);
-    std::fill(highest_.begin(), highest_.end(), -INF);
+    std::fill(least_gap_.begin(), least_gap_.end(), INF);
+    std::fill(largest_gap_.begin(), largest_gap_.end(), -INF);
     std::vector<double> sources(run.sources, run.sources + m_.sizes.sources());
     std::vector<int> columns = columns_of(run);
     if (sources == sources_ && columns == columns_) return;
@@ -33,18 +33,18 @@ class Account {
     modes_.clear();
   }
 
-  void add(const MadeStep& made) {
-    note_gaps(*made.mode);
+  void add(const AcceptedStep& step) {
+    note_gap_range(*step.mode);
     add_jumps(jumped_);
-    ModeEnergies& energies = energies_of(*made.mode);
+    ModeEnergies& energies = energies_of(*step.mode);
     z_.resize(energies.room());
-    energies.fill(made, z_.data());
-    fill_shares(made, energies);
+    energies.fill(step, z_.data());
+    fill_shares(step, energies);
     std::fill(own_.begin(), own_.end(), 0.0);
-    energies.add(made.step->number, made.fraction, z_.data(), shares_, resistive_, own_.data());
-    before = sums;
+    energies.add(step.tables->number, step.fraction, z_.data(), shares_, resistive_, own_.data());
+    before_step = sums;
     for (size_t e = 0; e < own_.size(); e++) sums[e] += e == RESISTIVE || e == FRICTION_WORK ? -own_[e] : own_[e];
-    find_jumps(made);
+    find_jumps(step);
   }
 
   // A run has ended. goes_on: the momenta of films are those of the gaps then, as if another step were to follow.
@@ -53,9 +53,9 @@ class Account {
   }
 
   // Between the lowest and the highest gap of each foot at the starts of steps [m].
-  std::vector<double> swing() const {
+  std::vector<double> gap_range() const {
     std::vector<double> out;
-    for (size_t i = 0; i < lowest_.size(); i++) out.push_back(std::max(highest_[i] - lowest_[i], 0.0));
+    for (size_t i = 0; i < least_gap_.size(); i++) out.push_back(std::max(largest_gap_[i] - least_gap_[i], 0.0));
     return out;
   }
 
@@ -69,7 +69,7 @@ class Account {
   std::vector<double> sources_, own_, z_;
   std::vector<Row> nodal_;
   Shares shares_;
-  std::vector<double> lowest_, highest_;
+  std::vector<double> least_gap_, largest_gap_;
   std::map<const ContactMode*, ModeEnergies> modes_;
 
   // Columns of each input (see ModeEnergies): of momenta and smooth forces where there are such laws; of drives that hold their values
@@ -95,31 +95,31 @@ class Account {
     return modes_.try_emplace(&mode, m_.book, mode, legendre_, sources_.data(), columns_).first->second;
   }
 
-  void note_gaps(const ContactMode& mode) {
+  void note_gap_range(const ContactMode& mode) {
     for (int i = 0; i < m_.sizes.feet; i++) {
       const double gap = mode.is_held[i] ? 0.0 : m_.outputs[i][0];
-      lowest_[i] = std::min(lowest_[i], gap);
-      highest_[i] = std::max(highest_[i], gap);
+      least_gap_[i] = std::min(least_gap_[i], gap);
+      largest_gap_[i] = std::max(largest_gap_[i], gap);
     }
   }
 
   // The inputs of the step law by law, where several laws act at once. The last law of a kind has the rest of their sum.
-  void fill_shares(const MadeStep& made, const ModeEnergies& energies) {
+  void fill_shares(const AcceptedStep& step, const ModeEnergies& energies) {
     const ActingLaws& laws = m_.laws;
-    const Row now = m_.nodes.times() * made.step->length + made.begun;
+    const Row now = m_.nodes.times() * step.tables->length + step.begun;
     shares_.resize(parts_);
     for (size_t n = 0; n < parts_; n++) {
       const bool momenta = int(n) < resistive_;
       const Term& term = momenta ? laws.laws.terms[MOMENTUM][n] : laws.laws.terms[FORCE][n - resistive_];
-      for (int i : made.mode->free) {
+      for (int i : step.mode->free) {
         const auto value = [&](const Row& gap) {
           return momenta ? laws.momentum_of(term, i, gap) : laws.force_of(term, i, gap, m_.outputs[m_.sizes.feet + i], m_.volts[i], now);
         };
         nodal_[i] = value(m_.outputs[i]);
         if (!finite(nodal_[i])) nodal_[i] = value(larger(m_.outputs[i], Row(0.0)));  // below the ground a law need not be defined
       }
-      shares_[n].assign(N * made.mode->leading.size(), 0.0);
-      energies.collect(nodal_.data(), momenta, shares_[n].data());
+      shares_[n].assign(N * step.mode->leading.size(), 0.0);
+      energies.add_coefficients(nodal_.data(), momenta, shares_[n].data());
     }
   }
 
@@ -132,13 +132,13 @@ class Account {
 
   // Momenta jump as a step begins, from what the gaps made of them at the end of the one before; and as it ends, from its
   // polynomials, which are those of the gaps at its nodes, to rounding, and less so between them.
-  void find_jumps(const MadeStep& made) {
+  void find_jumps(const AcceptedStep& step) {
     const auto by_gap = [this](int i) { return m_.feet[i].momentum; };
     add_jumps(work_of_jumps(m_.ahead(), by_gap, [this](int i) { return m_.values[i][0]; }));
-    for (int i : made.mode->free) {
+    for (int i : step.mode->free) {
       if (m_.laws.has(i, HAS_MOMENTUM)) m_.feet[i].momentum = m_.film(i, m_.gap_of(i));
     }
-    jumped_ = work_of_jumps(m_.state(), [&](int i) { return m_.momentum_at(i, made.fraction); }, by_gap);
+    jumped_ = work_of_jumps(m_.state(), [&](int i) { return m_.momentum_at(i, step.fraction); }, by_gap);
   }
 
   // Of jumps [J] at a flowing state: each at the mean of its foot's rates before and after, so that it equals the change of the

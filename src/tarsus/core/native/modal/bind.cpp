@@ -22,7 +22,7 @@ struct KeptBook : Book {
   std::vector<nb::object> sources;  // tarsus.core.modes.ContactMode by number
 
   KeptBook(const Fields& from, const Nodes& n, nb::object make)
-      : Book(sizes_of(from), from.doubles("lengths"), from.doubles("tangents"), carriers_of(from, sizes_of(from))), maker(std::move(make)), nodes(n) {}
+      : Book(sizes_of(from), from.doubles("lengths"), from.doubles("tangents"), structure_of(from, sizes_of(from))), maker(std::move(make)), nodes(n) {}
 
   std::unique_ptr<ContactMode> unpacked(nb::handle source, const FootSet& feet, int classes) const {
     return contact_mode_of(Given(nb::cast<nb::dict>(source.attr("arrays"))), *this, feet, classes);

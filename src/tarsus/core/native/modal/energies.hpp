@@ -9,7 +9,7 @@
 #include <array>
 #include <map>
 
-#include "modal/made.hpp"
+#include "modal/accepted.hpp"
 #include "modal/make.hpp"
 
 namespace tarsus::modal {
@@ -118,7 +118,7 @@ class ModeEnergies {
 
   // count: columns of each input, by its number, 0 where it is zero in every step; of feet, of those that lead.
   ModeEnergies(Book& book, const ContactMode& mode, const Legendre& legendre, const double* sources, const std::vector<int>& count)
-      : book_(book), mode_(mode), by_(book.carriers), legendre_(legendre), blocks_(mode.blocks_used), state_(2 * mode.blocks_used),
+      : book_(book), mode_(mode), by_(book.structure), legendre_(legendre), blocks_(mode.blocks_used), state_(2 * mode.blocks_used),
         coordinates_(mode.sizes.coordinates), width_(state_) {
     for (int b = 0; b < blocks_; b++) rate_ = std::max(rate_, norm_of(block_of(mode, b)));
     const int m = mode.sizes.feet;
@@ -136,7 +136,7 @@ class ModeEnergies {
     rows_ += (AT_ONCE - rows_ % AT_ONCE) % AT_ONCE;
     copy_mode(sources);
     for (int r = 0; r < coordinates_; r++) constant_.push_back(by_.weight[2 * r] * sources[m] + by_.weight[2 * r + 1] * sources[m + 1]);
-    find_rest();
+    find_equilibria();
     one_.assign(room(), 0.0);
     done_.assign(std::max(rows_, wide()), Row(0.0));
     first_.assign(room(), 0.0);
@@ -147,26 +147,26 @@ class ModeEnergies {
   int room() const { return width_ + N; }  // of z, any part of which may be read in rows of 8
 
   // The vector of a step.
-  void fill(const MadeStep& made, double* z) const {
+  void fill(const AcceptedStep& step, double* z) const {
     const int m = mode_.sizes.feet;
-    for (int half : {0, 1}) std::copy_n(made.state.data() + half * mode_.sizes.stride, blocks_, z + half * blocks_);
+    for (int half : {0, 1}) std::copy_n(step.state.data() + half * mode_.sizes.stride, blocks_, z + half * blocks_);
     std::fill(z + state_, z + room(), 0.0);
-    if (parts_[RESISTIVE].count) collect(made.inputs.data(), true, z + parts_[RESISTIVE].first);
-    if (parts_[SMOOTH].count) collect(made.inputs.data() + m, false, z + parts_[SMOOTH].first);
+    if (parts_[RESISTIVE].count) add_coefficients(step.inputs.data(), true, z + parts_[RESISTIVE].first);
+    if (parts_[SMOOTH].count) add_coefficients(step.inputs.data() + m, false, z + parts_[SMOOTH].first);
     for (const Input& input : inputs_) {
       if (input.energy == RESISTIVE || input.energy == SMOOTH) continue;
-      const Row& nodal = made.inputs[input.number];
+      const Row& nodal = step.inputs[input.number];
       z[input.first] = nodal[0];
       if (input.count == N) store(z + input.first, coefficients(nodal, false));
     }
-    for (const Rest& rest : rests_) {
+    for (const Equilibrium& rest : equilibria_) {
       for (int k = 0; k < state_; k++) z[k] -= z[rest.column] * rest.place[k];
     }
   }
 
   // Add the coefficients (leading, 8) of the inputs at the feet, given at the nodes (feet, 8). Where many feet move few modes, the
   // leading feet get inputs that move the structure, and do work on it, as those of all feet do.
-  void collect(const Row* nodal, bool momenta, double* to) const {
+  void add_coefficients(const Row* nodal, bool momenta, double* to) const {
     const int lead = int(mode_.leading.size());
     for (size_t f = 0; f < mode_.free.size(); f++) {
       const Row own = coefficients(nodal[mode_.free[f]], momenta);
@@ -198,8 +198,8 @@ class ModeEnergies {
     take_motion(z, book_.lengths[k], along, motion);
     for (int e : {WORK, RESISTIVE, SMOOTH, FRICTION_WORK}) out[e] += work_over(motion, e, z + parts_[e].first);
     if (parts_[DAMPING].count) {
-      damp(motion.velocity, damped_);
-      out[DAMPING] += taken(motion, damped_);
+      find_damping_forces(motion.velocity, damped_);
+      out[DAMPING] += energy_of(motion, damped_);
     }
     for (size_t s = 0; s < shares.size(); s++) {
       out[ENERGIES + s] += work_over(motion, int(s) < resistive ? RESISTIVE : SMOOTH, shares[s].data());
@@ -215,7 +215,7 @@ class ModeEnergies {
 
   // For a column that is the mean of an input: the place at which it holds the blocks that have a place of rest; the velocities
   // that it causes by the other blocks alone; and its push on those other blocks (state).
-  struct Rest {
+  struct Equilibrium {
     int column;
     std::vector<double> place, drift, push;
   };
@@ -230,17 +230,17 @@ class ModeEnergies {
 
   Book& book_;
   const ContactMode& mode_;
-  const Carriers& by_;
+  const StructureMatrices& by_;
   const Legendre& legendre_;
   const int blocks_, state_, coordinates_;
   int width_, rows_ = 0;  // of z, and rows of l
   double rate_ = 0.0;
   Part parts_[KINDS];
   std::vector<Input> inputs_;
-  std::vector<Rest> rests_;
+  std::vector<Equilibrium> equilibria_;
   std::vector<double> beta_, velocity_, pushes_, filmed_;  // (feet, state), (coordinates, state), (inputs, state), (feet, coordinates)
   std::vector<double> sources_, constant_;  // and constant forces (coordinates)
-  std::vector<uint8_t> steady_;  // blocks that have a place of rest
+  std::vector<uint8_t> balanced_;  // blocks that have a place of rest
   std::map<int, Form> forms_;
   std::map<int, std::array<Form, 2>> halves_;
   // room to work in: unit vectors, the first half of a step, Taylor series, z G, motion and dampers' forces
@@ -284,21 +284,21 @@ class ModeEnergies {
     }
     sources_.assign(sources, sources + s.sources());
   }
-  void find_rest() {
+  void find_equilibria() {
     const int m = mode_.sizes.feet;
     for (int b = 0; b < blocks_; b++) {
       const Matrix2 block = block_of(mode_, b);
       const auto& t = block.a;
       const double squares = t[0][0] * t[0][0] + t[0][1] * t[0][1] + t[1][0] * t[1][0] + t[1][1] * t[1][1];
-      steady_.push_back(std::fabs(t[0][0] * t[1][1] - t[0][1] * t[1][0]) > STEADY * squares);
+      balanced_.push_back(std::fabs(t[0][0] * t[1][1] - t[0][1] * t[1][0]) > STEADY * squares);
     }
     for (const Input& input : inputs_) {
       if (input.number < m) continue;  // a momentum pushes by its rate of change
-      Rest rest{input.first, std::vector<double>(state_, 0.0), std::vector<double>(coordinates_, 0.0), {}};
+      Equilibrium rest{input.first, std::vector<double>(state_, 0.0), std::vector<double>(coordinates_, 0.0), {}};
       const double* push = pushes_.data() + size_t(input.number) * state_;
       rest.push.assign(push, push + state_);
       for (int b = 0; b < blocks_; b++) {
-        if (!steady_[b]) continue;
+        if (!balanced_[b]) continue;
         const Matrix2 block = block_of(mode_, b);
         const auto& t = block.a;
         const double det = t[0][0] * t[1][1] - t[0][1] * t[1][0];
@@ -313,7 +313,7 @@ class ModeEnergies {
           rest.drift[r] += row[b] * rest.push[b] + row[mode_.sizes.stride + b] * rest.push[blocks_ + b];
         }
       }
-      rests_.push_back(std::move(rest));
+      equilibria_.push_back(std::move(rest));
     }
   }
 
@@ -343,14 +343,14 @@ class ModeEnergies {
     }
     std::vector<double> response(size_t(N) * state_);
     for (const Input& input : inputs_) {
-      const auto rest = std::find_if(rests_.begin(), rests_.end(), [&](const Rest& one) { return one.column == input.first; });
+      const auto rest = std::find_if(equilibria_.begin(), equilibria_.end(), [&](const Equilibrium& one) { return one.column == input.first; });
       respond(step, input, response);
-      for (int r = 0; rest != rests_.end() && r < state_; r++) {  // blocks that a mean holds at rest do not move by it
-        if (steady_[r % blocks_]) response[r] = 0.0;
+      for (int r = 0; rest != equilibria_.end() && r < state_; r++) {  // blocks that a mean holds at rest do not move by it
+        if (balanced_[r % blocks_]) response[r] = 0.0;
       }
       for (int l = 0; l < input.count; l++) {
         double *left = entry(out[0], input.first + l, 0), *right = entry(out[1], input.first + l, 0);
-        for (int r = 0; rest != rests_.end() && l > 0 && r < state_; r++) {  // the mean over a half is another one
+        for (int r = 0; rest != equilibria_.end() && l > 0 && r < state_; r++) {  // the mean over a half is another one
           left[r] = -legendre_.half[0][l][0] * rest->place[r];
           right[r] = (legendre_.half[0][l][0] - legendre_.half[1][l][0]) * rest->place[r];
         }
@@ -448,13 +448,13 @@ class ModeEnergies {
   Form doubled(const Form& half, const std::array<Form, 2>& maps) const {
     Form out(half.size(), Row(0.0));
     for (int side : {0, 1}) {
-      Form once = carried(maps[side], half);
+      Form once = multiplied(maps[side], half);
       for (int b = 0; b < parts_[DAMPING].count; b++) {
         for (int a = 0; a < b; a++) {
           std::swap(*place(once.data() + size_t(a) * rows_, DAMPING, b), *place(once.data() + size_t(b) * rows_, DAMPING, a));
         }
       }
-      const Form twice = carried(maps[side], once);
+      const Form twice = multiplied(maps[side], once);
       for (int b = 0; b < width_; b++) {
         Row* row = once.data() + size_t(b) * rows_;
         std::copy_n(twice.data() + size_t(b) * rows_ + parts_[DAMPING].row, parts_[DAMPING].rows(), row + parts_[DAMPING].row);
@@ -466,7 +466,7 @@ class ModeEnergies {
   }
 
   // A map times a form: most of a map is zero.
-  Form carried(const Form& map, const Form& form) const {
+  Form multiplied(const Form& map, const Form& form) const {
     Form out(form.size(), Row(0.0));
     for (int from = 0; from < width_; from++) {
       const double* factors = reinterpret_cast<const double*>(map.data() + size_t(from) * wide());
@@ -495,7 +495,7 @@ class ModeEnergies {
       for (int k = 0; k < state_; k++) flowing_[k] = flowing_[k] * legendre_.at + series_[size_t(c) * state_ + k];
     }
     out.velocity.assign(coordinates_, Row(0.0));
-    for (const Rest& rest : rests_) {
+    for (const Equilibrium& rest : equilibria_) {
       for (int r = 0; r < coordinates_; r++) out.velocity[r] += z[rest.column] * rest.drift[r];
     }
     for (int k = 0; k < state_; k++) {
@@ -531,13 +531,13 @@ class ModeEnergies {
       }
       for (const Input& input : inputs_) {
         double by = 0.0;
-        const bool mean = c == 0 && input.energy != RESISTIVE;  // of it, see Rest
+        const bool mean = c == 0 && input.energy != RESISTIVE;  // of it, see Equilibrium
         for (int l = mean ? 1 : c; l < input.count; l++) by += z[input.first + l] * legendre_.power[l][c];
         if (by == 0.0) continue;
         const double* push = pushes_.data() + size_t(input.number) * state_;
         for (int k = 0; k < state_; k++) next[k] += power * by * push[k];
       }
-      for (const Rest& rest : rests_) {
+      for (const Equilibrium& rest : equilibria_) {
         for (int k = 0; c == 0 && k < state_; k++) next[k] += z[rest.column] * rest.push[k];
       }
       for (int k = 0; k < state_; k++) next[k] *= span / (c + 1);
@@ -546,7 +546,7 @@ class ModeEnergies {
   }
 
   // Forces of the dampers under these velocities.
-  void damp(const std::vector<Row>& velocity, std::vector<Row>& out) const {
+  void find_damping_forces(const std::vector<Row>& velocity, std::vector<Row>& out) const {
     out.assign(coordinates_, Row(0.0));
     for (int c = 0; c < coordinates_; c++) {
       for (int r = 0; r < coordinates_; r++) out[r] += velocity[c] * by_.damping[size_t(r) * coordinates_ + c];
@@ -556,7 +556,7 @@ class ModeEnergies {
   double integral(const Motion& motion, const Row& power) const { return total(power * legendre_.weight) * motion.span; }
 
   // Of the power of some forces along the coordinates, over a motion.
-  double taken(const Motion& motion, const std::vector<Row>& forces) const {
+  double energy_of(const Motion& motion, const std::vector<Row>& forces) const {
     Row sum = Row(0.0);
     for (int r = 0; r < coordinates_; r++) sum += forces[r] * motion.velocity[r];
     return integral(motion, sum);
@@ -598,8 +598,8 @@ class ModeEnergies {
     for (int b = 0; b < width_; b++) {
       Row* row = out.data() + size_t(b) * rows_;
       if (parts_[DAMPING].count) {
-        damp(motions[b].velocity, damped_);
-        for (int a = 0; a < width_; a++) *place(row, DAMPING, a) = taken(motions[a], damped_);
+        find_damping_forces(motions[b].velocity, damped_);
+        for (int a = 0; a < width_; a++) *place(row, DAMPING, a) = energy_of(motions[a], damped_);
       }
       for (const Input& input : inputs_) {
         const Row rate = rate_of(motions[b], input), *force = input.energy == RESISTIVE ? motions[b].slope : motions[b].value;

@@ -77,11 +77,11 @@ struct StartedSystem : ModalSystem<S> {
 
 // Samples and account of runs as they march.
 template <class S>
-class Outputs final : public Follower {
+class RunOutputs final : public StepObserver {
  public:
   std::vector<double> samples;  // (times of all runs, width)
 
-  Outputs(Modal& m, bool account) : m_(m), made_(m.sizes) {
+  RunOutputs(Modal& m, bool account) : m_(m), step_(m.sizes) {
     if (account) account_.emplace(m);
   }
 
@@ -92,46 +92,46 @@ class Outputs final : public Follower {
     if (account_) account_->begin(run);
     if (times.count > 0 && !sampler_) sampler_.emplace(m_);
     if (sampler_) sampler_->begin(run);
-    made_.mode = nullptr;
+    step_.mode = nullptr;
     times_ = times;
     sampled_ = 0;
     samples.resize(samples.size() + times.count * width(), 0.0);
-    m_.follower = account_ || times.count > 0 ? this : nullptr;
+    m_.observer = account_ || times.count > 0 ? this : nullptr;
   }
 
-  void made(const StepClass& step, double begun, double fraction) override {
-    made_.take(m_, step, begun, fraction);
-    if (account_) account_->add(made_);
-    while (sampled_ < times_.count && times_.at[sampled_] < made_.ended) sample();  // at its end the next one begins
+  void accepted(const StepClass& step, double begun, double fraction) override {
+    step_.take(m_, step, begun, fraction);
+    if (account_) account_->add(step_);
+    while (sampled_ < times_.count && times_.at[sampled_] < step_.ended) sample();  // at its end the next one begins
   }
 
   // A run has ended: times that are left are those of its end. goes_on: see Account.
   void end(bool goes_on) {
     if (account_) account_->end(goes_on);
-    while (made_.mode != nullptr && sampled_ < times_.count) sample();
+    while (step_.mode != nullptr && sampled_ < times_.count) sample();
   }
   void note_end(ModalResult& out) const {
     if (!account_) return;
     out.energies.insert(out.energies.end(), account_->sums.begin(), account_->sums.end());
-    out.swing = account_->swing();
+    out.gap_range = account_->gap_range();
   }
 
  private:
   Modal& m_;
-  MadeStep made_;
+  AcceptedStep step_;
   std::optional<Sampler<S>> sampler_;
   std::optional<Account> account_;
   SampleTimes times_ = {};
   size_t sampled_ = 0;
 
   void sample() {
-    const double s = std::min(std::max((times_.at[sampled_] - made_.begun) / made_.step->length, 0.0), made_.fraction);
+    const double s = std::min(std::max((times_.at[sampled_] - step_.begun) / step_.tables->length, 0.0), step_.fraction);
     double* to = samples.data() + samples.size() - (times_.count - sampled_++) * width();
-    sampler_->sample(made_, s, to);
+    sampler_->sample(step_, s, to);
     if (!account_) return;
-    const double share = made_.fraction > 0.0 ? s / made_.fraction : 1.0;  // within a step energies are taken as linear
+    const double share = step_.fraction > 0.0 ? s / step_.fraction : 1.0;  // within a step energies are taken as linear
     to += sample_width(m_.sizes);
-    for (size_t e = 0; e < account_->sums.size(); e++) to[e] = account_->before[e] + (account_->sums[e] - account_->before[e]) * share;
+    for (size_t e = 0; e < account_->sums.size(); e++) to[e] = account_->before_step[e] + (account_->sums[e] - account_->before_step[e]) * share;
   }
 };
 
@@ -159,7 +159,7 @@ template <class S>
 ModalResult run_all(const Robot& robot, const std::vector<RunData>& runs, const std::vector<Start>& starts,
                     const std::vector<SampleTimes>& times, bool account) {
   StartedSystem<S> system(robot.book, robot.nodes, robot.signals, robot.laws, robot.settings, robot.channels);
-  Outputs<S> outputs(system, account);
+  RunOutputs<S> outputs(system, account);
   ModalResult out;
   for (size_t run = 0; run < runs.size(); run++) {
     outputs.begin(runs[run], times.empty() ? SampleTimes{} : times[run]);

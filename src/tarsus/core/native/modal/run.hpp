@@ -16,10 +16,10 @@ struct Robot {
   size_t channels;
 };
 
-// Samples: see `sample_width`, and where an account is kept the energies up to then. Of the last run: Account::swing, and whether it would
+// Samples: see `sample_width`, and where an account is kept the energies up to then. Of the last run: Account::gap_range, and whether it would
 // go on in another contact mode than it is in.
 struct ModalResult : Outcome {
-  std::vector<double> swing;
+  std::vector<double> gap_range;
   bool changed = false;
 };
 

@@ -2,7 +2,7 @@
 #pragma once
 #include "march/kinds.hpp"
 #include "modal/land.hpp"
-#include "modal/made.hpp"
+#include "modal/accepted.hpp"
 
 namespace tarsus::modal {
 
@@ -41,17 +41,17 @@ class Sampler {
   void begin(const RunData& run) { at_.biases.take(run.sources); }
 
   // The structure at scaled time s of a step, as `sample_width` says.
-  void sample(const MadeStep& made, double s, double* to) {
-    const ContactMode& mode = *made.mode;
+  void sample(const AcceptedStep& step, double s, double* to) {
+    const ContactMode& mode = *step.mode;
     const int m = at_.sizes.feet, n2 = 2 * at_.sizes.coordinates;
     const Weights weights(at_.nodes, s);
     std::fill(value_.begin(), value_.end(), 0.0);
     std::fill(slope_.begin(), slope_.end(), 0.0);
-    for (int i : made.acting) {
-      value_[i] = total(weights.value * made.inputs[i]);
-      slope_[i] = total(weights.slope * made.inputs[i]) / made.step->length;
+    for (int i : step.acting) {
+      value_[i] = total(weights.value * step.inputs[i]);
+      slope_[i] = total(weights.slope * step.inputs[i]) / step.tables->length;
     }
-    move(made, s);
+    move(step, s);
     for (int k : mode.stuck) at_.feet[k].place = value_[m + k];
     double* feet = to + n2;
     std::fill(feet, feet + 6 * m + at_.sizes.ways, 0.0);
@@ -60,28 +60,28 @@ class Sampler {
     for (int i : mode.free) at_.shift(mode.beta, i, value_[i]);
     for (int i : mode.free) {
       feet[RATE * m + i] = at_.rate_of(i);
-      feet[RESISTED * m + i] = slope_[i];
-      feet[SMOOTHLY * m + i] = value_[m + i];
+      feet[RESISTIVE_FORCE * m + i] = slope_[i];
+      feet[SMOOTH_FORCE * m + i] = value_[m + i];
     }
     find_physical(at_);
     std::copy(at_.physical.begin(), at_.physical.end(), to);
   }
 
  private:
-  enum Shown { GAP, RATE, RESISTED, SMOOTHLY, PULL, CONTACT, RUBBED };
+  enum Column { GAP, RATE, RESISTIVE_FORCE, SMOOTH_FORCE, PULL, CONTACT, FRICTION_FORCE };
 
   Modal at_;  // the run at the moment
   std::vector<Row> whole_;
   std::vector<double> value_, slope_;  // of the inputs there, and their rates
 
   // Go to scaled time s of a step: it is halved until a Taylor polynomial resolves the rest.
-  void move(const MadeStep& made, double s) {
-    at_.set_mode(*made.mode);
-    std::copy(made.state.begin(), made.state.end(), at_.state());
-    at_.inputs = made.acting;
-    at_.constant = made.constant;
-    for (int i : at_.inputs) at_.values[i] = made.inputs[i];
-    int k = made.step->number;
+  void move(const AcceptedStep& step, double s) {
+    at_.set_mode(*step.mode);
+    std::copy(step.state.begin(), step.state.end(), at_.state());
+    at_.inputs = step.acting;
+    at_.constant = step.constant;
+    for (int i : at_.inputs) at_.values[i] = step.inputs[i];
+    int k = step.tables->number;
     for (; at_.mode->terms[k] == 0 && k + 1 < at_.book.classes(); s = s >= 0.5 ? 2.0 * s - 1.0 : 2.0 * s) {
       k++;
       for (int i : at_.inputs) whole_[i] = at_.values[i];
@@ -91,9 +91,9 @@ class Sampler {
       at_.accept();
       take_half(at_.nodes.right);
     }
-    const StepClass& step = at_.take_class(k);
-    scale_inputs(at_, step);
-    state_at<S>(at_, step, step.terms, s);
+    const StepClass& last = at_.take_class(k);
+    scale_inputs(at_, last);
+    state_at<S>(at_, last, last.terms, s);
     at_.accept();
   }
   void take_half(const double (*matrix)[N]) {
@@ -113,8 +113,8 @@ class Sampler {
     const bool slips = std::find(mode.sliding.begin(), mode.sliding.end(), i) != mode.sliding.end();
     feet[PULL * m + i] = pull(i);
     feet[CONTACT * m + i] = slips ? SLIPPING : STUCK;
-    if (slips) feet[RUBBED * m + i] = value_[m + i];
-    if (mode.is_stuck[i]) feet[RUBBED * m + i] = -pull(m + i);
+    if (slips) feet[FRICTION_FORCE * m + i] = value_[m + i];
+    if (mode.is_stuck[i]) feet[FRICTION_FORCE * m + i] = -pull(m + i);
   }
 };
 

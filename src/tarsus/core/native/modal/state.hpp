@@ -62,13 +62,13 @@ struct Refused {
   }
 };
 
-// Who follows a run: told of each step once it has been made. The state at its start is Modal::ahead then, its inputs are Modal::values.
-struct Follower {
+// Observes a run: told of each step that was accepted. The state at its start is Modal::ahead then, its inputs are Modal::values.
+struct StepObserver {
   // step: from ``begun`` [s] to its scaled time ``fraction``.
-  virtual void made(const StepClass& step, double begun, double fraction) = 0;
+  virtual void accepted(const StepClass& step, double begun, double fraction) = 0;
 
  protected:
-  ~Follower() = default;
+  ~StepObserver() = default;
 };
 
 struct Modal {
@@ -81,7 +81,7 @@ struct Modal {
   Player player;
   Clock clock;
   Log log;
-  Follower* follower = nullptr;
+  StepObserver* observer = nullptr;
   double ended = NOT_A_NUMBER;  // scaled time at which the last step ended, of which ``values`` are; not a number after another contact mode was entered
   std::vector<Foot> feet;
   Bias biases;

@@ -186,7 +186,7 @@ TARSUS_INLINE bool advance(Modal& m, const StepClass& step, const Located& at, c
   }
   m.accept();
   m.ended = fraction;
-  if (m.follower != nullptr) m.follower->made(step, t, fraction);
+  if (m.observer != nullptr) m.observer->accepted(step, t, fraction);
   if (fraction > 0.0) {
     for (int i = 0; i < m.sizes.feet; i++) {
       if (i != at.foot) m.feet[i].departure = UNDER_WAY;

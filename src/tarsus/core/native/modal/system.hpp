@@ -84,7 +84,7 @@ TARSUS_APART bool glide(Modal& m, double left) {
   flow<S>(m, step);
   m.accept();
   m.clock.time += lengths[k];
-  if (m.follower != nullptr) m.follower->made(step, t, 1.0);
+  if (m.observer != nullptr) m.observer->accepted(step, t, 1.0);
   return true;
 }
 

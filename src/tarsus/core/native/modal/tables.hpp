@@ -52,7 +52,7 @@ struct Sizes {
 
 // The parts of a structure that transfer energy: dampers (n, n); directions of the feet (m, n) and of the drives (nd, n); constant
 // forces per unit of gravity (n, GRAVITIES).
-struct Carriers {
+struct StructureMatrices {
   std::vector<double> damping, normals, loads, weight;
 };
 
@@ -192,10 +192,10 @@ class Book {
   const Sizes sizes;
   const std::vector<double> lengths;  // [s], halving
   const std::vector<double> tangents; // (ways, coordinates): the place of each foot along the ground
-  const Carriers carriers;
+  const StructureMatrices structure;
 
-  Book(const Sizes& s, std::vector<double> h, std::vector<double> t, Carriers c)
-      : sizes(s), lengths(std::move(h)), tangents(std::move(t)), carriers(std::move(c)) {}
+  Book(const Sizes& s, std::vector<double> h, std::vector<double> t, StructureMatrices c)
+      : sizes(s), lengths(std::move(h)), tangents(std::move(t)), structure(std::move(c)) {}
   virtual ~Book() = default;
   Book(const Book&) = delete;
 

@@ -22,7 +22,7 @@ inline Sizes sizes_of(const Fields& from) {
   return {feet, int(from.whole("drives")), coordinates, stride_of(coordinates), from.whole("rates") != 0 || ways > 0 ? 2 * feet : feet, ways};
 }
 
-inline Carriers carriers_of(const Fields& from, const Sizes& s) {
+inline StructureMatrices structure_of(const Fields& from, const Sizes& s) {
   const size_t n = size_t(s.coordinates);
   return {from.sized("damping", n * n), from.sized("normals", s.feet * n), from.sized("loads", s.drives * n), from.sized("weight", n * GRAVITIES)};
 }
