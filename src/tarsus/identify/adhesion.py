@@ -16,11 +16,13 @@ from scipy.optimize import nnls
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
+from tarsus.identify.covariance import scattered
 from tarsus.identify.detachment import Detachments
-from tarsus.identify.draws import by_group, newton_draws, within
+from tarsus.identify.draws import within
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.film import FilmFit
-from tarsus.identify.flight import PULLS
+from tarsus.identify.flight import PULLS, SAME_EVENT
+from tarsus.identify.influence import CONTACT, EVENT, Influence, events_of, of_records
 from tarsus.identify.step import Residual, StepResult, Used, points_and_line
 from tarsus.identify.touchdown import ContactDurations, seen_contacts, simulated_contacts
 from tarsus.model.drive.waveforms import Waveform
@@ -36,8 +38,6 @@ _ROUNDS = 20
 """Rounds of weights and of what is kept at most: beyond, two sets would alternate."""
 _PASSES = 2
 """Times that contacts are simulated with the adhesion of the time before."""
-_SAME_EVENT = 2e-3
-"""Time [s] within which the releases of two repeats are the same event."""
 
 
 @dataclass(frozen=True)
@@ -114,8 +114,10 @@ def _fit(film: FilmFit, contacts: ContactDurations, seed: int) -> StepResult:
     duration, pull, error = contacts.duration[kept], pulls.pull[kept], pulls.error[kept]
     line = _line(duration, pull, error, late[kept])
     error = np.hypot(error, line.values[1] * late[kept])  # when a contact began is not known exactly either
-    groups = _events(offs)[kept]
-    drawn = _draws(duration, pull, line, groups, film.drawn[:, kept], seed)
+    influence = _influence(offs, duration, pull, line, kept)
+    weighted = line.weights[:, None] * np.column_stack([np.ones_like(duration), duration])
+    from_before = np.linalg.solve(influence.information.sum(axis=0), weighted.T @ film.drawn[:, kept].T).T
+    drawn = line.free + scattered(influence, seed) + from_before
     _, samples, reached = within(line.values, drawn, BOUNDS)
 
     rest = pull - line.values[0] - line.values[1] * duration
@@ -134,19 +136,8 @@ def _fit(film: FilmFit, contacts: ContactDurations, seed: int) -> StepResult:
         panels=panels,
         bounds=dict(zip(PULLS, reached, strict=True)),
         files=offs.files(kept),
+        influence=influence,
     )
-
-
-def _events(offs: Detachments) -> NDArray[np.intp]:
-    """Number (nr,) of the event that each detachment repeats: the same release of the same drive.
-
-    What the moments of contact are off is the same in all repeats, which therefore are drawn together.
-    """
-    names = [
-        (offs.traces[one.trace].set, round(offs.traces[one.trace].time[one.hold.last] / _SAME_EVENT))
-        for one in offs.items
-    ]
-    return np.unique([f"{name} {place}" for name, place in names], return_inverse=True)[1]
 
 
 def _near_line(duration: Floats, pull: Floats, error: Floats, late: Floats) -> NDArray[np.bool_]:
@@ -188,14 +179,18 @@ def _line(duration: Floats, pull: Floats, error: Floats, late: Floats) -> Line:
     return Line(np.asarray(values, dtype=np.float64), np.asarray(free, dtype=np.float64), scatter, weights)
 
 
-def _draws(
-    duration: Floats, pull: Floats, line: Line, groups: NDArray[np.intp], pulls: Floats, seed: int
-) -> Floats:
-    """Lines (draws, 2) as events scatter, with the pulls moved as earlier steps may be wrong (draws, n)."""
+def _influence(
+    offs: Detachments, duration: Floats, pull: Floats, line: Line, kept: NDArray[np.bool_]
+) -> Influence:
+    """What each pull says of the line: what the moments of contact are off is the same in all repeats of a release."""
     design = np.column_stack([np.ones_like(duration), duration])
     weighted = line.weights[:, None] * design
-    pairs = np.einsum("na,nb->nab", weighted, design)
-    parts = weighted * (pull - design @ line.free)[:, None]
-    information, score = by_group(groups, pairs, parts)
-    from_before = np.linalg.solve(design.T @ weighted, weighted.T @ pulls.T).T
-    return line.free + newton_draws(information, score, seed) + from_before
+    items = [one for one, yes in zip(offs.items, kept, strict=True) if yes]
+    traces = [offs.traces[one.trace] for one in items]
+    when = [trace.time[one.hold.last] for trace, one in zip(traces, items, strict=True)]
+    levels, covariates = of_records(offs.traces, [one.trace for one in items])
+    levels = {EVENT: events_of([one.set for one in traces], when, SAME_EVENT)} | levels
+    return Influence(
+        PULLS, np.einsum("na,nb->nab", weighted, design), weighted * (pull - design @ line.free)[:, None],
+        np.ones(2), levels, covariates | {CONTACT: duration},
+    )  # fmt: skip

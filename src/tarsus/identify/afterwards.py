@@ -24,7 +24,6 @@ from tarsus.identify.checks import (
     step_checks,
     with_age,
     with_checks,
-    with_speed,
 )
 from tarsus.identify.draws import DRAWS, NORMAL
 from tarsus.identify.estimates import Estimates
@@ -35,6 +34,7 @@ from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.shown import instrument_checks
 from tarsus.identify.step import UNSOLVED, Shift, StepResult, failures
 from tarsus.identify.steps import CHECKS, GIVEN, IN_THE_AIR, LANDING_RULE, RESONANCES, SHIFTED, STEPS
+from tarsus.identify.surprises import with_surprises
 from tarsus.identify.surroundings import ground_checks, hum_checks
 from tarsus.model.laws.landing import AnyLanding
 from tarsus.records.excluded import Excluded
@@ -155,12 +155,12 @@ def check(chain: StepRunner, comparisons: Sequence[Comparison], air: Sequence[Ai
         chain.known = drawn_over(known, fit, chain.seed)
         for name, step in steps.items():
             steps[name] = chain.known.told(step)
-    if chain.bounces is not None and "restitution" in steps:
-        steps["restitution"] = with_speed(steps["restitution"], chain.bounces, chain.seed + 4)
-        chain.known = chain.known.redrawn(steps["restitution"])
     if "adhesion" in steps:
         steps["adhesion"] = with_age(steps["adhesion"], chain.seed + 3)
         chain.known = chain.known.redrawn(steps["adhesion"])
+    steps.update(with_surprises(steps, chain.known, chain.evidence.ground(), chain.seed))
+    for step in steps.values():
+        chain.known = chain.known.redrawn(step)
     last = next(reversed(steps), None)
     if last is not None:
         k = chain.opened.model.points.index(chain.opened.model.foot_point)

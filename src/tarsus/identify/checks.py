@@ -16,9 +16,7 @@ import numpy as np
 from tarsus.fit.verdict import LEVEL
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.one_more import OneMore, in_a_line
-from tarsus.identify.restitution import BOUNDS, TURN, BounceStudy
 from tarsus.identify.step import PREFERRED, UNDECIDED, Alternative, Check, StepResult
-from tarsus.impacts.estimates import supported
 from tarsus.records.excluded import Exclusion
 
 if TYPE_CHECKING:
@@ -46,10 +44,9 @@ PULLED = 3.0
 them."""
 MISFITS = 0.1
 """Share of what was fitted that need not be as the model has it: a foot that is caught and let go within a sample."""
-TREND = 16.0
-"""F of one more parameter in restitution: four standard deviations. Sound campaigns have 11 at most."""
 AGEING = 36.0
-"""The same in adhesion: six, for all repeats of a release share what the moment of their touchdown is off."""
+"""F of one more parameter in adhesion: six standard deviations, for all repeats of a release share what the moment of
+their touchdown is off."""
 _SAME_CONTACT = 5e-4
 """Contact times [s] that are taken for repeats of one release."""
 HELD_OUT = 2.0
@@ -193,42 +190,6 @@ def gap_check(step: StepResult, known: Estimates) -> tuple[Check, ...]:
     return (Check(name, share, GAP, least=True, paths=(path,), cause=cause),)
 
 
-def with_speed(step: StepResult, study: BounceStudy, seed: int) -> StepResult:
-    """Restitution with the hypothesis that it depends on the speed of the impact, by its logarithm: the draws of its
-    share are those of an impact's speed each."""
-    departure, approach = study.fitted.speeds[:, 0], -study.fitted.speeds[:, 1]
-    middle = float(np.sum(departure * approach) / np.sum(approach**2))
-    # at the speeds that the impacts support: noise of an approach makes its ratio fall with it
-    left, approach, weight = supported(departure, approach, study.fitted.covariance * TURN, middle)
-    if not np.all(approach > 0.0):
-        return step
-    speed = np.log(approach / np.exp(np.mean(np.log(approach))))
-    groups = [one.trace for one in study.bounces.items]
-    design = np.column_stack([approach, approach * speed])
-    found = in_a_line(design, middle * approach + left, weight**-0.5, groups, seed, study.shared)
-    if found is None:
-        return step
-    off = np.random.default_rng([seed, 29]).choice(found.value * speed, len(step.samples))
-    drawn = step.samples + (found.drawn(len(off), seed) * off)[:, None]
-    drawn = drawn.clip(*BOUNDS)
-    slow, fast = approach.min(), approach.max()
-    ends = middle + found.value * np.array([speed.min(), speed.max()])
-    cause = (
-        f"restitution {'falls' if found.value < 0.0 else 'rises'} with speed: {ends[0]:.3g} at {1e3 * slow:.3g} mm/s "
-        f"and {ends[1]:.3g} at {1e3 * fast:.3g} mm/s"
-    )
-    check = Check(
-        "restitution against the logarithm of speed: F",
-        found.f,
-        TREND,
-        paths=step.paths,
-        cause=cause,
-        hangs=True,
-    )
-    answers = both_answers("restitution", ("the same at all speeds", "by the logarithm of speed"), found, {})
-    return with_checks(replace(step, samples=drawn), (check,), answers)
-
-
 def with_age(step: StepResult, seed: int) -> StepResult:
     """Adhesion with the hypothesis that it does not grow along a line: its share of the draws has the square of the
     contact time beside it."""
@@ -265,14 +226,14 @@ def both_answers(
     """The model as it is and a hypothesis beside it, where they are weighed against each other at all."""
     if found.decided and found.weight < 0.5:
         return ()
-    way = "higher" if found.gain < 0.0 else "lower"
-    figure = f"chi-squared of records left out {way} by {abs(found.gain):.3g} with '{names[1]}'"
-    word = PREFERRED if found.decided else UNDECIDED
+    weights, word = (1.0 - found.weight, found.weight), PREFERRED if found.decided else UNDECIDED
+    figures = [
+        f"chi-squared of records left out {'higher' if gain < 0.0 else 'lower'} by {abs(gain):.3g} than with the other"
+        for gain in (-found.gain, found.gain)
+    ]
     return (
-        Alternative(
-            question, names[0], 1.0 - found.weight, figure, True, UNDECIDED if word == UNDECIDED else ""
-        ),
-        Alternative(question, names[1], found.weight, figure, word=word, changes=changes),
+        Alternative(question, names[0], weights[0], figures[0], True, UNDECIDED if word == UNDECIDED else ""),
+        Alternative(question, names[1], weights[1], figures[1], word=word, changes=changes),
     )
 
 

@@ -70,7 +70,7 @@ def film_by_impacts(
         )
     place, fitted = begun
     bounces = bounces.by(bounces.model.changed(dict(zip(FILM, np.exp(place).tolist(), strict=True))))
-    good = sound(bounces, fitted).good
+    good = sound(bounces, fitted).like
     if np.count_nonzero(good) < FEWEST:
         text = f"{np.count_nonzero(good)} of {len(good)} are single ones between free motions, {FEWEST} are needed"
         return known, _unchanged(step, text)

@@ -43,7 +43,7 @@ def by_group(groups: ArrayLike, *rows: Floats) -> tuple[Floats, ...]:
     return tuple(np.array([one[part].sum(axis=0) for part in parts]) for one in rows)
 
 
-def newton_draws(information: Floats, score: Floats, seed: int, prior: Floats | None = None) -> Floats:
+def newton_draws(levels: Sequence[tuple[Floats, Floats]], seed: int, prior: Floats | None = None) -> Floats:
     """Deviations (draws, p) of an estimate, from the scatter of its score between groups of its data.
 
     With ``A`` the whole information the covariance is ``A^-1 sum_g (s_g - s) (s_g - s)^T A^-1``. Each parameter's
@@ -51,29 +51,35 @@ def newton_draws(information: Floats, score: Floats, seed: int, prior: Floats | 
     has when the scores are normal (Bell and McCaffrey 2002), and divided by the share of the variance that is left when
     the estimate has taken its own: n - 1 and (n - 1) / n for n groups alike. Where the scatter of a few groups is by
     chance smaller than what their noise leaves of a direction, and where there is one group, which has none, noise adds
-    the rest.
+    the rest. Of several ways to group the data the widest counts in every direction.
 
     Parameters
     ----------
-    information, score
-        Of each group about the parameters at the estimate, (g, p, p) and (g, p), in units of the noise.
+    levels
+        For every way to group the data: information and score of each group about the parameters at the estimate,
+        (g, p, p) and (g, p), in units of the noise.
     seed
         Of the draws.
     prior
         Information (p, p) that was known beforehand: it does not scatter, and leaves what it leaves.
     """
-    total = information.sum(axis=0) + (0.0 if prior is None else prior)
+    total = levels[0][0].sum(axis=0) + (0.0 if prior is None else prior)
     inverse = np.linalg.inv(total)
-    moves = (score - score.mean(axis=0)) @ inverse
-    noise = inverse  # of the data and, where they tell nothing, of what was known beforehand
-    covariance = np.zeros_like(noise)
-    if len(score) > 1:
-        wider = [_widening(information, inverse, row) for row in inverse]
-        covariance = moves.T @ moves * np.outer(wider, wider)
-    random = np.random.default_rng([seed, 11])
-    root = _at_least(covariance, noise)
+    root, noise = (
+        np.zeros_like(inverse),
+        inverse,
+    )  # of the data and, where they tell nothing, of what was known before
+    for information, score in levels:
+        covariance = np.zeros_like(inverse)
+        if len(score) > 1:
+            moves = (score - score.mean(axis=0)) @ inverse
+            wider = [_widening(information, inverse, row) for row in inverse]
+            covariance = moves.T @ moves * np.outer(wider, wider)
+        root = _at_least(covariance, noise)
+        noise = root @ root.T
     if prior is not None:
         root = _at_most(root, prior)
+    random = np.random.default_rng([seed, 11])
     return random.standard_normal((DRAWS, len(total))) @ root.T
 
 

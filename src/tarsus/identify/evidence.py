@@ -12,8 +12,9 @@ from tarsus.identify.campaign import Opened, RecordFile, read_records
 from tarsus.identify.clock import clocks_of
 from tarsus.identify.consistency import not_together, odd_ones
 from tarsus.identify.coupling import high_pass_of, restored
+from tarsus.identify.influence import Influence, of_levels
 from tarsus.identify.instruments import Instruments, relations_of
-from tarsus.identify.traces import Trace, contact_level, misplaced, trace_of
+from tarsus.identify.traces import Trace, contact_level, levels_by_file, misplaced, trace_of
 from tarsus.identify.with_error import WithError
 from tarsus.model.drive.waveforms import SweptSine
 from tarsus.records.excluded import Excluded, excluded_of
@@ -178,7 +179,8 @@ class Evidence:
         )
         points, drive = self.opened.model.points, record.drive or ""
         trace = trace_of(record, points, reading.set, drive, one.rest, one.gap, late, pace)
-        return replace(trace, file=reading.file)
+        order = next((k for k, one in enumerate(self.readings) if one.file == reading.file), 0)
+        return replace(trace, file=reading.file, order=order)
 
     def _without(self, traces: Sequence[Trace], wrong: Sequence[Excluded]) -> list[Trace]:
         self.left_out += wrong
@@ -229,6 +231,15 @@ class Evidence:
                 if said is not None:
                     wrong.append(Excluded(trace.file, "", said))
             self.traces[purpose] = self._without(found, wrong)
+
+    def ground(self) -> tuple[Influence, float] | None:
+        """Where each file shows the ground, with the standard error of the level [m]; None where none does."""
+        slow, fast = (
+            [t for p in purposes for t in self.traces.get(p, []) if t.gap is None]
+            for purposes in (_SLOW, [p for p in _GROUND if p not in _SLOW])
+        )
+        found = levels_by_file(slow, fast, self.opened.model.foot_point)
+        return None if self.level is None or not found[0] else (of_levels(*found), self.level[1])
 
     def _compare(self, levels: dict[Purpose, tuple[float, float] | None]) -> None:
         """Widen the level where purposes show the ground at different places, and say so."""

@@ -21,9 +21,11 @@ from scipy.linalg import null_space
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.fit.normal_equations import Descent, Minimum, NormalEquations, descend
-from tarsus.identify.draws import DRAWS, by_group, carried, newton_draws
+from tarsus.identify.covariance import scattered
+from tarsus.identify.draws import DRAWS, carried
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
+from tarsus.identify.influence import EVENT, Influence, events_of, of_records
 from tarsus.identify.step import Panel, Residual, StepResult, measured_and_fitted, over_noise
 from tarsus.identify.traces import Hold, Trace
 from tarsus.identify.volts import Stretches
@@ -35,6 +37,8 @@ ATTRACTION = ("ground.electrostatic.coefficient", "ground.electrostatic.offset")
 
 WORST = 5.0
 """Chi-squared per degree of freedom beyond which a flight is not that of this structure."""
+SAME_EVENT = 2e-3
+"""Time [s] within which releases of two repeats are the same event: the foot lets go at next to the same volts."""
 _REACH = 8
 """Samples beside a flight in which its moment may lie: more than a guess is ever off."""
 _LIMITS = (np.log(1e-30), np.log(1.0))
@@ -417,14 +421,25 @@ class FlightFit:
         own, step = equations.step(0.0, sought.information, pull)
         return there, self.unknowns + own, self.place + step
 
+    @property
+    def influence(self) -> Influence:
+        """What each segment says of the unknowns of the place."""
+        problem = self.problem
+        information, score = self.system.reduced()
+        traces = [problem.traces[one.trace] for one in problem.items]
+        when = [trace.time[one.last] for trace, one in zip(traces, problem.items, strict=True)]
+        levels, covariates = of_records(problem.traces, [one.trace for one in problem.items])
+        levels[EVENT] = events_of([one.set for one in traces], when, SAME_EVENT)
+        names = tuple(f"unknown {k + 1}" for k in range(len(self.place)))
+        return Influence(names, information, score, np.ones(len(names)), levels, covariates)
+
     def drawn(
         self, known: Estimates, level: Floats, seed: int, also: Callable[[FlightProblem, Floats], Floats] | None = None
     ) -> tuple[Floats, Floats]:  # fmt: skip
         """Deviations of the place (draws, p) by the scatter between records, and those by what earlier steps do not
         know, the level (draws,) [m] among it, the latter with those of further numbers of segments and their unknowns
         (draws, p + ...)."""
-        information, score = by_group([one.trace for one in self.problem.items], *self.system.reduced())
-        own = newton_draws(information, score, seed, self.sought.information)
+        own = scattered(self.influence, seed, self.sought.information)
 
         def again(values: Floats) -> Floats:
             there, unknowns, place = self.moved(known.model(values[:-1]), float(values[-1]))
@@ -446,6 +461,7 @@ class FlightFit:
             name, self.sought.names, self.sought.constants(self.place), self.sought.constants(logs),
             combinations=self.sought.combinations(gap, self.place, logs), residuals=tuple(residuals),
             files=self.problem.files(), panels=panels,
+            influence=self.influence.of(self.sought.names, self.sought.ways, self.sought.constants(self.place)),
         )  # fmt: skip
 
     def panel(self, r: int, title: str, axis: str, since: float) -> Panel:

@@ -229,7 +229,7 @@ def _own(model: FootModel, loops: Loops, shares: Shares, values: Floats, seed: i
     if split:
         information[:, :split, :split], score[:, :split] = loops.about_shares(known)
         prior[:split, :split] = np.linalg.inv(shares.covariance)
-    moves = newton_draws(information, score, seed, prior)
+    moves = newton_draws([(information, score)], seed, prior)
     moves[:, split:] /= size
     if split:
         given = values[:split]

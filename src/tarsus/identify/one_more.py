@@ -81,7 +81,7 @@ def one_more(
         return None
     whole = np.linalg.solve(total, score.sum(axis=0))
     # about the fit with it: without, what it explains would count as scatter
-    error = float(np.std(newton_draws(information, score - information @ whole, seed)[:, -1]))
+    error = float(np.std(newton_draws([(information, score - information @ whole)], seed)[:, -1]))
     gain = 0.0
     for h in (0, 1):
         seen = np.arange(len(score)) % 2 == h

@@ -106,7 +106,7 @@ def _doubts(words: Mapping[str, str], failed: Sequence[Check]) -> list[Question]
         paths = dict.fromkeys(path for one in those for path in one.paths if words.get(path) == PREFERRED)
         names = f"{len(paths)} numbers" if len(paths) > MOST_NAMED else ", ".join(map(path_end, paths))
         rests = f"; preferred only: {names}" if paths else ""
-        rows.append((those[0].name, f"{failures(those)[0]}{rests}", None))
+        rows.append((those[0].name, f"{failures(those)[0]}{rests}", those[0].record or None))
     return rows
 
 

@@ -6,7 +6,7 @@ sides; all impacts together by a regression with errors in both velocities."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,20 +14,20 @@ from numpy.typing import NDArray
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.identify.bounce import BounceFit, Bounces, find_bounces, offsets_of_records
-from tarsus.identify.draws import DRAWS, NORMAL, by_group, carried, newton_draws, within
+from tarsus.identify.covariance import scattered
+from tarsus.identify.draws import carried, within
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.flight import WORST
 from tarsus.identify.foot import FootModel
-from tarsus.identify.step import Residual, StepResult, Used, points_and_line
+from tarsus.identify.influence import EVENT, SPEED, Influence, events_of, of_records
+from tarsus.identify.robust_ratio import RobustRatio, robust_ratio
+from tarsus.identify.step import Check, Residual, StepResult, Used, points_and_line
 from tarsus.identify.traces import Trace
-from tarsus.impacts.estimates import Spread, common_ratio, supported
 from tarsus.records.excluded import Excluded, Exclusion, enough
 
 PATH = "ground.restitution.coefficient"
 FEWEST = 3
 """Bounces that are needed: one that is unlike two others is seen."""
-_RECORDS = 5
-"""Records from which on their scatter is that of the ratio, rather than that of all impacts."""
 BOUNDS = (0.0, 1.0)
 """A foot that departs has lost energy in the impact, and does not depart into the ground."""
 
@@ -45,13 +45,10 @@ TURN = np.array([[1.0, -1.0], [-1.0, 1.0]])
 
 @dataclass(frozen=True)
 class BounceStudy:
-    """The step's result, and the impacts it used, as fitted; shared (draws, ni) [m/s]: what numbers of earlier steps
-    and zeros of the records do to the departure velocities, less the ratio times the approach."""
+    """The step's result, and the impacts whose ratio of velocities is like that of the others."""
 
     step: StepResult
     bounces: Bounces
-    fitted: BounceFit
-    shared: Floats
 
 
 def identify_restitution(
@@ -90,28 +87,33 @@ def identify_restitution(
     bounces = Bounces(traces, items, level[0], model)
     fitted = bounces.fit()
     kept = sound(bounces, fitted)
-    left += [_why_not(bounces, fitted, kept, int(r), model.foot_point) for r in np.flatnonzero(~kept.good)]
-    if np.count_nonzero(kept.good) < FEWEST:
+    good = kept.rebounds
+    left += [_why_not(bounces, fitted, kept, int(r), model.foot_point) for r in np.flatnonzero(~good)]
+    if np.count_nonzero(good) < FEWEST:
         raise InputError(
-            f"{files}: channel '{model.foot_point}': {np.count_nonzero(kept.good)} of {total} impacts are single "
+            f"{files}: channel '{model.foot_point}': {np.count_nonzero(good)} of {total} impacts are single "
             f"ones between free motions of this structure; at least {FEWEST} are needed"
         )
-    bounces = bounces.chosen(kept.good)
-    fitted = fitted.chosen(kept.good)
-    step, shared = _result(known, bounces, fitted, left, total, level[1], seed)
-    return BounceStudy(step, bounces, fitted, shared)
+    bounces = bounces.chosen(good)
+    step, like = _result(known, bounces, fitted.chosen(good), left, total, level[1], seed)
+    return BounceStudy(step, bounces.chosen(like))
 
 
 @dataclass(frozen=True)
 class Kept:
     """Of impacts (ni,): settled: whose fit has settled; single: of these, one impact between free flights; caught: of
-    these, at which the foot was caught and let go again, where others rebound; good: whose ratio of velocities is like
-    that of the others that rebound."""
+    these, at which the foot was caught and let go again, where others rebound; like: of the rebounds, those whose ratio
+    of velocities is like that of the others."""
 
     settled: NDArray[np.bool_]
     single: NDArray[np.bool_]
     caught: NDArray[np.bool_]
-    good: NDArray[np.bool_]
+    like: NDArray[np.bool_]
+
+    @property
+    def rebounds(self) -> NDArray[np.bool_]:
+        """Single impacts (ni,) that are no captures."""
+        return self.single & ~self.caught
 
 
 def sound(bounces: Bounces, fitted: BounceFit) -> Kept:
@@ -123,20 +125,21 @@ def sound(bounces: Bounces, fitted: BounceFit) -> Kept:
     )
     single = (fitted.chi < WORST) & _seen(fitted) & settled
     caught = _caught(fitted, single)
-    return Kept(settled, single, caught, single & _alike(fitted, single & ~caught, _events(bounces)))
+    rebounds, like = single & ~caught, np.zeros(len(single), dtype=bool)
+    if rebounds.any():
+        some = fitted.chosen(rebounds)
+        found = robust_ratio(
+            some.speeds[:, 0], -some.speeds[:, 1], some.covariance * TURN, _events(bounces)[rebounds]
+        )
+        like[rebounds] = np.abs(found.off) < _OUTSIDE
+    return Kept(settled, single, caught, like)
 
 
 def _events(bounces: Bounces) -> NDArray[np.intp]:
-    """Number (ni,) of the event that each impact is: repeats of a set show one and the same impact, which lies between
-    the same two samples of theirs or the next ones."""
-    sets = [bounces.traces[one.trace].set for one in bounces.items]
-    names = np.unique(sets, return_inverse=True)[1]
-    when = np.array([bounces.traces[one.trace].time[one.last] for one in bounces.items])
-    order = np.lexsort((when, names))
-    apart = (np.diff(names[order]) > 0) | (np.diff(when[order]) > _ONE_EVENT * bounces.step)
-    number = np.empty(len(order), dtype=np.intp)
-    number[order] = np.concatenate([[0], np.cumsum(apart)])
-    return number
+    """Number (ni,) of the event that each impact is: in repeats it lies between the same two samples or the next."""
+    traces = [bounces.traces[one.trace] for one in bounces.items]
+    when = [trace.time[one.last] for trace, one in zip(traces, bounces.items, strict=True)]
+    return events_of([one.set for one in traces], when, _ONE_EVENT * bounces.step)
 
 
 def _seen(fitted: BounceFit) -> NDArray[np.bool_]:
@@ -151,9 +154,6 @@ def _why_not(bounces: Bounces, fitted: BounceFit, kept: Kept, r: int, foot: str)
     at, kind = f"the impact at {trace.time[bounces.items[r].last]:.5g} s", Exclusion.UNUSABLE
     if kept.caught[r]:
         text = f"at {at} the foot is caught and let go again: it departs with none of the approach's velocity"
-    elif kept.single[r]:
-        ratio = -fitted.speeds[r, 0] / fitted.speeds[r, 1]
-        text, kind = f"{at}, with a ratio of {ratio:.3g}, is far off the others", Exclusion.UNLIKE
     elif not kept.settled[r]:
         text = f"the fit of the motion around {at} does not settle"
     elif not _seen(fitted)[r]:
@@ -164,60 +164,17 @@ def _why_not(bounces: Bounces, fitted: BounceFit, kept: Kept, r: int, foot: str)
     return Excluded(trace.file, foot, text, kind=kind)
 
 
-def _ratios(fitted: BounceFit, chosen: NDArray[np.bool_]) -> tuple[Floats, Floats, float]:
-    """Ratios of velocities (ni,), their errors (ni,) at the middle one of the chosen, and this."""
-    departure, approach = fitted.speeds[:, 0], -fitted.speeds[:, 1]
-    ratio = departure / np.where(approach > 0.0, approach, np.nan)
-    middle = float(np.nanmedian(ratio[chosen]))
-    error = np.sqrt(np.maximum(variance_of(fitted.covariance * TURN, middle), 0.0)) / np.abs(approach)
-    return ratio, np.where(error > 0.0, error, np.nan), middle
-
-
 def _caught(fitted: BounceFit, single: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Impacts of single ones at which adhesion held the foot and let it go at once: it departs with no velocity where
     others, as many as are needed, depart with one that its error tells from this."""
-    none = fitted.speeds[:, 0] < _OUTSIDE * np.sqrt(np.maximum(fitted.covariance[:, 0, 0], 0.0))
+    departure, approach = fitted.speeds[:, 0], -fitted.speeds[:, 1]
+    none = departure < _OUTSIDE * np.sqrt(np.maximum(fitted.covariance[:, 0, 0], 0.0))
     rebounds = single & ~none
     if np.count_nonzero(rebounds) < FEWEST:
         return np.zeros(len(none), dtype=bool)
-    ratio, error, middle = _ratios(fitted, rebounds)
-    return single & none & (middle - ratio > _OUTSIDE * error)
-
-
-def _alike(
-    fitted: BounceFit, single: NDArray[np.bool_], events: NDArray[np.intp]
-) -> NDArray[np.bool_]:
-    """Impacts of single ones whose ratio is as far from the middle one as its error allows, or as most others are by
-    theirs; and those far off that lie with these on a line over the logarithm of speed, as many events as are needed:
-    what happens again is no accident, and whether restitution depends on speed is asked of all of them.
-
-    A foot that was caught and let go again within a sample looks like a weak rebound, and is caught in every repeat: of
-    impacts that depart with less than others, repeats of one event (ni, its number) are one. None departs with more."""
-    if not single.any():
-        return single
-    ratio, error, middle = _ratios(fitted, single)
-    off = np.abs(ratio - middle) / error
-    most = _OUTSIDE * max(1.4826 * float(np.nanmedian(off[single])), 1.0)
-    near = single & (off < most)
-    residual, support, weight = supported(
-        fitted.speeds[:, 0], -fitted.speeds[:, 1], fitted.covariance * TURN, middle
-    )
-    seen = single & (support > 0.0)
-    far = np.flatnonzero(seen & ~near)
-    alone = np.where(ratio > middle, events.max() + 1 + np.arange(len(events)), events)
-    if len(np.unique(alone[far])) < FEWEST:
-        return near
-    speed = np.log(np.where(seen, support, 1.0))
-    lever = np.sqrt(weight[far]) * support[far] * (speed[far] - speed[near & seen].mean())
-    left = np.sqrt(weight[far]) * residual[far]
-    order = np.argsort(
-        left / lever
-    )  # the median slope that single ones have, by what each of them says of it
-    share = np.cumsum(lever[order] ** 2)
-    slope = (left / lever)[order[np.searchsorted(share, 0.5 * share[-1])]]
-    more = far[np.abs(left - slope * lever) < most]
-    again = len(np.unique(alone[more])) >= FEWEST
-    return near | np.isin(np.arange(len(near)), more) if again else near
+    middle = float(np.median(departure[rebounds] / approach[rebounds]))
+    error = np.sqrt(np.maximum(variance_of(fitted.covariance * TURN, middle), 0.0))
+    return single & none & (middle * approach - departure > _OUTSIDE * error)
 
 
 def _result(
@@ -228,75 +185,87 @@ def _result(
     total: int,
     level_error: float,
     seed: int,
-) -> tuple[StepResult, Floats]:
+) -> tuple[StepResult, NDArray[np.bool_]]:
+    """The step, and which impacts are like the others."""
     zeros = offsets_of_records(bounces, fitted, level_error, seed)
-    fitted_speeds = zeros.moved(fitted.speeds, zeros.values)
-    departure, approach = fitted_speeds[:, 0], -fitted_speeds[:, 1]
-    covariance = fitted.covariance * TURN
-    try:
-        whole = common_ratio(departure, approach, covariance)
-    except OverflowError:
-        raise InputError("velocities before and after the impacts have no ratio in common") from None
+    covariance, events = fitted.covariance * TURN, _events(bounces)
 
-    def told(speeds: Floats) -> Floats:
-        ratio = common_ratio(speeds[:, 0], -speeds[:, 1], covariance).value
-        return np.concatenate([[ratio], speeds @ np.array([1.0, whole.value])])
+    def ratio(speeds: Floats) -> RobustRatio:
+        return robust_ratio(speeds[:, 0], -speeds[:, 1], covariance, events)
 
     def again(values: Floats) -> Floats:
-        return told(zeros.moved(bounces.moved(known.model(values), fitted), zeros.values))
+        return np.array([ratio(zeros.moved(bounces.moved(known.model(values), fitted), zeros.values)).value])
 
     def shifted(values: Floats) -> Floats:
-        return told(zeros.moved(fitted.speeds, values))
+        return np.array([ratio(zeros.moved(fitted.speeds, values)).value])
 
-    groups = np.array([one.trace for one in bounces.items])
-    own = _draws(departure, approach, covariance, groups, whole, seed)
-    shared = carried(again, known.values, known.samples)
-    shared += carried(shifted, zeros.values.ravel(), zeros.samples.reshape(len(shared), -1))
-    samples = whole.value + own[:, None] + shared[:, :1]
-    values, samples, reached = within(np.array([whole.value]), samples, (BOUNDS,))
-    noise = variance_of(covariance, whole.value)
-    rest = departure - whole.value * approach
-
+    speeds = zeros.moved(fitted.speeds, zeros.values)
+    found, departure, approach = ratio(speeds), speeds[:, 0], -speeds[:, 1]
+    like = np.abs(found.off) < _OUTSIDE
+    influence = _influence(bounces, events, found)
+    samples = found.value + scattered(influence, seed) + carried(again, known.values, known.samples)
+    samples += carried(shifted, zeros.values.ravel(), zeros.samples.reshape(len(samples), -1))
+    values, samples, reached = within(np.array([found.value]), samples, (BOUNDS,))
+    noise = np.sqrt(variance_of(covariance, found.value))
     panels = points_and_line(
         ("velocity after over velocity before an impact", "what e times approach leaves"),
         ("approach", "m/s", "departure", "m/s"), ("impacts", "e times approach"), (approach, departure),
-        (0.0, whole.value), (np.sqrt(covariance[:, 0, 0]), np.sqrt(noise)),
+        (0.0, found.value), (np.sqrt(covariance[:, 0, 0]), noise),
     )  # fmt: skip
+    rest = (departure - found.value * approach)[like]
+    slow, fast = 1e3 * approach.min(), 1e3 * approach.max()
     step = StepResult(
         "restitution", (PATH,), values, samples,
-        residuals=(Residual.of("departure velocities", "m/s", rest, np.sqrt(noise)),),
-        used=(Used("impacts", len(departure), total),), files=bounces.files(), left_out=tuple(left), panels=panels,
+        residuals=(Residual.of("departure velocities", "m/s", rest, noise[like]),),
+        used=(Used("impacts", int(like.sum()), total),), files=bounces.files(), panels=panels,
+        left_out=(*left, *(_unlike(bounces, departure / approach, int(r)) for r in np.flatnonzero(~like))),
         notes=(
-            f"The scatter of e from impact to impact, beyond noise, is {whole.scatter:.2g}.",
-            f"It is that of impacts at {1e3 * approach.min():.3g} to {1e3 * approach.max():.3g} mm/s.",
+            f"The scatter of e from impact to impact, beyond noise, is {found.scatter:.2g}.",
+            f"It is that of impacts at {slow:.3g} to {fast:.3g} mm/s.",
         ),
-        bounds={PATH: reached[0]},
+        checks=(_departing_more(found, events),), bounds={PATH: reached[0]},
+        influence=replace(influence, score=found.clipped[:, None]),
     )  # fmt: skip
-    return step, shared[:, 1:]
+    return step, like
+
+
+def _departing_more(found: RobustRatio, events: NDArray[np.intp]) -> Check:
+    """Whether repeats show an impact that departs with more than others do. One that departs with less may have been
+    caught and let go within a sample; nothing that happens at an impact adds to it."""
+    seen = np.bincount(events)[events] > 1
+    off = np.where(seen, found.off, 0.0)
+    k = int(np.argmax(off))
+    ratio = found.value + found.left[k]
+    cause = (
+        f"an impact at {1e3 * found.support[k]:.3g} mm/s departs with {ratio:.3g} of its approach in repeats, where "
+        f"most have {found.value:.3g} at {1e3 * float(np.median(found.support)):.3g} mm/s: restitution may change with "
+        "speed"
+    )
+    return Check(
+        "impact that repeats show to depart with more, in standard deviations", max(float(off[k]), 0.0), _OUTSIDE,
+        paths=(PATH,), cause=cause, hangs=True, record="record bounces at further speeds of impact",
+    )  # fmt: skip
+
+
+def _unlike(bounces: Bounces, ratio: Floats, r: int) -> Excluded:
+    """That an impact is another event than most: its weight is next to nothing."""
+    trace = bounces.traces[bounces.items[r].trace]
+    at = trace.time[bounces.items[r].last]
+    text = f"the impact at {at:.5g} s, with a ratio of {ratio[r]:.3g}, is far off the others"
+    return Excluded(trace.file, bounces.model.foot_point, text, kind=Exclusion.UNLIKE)
+
+
+def _influence(bounces: Bounces, events: NDArray[np.intp], found: RobustRatio) -> Influence:
+    """What each impact says of the ratio."""
+    levels, covariates = of_records(bounces.traces, [one.trace for one in bounces.items])
+    covariates[SPEED] = np.log(found.support)
+    return Influence(
+        (PATH,), found.information[:, None, None], found.score[:, None], np.ones(1),
+        {EVENT: events} | levels, covariates,
+    )  # fmt: skip
 
 
 def variance_of(covariance: Floats, ratio: float) -> Floats:
     """Variance (n,) of departure less ratio times approach."""
     turn = np.array([1.0, -ratio])
     return np.einsum("a,nab,b->n", turn, covariance, turn)
-
-
-def _draws(
-    departure: Floats,
-    approach: Floats,
-    covariance: Floats,
-    groups: NDArray[np.intp],
-    whole: Spread,
-    seed: int,
-) -> Floats:
-    """Deviations (draws,) of the ratio, as records scatter, and at least those that the regression over all impacts
-    allows, which are all that few records determine."""
-    weight = 1.0 / variance_of(covariance, whole.value)
-    # few impacts may agree by chance to less than their noise
-    allowed = max((whole.high - whole.low) / (2.0 * NORMAL), float(np.sum(weight * approach**2)) ** -0.5)
-    if len(np.unique(groups)) < _RECORDS:
-        return allowed * np.random.default_rng([seed, 11]).standard_normal(DRAWS)
-    shares = weight * approach**2, weight * approach * (departure - whole.value * approach)
-    information, score = by_group(groups, *shares)
-    own = newton_draws(information[:, None, None], score[:, None], seed)[:, 0]
-    return own * max(1.0, allowed / float(np.std(own)))

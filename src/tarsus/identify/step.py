@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.fit.verdict import LEVEL, Verdict
 from tarsus.records.excluded import Excluded
+
+if TYPE_CHECKING:
+    from tarsus.identify.influence import Influence
 
 ASSUMED, PREFERRED, UNDECIDED = Verdict.ASSUMED.value, Verdict.PREFERRED.value, Verdict.UNDECIDED.value
 """What records say of a number or a law that they do not determine: nothing, so that it is taken as known beforehand;
@@ -133,7 +137,8 @@ class Check:
 
     name: what is compared; value and limit [unit]; least: whether the value must reach the limit rather than stay
     below it; paths: the numbers that a check which fails takes the word "determined" from; cause: what a failure means;
-    hangs: whether it may as well fail because of what another check shows of all these numbers.
+    hangs: whether it may as well fail because of what another check shows of all these numbers; record: what to record
+    where it fails.
     """
 
     name: str
@@ -144,6 +149,7 @@ class Check:
     paths: tuple[str, ...] = ()
     cause: str = ""
     hangs: bool = False
+    record: str = ""
 
     @property
     def passed(self) -> bool:
@@ -174,8 +180,9 @@ class StepResult:
     the data; panels: for figures; notes: sentences; taken: paths among them that these data do not
     tell, whose values only go with the others; files: of which something was used; bounds: by path, ends [SI] that
     physics sets a parameter and these data do not exclude, infinite where the data set the end; alternatives that were
-    tried; checks of what was found; about: a sentence on what is fitted to which data; records: these in a word. Tables
-    and pages show all of it as it stands here.
+    tried; checks of what was found; about: a sentence on what is fitted to which data; records: these in a word;
+    influence: how far parts of the data pull the parameters, where the step tells. Tables and pages show all of it as
+    it stands here.
 
     Raises
     ------
@@ -200,6 +207,7 @@ class StepResult:
     checks: tuple[Check, ...] = ()
     about: str = ""
     records: str = ""
+    influence: Influence | None = None
 
     def __post_init__(self) -> None:
         count = len(self.paths)

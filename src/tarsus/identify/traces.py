@@ -35,7 +35,8 @@ class Trace:
 
     file; set: name of the set of records it belongs to; points (np); time (ns,) [s], 0 where the drive begins;
     noise_x, noise_v (np,): standard deviations of a sample; zero (np,) [m]: standard deviation of the zero of x;
-    gap [m]: of the foot at the neutral position in this record, None where it is the device's own."""
+    gap [m]: of the foot at the neutral position in this record, None where it is the device's own; order: of its file
+    among those of the campaign, in which they were recorded unless it is told otherwise."""
 
     file: str
     set: str
@@ -48,6 +49,7 @@ class Trace:
     noise_v: Floats
     zero: Floats
     gap: float | None = None
+    order: int = 0
 
     @property
     def step(self) -> float:
@@ -136,7 +138,8 @@ def trace_of(
     v = record.values[[found[point, Quantity.VELOCITY] for point in points]]
     quiet_x, quiet_v = x[:, :still], v[:, :still]
     if still_channels := [
-        channel.name for channel, row in zip(record.channels, record.values, strict=True)
+        channel.name
+        for channel, row in zip(record.channels, record.values, strict=True)
         if channel.at in points and not np.ptp(row) > 0.0
     ]:
         raise InputError([
@@ -190,6 +193,22 @@ def contact_level(traces: Sequence[Trace], foot: str, driven: bool = False) -> t
     value = float(np.sum(weight * levels) / weight.sum())
     scatter = float(np.sum(weight * (levels - value) ** 2) / max(len(levels) - 1, 1))
     return value, float(np.sqrt(max(scatter, 1.0) / weight.sum()))
+
+
+LEVEL = "the level of the ground"
+"""Where records show the ground, from the rest [m]."""
+
+
+def levels_by_file(
+    slow: Sequence[Trace], fast: Sequence[Trace], foot: str
+) -> tuple[list[Trace], Floats, Floats]:
+    """Records in which the foot stands, those with a slow drive first, where it does in each [m], and its error there:
+    of its own, and as far as most records are from the middle one."""
+    stands = [(one, _lowest_stand(one, foot, k < len(slow))) for k, one in enumerate((*slow, *fast))]
+    seen = [(one, *stand) for one, stand in stands if stand is not None]
+    levels, own = np.array([one[1:] for one in seen]).reshape(-1, 2).T
+    spread = 1.4826 * float(np.median(np.abs(levels - np.median(levels)))) if len(seen) else 0.0
+    return [one[0] for one in seen], levels, np.hypot(own, spread)
 
 
 def _lowest_stand(trace: Trace, foot: str, driven: bool) -> tuple[float, float] | None:

@@ -41,8 +41,8 @@ OTHER = "ramps-100hz-100-2.mat"
 """File that another device than the others may have left."""
 TABLE_HZ = 35.0
 """Frequency [Hz] of a table's vibration."""
-_SWEEPS, _PLACE, _ALL = 3, 20, 46
-"""Numbers of the middle sweep and the middle ramps among all files."""
+_SWEEPS, _PLACE, _IMPACTS, _ALL = 3, 20, 34, 46
+"""Numbers of the middle sweep, ramps and bounces among all files, and how many these are."""
 BOUNCES = ((1.25, 300.0), (2.25, 300.0))
 """Square waves that make the foot bounce: volts, hertz."""
 
@@ -168,11 +168,12 @@ def _kept(device: Device, world: World, steps: int, rate: float) -> dict[str, Mo
 
 def _now(device: Device, world: World, number: int, file: str) -> Device:
     """The device as it is in one file."""
-    warmer, damper = ((number - since) / _ALL for since in (_SWEEPS, _PLACE))
+    warmer, damper, duller = ((number - since) / _ALL for since in (_SWEEPS, _PLACE, _IMPACTS))
     device = replace(
         device,
         frequencies=tuple(f * (1.0 + world.softening * warmer) for f in device.frequencies),
         adhesion=tuple(a * (1.0 + world.humid * damper) for a in device.adhesion),
+        restitution=device.restitution * (1.0 + world.dulling * duller),
     )
     return device.drawn(world.other, 5) if world.other and file == OTHER else device
 

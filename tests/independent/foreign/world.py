@@ -94,11 +94,12 @@ class World:
 
     Further, of the structure: relaxing: share of every mode's spring that relaxes (`structure.RELAX_S`), its poles
     being the device's; rocks: share of the first mode's shape at the foot that a mode of the foot alone has there,
-    which the drive does not move; softening, humid: shares by which frequencies and adhesion change over the campaign,
-    being the device's in the middle of the sweeps and of the ramps; remounted: standard deviation of the gap from file
-    to file, a share of it; other: share by which the device in one file, `campaign.OTHER`, is another one; spot [m]:
-    by which the laser on the tip is nearer to the beam than the foot. Of the ground: slip [m]: mean free path of the
-    film's gas; reach [m]: length over which adhesion at touch still attracts a foot that has left. Of the drive:
+    which the drive does not move; softening, humid, dulling: shares by which frequencies, adhesion and restitution
+    change over the campaign, being the device's in the middle of the sweeps, ramps and bounces; remounted: standard
+    deviation of the gap from file to file, a share of it; other: share by which the device in one file,
+    `campaign.OTHER`, is another one; spot [m]: by which the laser on the tip is nearer to the beam than the foot. Of
+    the ground: slip [m]: mean free path of the film's gas; reach [m]: length over which adhesion at touch still
+    attracts a foot that has left. Of the drive:
     creeping: share of its force that follows in each decade of time from 1 ms to 10 s; lagging [s]: of its plays
     behind the volts; held [Hz]: rate of a converter that holds its samples; pole [Hz]: of the amplifier; offset [V]:
     of the amplifier; the volts are recorded before all three. Of instruments: into_v [m/s/V], into_x [m/V]: crosstalk
@@ -140,6 +141,7 @@ class World:
     rocks: float = 0.0
     softening: float = 0.0
     humid: float = 0.0
+    dulling: float = 0.0
     remounted: float = 0.0
     other: float = 0.0
     spot: float = 0.0
@@ -168,6 +170,7 @@ class World:
             or self.scatter
             or self.softening
             or self.humid
+            or self.dulling
             or self.remounted
             or self.other
         )
@@ -222,6 +225,7 @@ WORLDS = {
     "foot that rocks": World(rocks=0.2),
     "frequencies drift": World(softening=1e-3),
     "adhesion drifts": World(humid=0.2),
+    "restitution drifts": World(dulling=-0.6),
     "foot remounted": World(remounted=0.02),
     "another device in one file": World(other=0.05),
     "spot off the foot": World(spot=22e-6),

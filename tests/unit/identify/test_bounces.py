@@ -7,12 +7,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from tarsus.identify.bounce import FEWEST, BounceFit, find_bounces
-from tarsus.identify.checks import TREND, with_speed
-from tarsus.identify.draws import DRAWS
-from tarsus.identify.restitution import PATH, BounceStudy, _alike, _caught, _events, _seen
-from tarsus.identify.step import StepResult
+from tarsus.identify.covariance import scattered
+from tarsus.identify.influence import EVENT, SPEED, Influence
+from tarsus.identify.restitution import PATH, TURN, _caught, _departing_more, _events, _seen
+from tarsus.identify.robust_ratio import RobustRatio, robust_ratio
+from tarsus.identify.surprises import Surprises, surprises
 from tarsus.identify.traces import Trace
 
 STEP = 5e-5
@@ -64,11 +66,18 @@ def fits(departures: list[float], error: float, approaches: float | list[float] 
     return BounceFit(speeds, np.tile(error**2 * np.eye(2), (count, 1, 1)), np.ones(count))
 
 
+def like(fitted: BounceFit, single: np.ndarray, events: np.ndarray) -> list[int]:
+    """Impacts of single ones whose ratio is like that of the others."""
+    at = np.flatnonzero(single)
+    some = fitted.chosen(single)
+    found = robust_ratio(some.speeds[:, 0], -some.speeds[:, 1], some.covariance * TURN, events[single])
+    return at[np.abs(found.off) < 3.5].tolist()
+
+
 @pytest.mark.parametrize(
     ("departures", "error", "kept"),
     [
         ([0.0, 0.0005, -0.001, 0.0440, 0.0435, 0.0442], 1e-3, [3, 4, 5]),  # caught as often as not
-        ([0.0, 0.0440, 0.0442], 1e-3, [1, 2]),  # two tell no rule: the third is far off them
         ([0.0, 0.0005, -0.001], 1e-3, [0, 1, 2]),  # nothing is left of any approach
         ([0.0180, 0.0440, 0.0435, 0.0442], 1e-2, [0, 1, 2, 3]),  # too uncertain to tell
     ],
@@ -77,7 +86,7 @@ def test_a_foot_that_is_caught_and_let_go_is_no_rebound(departures, error, kept)
     fitted = fits(departures, error)
     single = np.ones(len(departures), dtype=bool)
     caught = _caught(fitted, single)
-    assert np.flatnonzero(_alike(fitted, single & ~caught, np.arange(len(departures)))).tolist() == kept
+    assert like(fitted, single & ~caught, np.arange(len(departures))) == kept
 
 
 def test_impacts_whose_approach_is_lost_in_its_error_tell_nothing():
@@ -86,37 +95,71 @@ def test_impacts_whose_approach_is_lost_in_its_error_tell_nothing():
     assert _seen(fits(departures, 5e-4, approaches)).all()
 
 
-def test_impacts_far_off_that_lie_on_a_line_over_speed_are_no_accidents():
-    """Restitution that falls with speed: three slow impacts of a record beside thirty fast ones, and one caught
-    within a sample, which is on no line."""
-    fast, slow = np.linspace(0.114, 0.119, 30), np.array([0.064, 0.0645, 0.065])
-    approaches = np.concatenate([fast, slow, [0.09]])
-    departures = approaches * (0.36 - 0.09 * np.log(approaches / 0.116))
-    departures[-1] *= 0.7
-    fitted, every, events = fits(departures.tolist(), 5e-4, approaches.tolist()), np.ones(34, dtype=bool), np.arange(34)
-    assert np.flatnonzero(~_alike(fitted, every, events)).tolist() == [33]
-    two = events != 32  # fewer than are needed for a rule: far off the others
-    assert np.flatnonzero(two & ~_alike(fitted, two, events)).tolist() == [30, 31, 33]
+def many(far: float, times: int, seed: int = 1) -> tuple[BounceFit, np.ndarray]:
+    """Fifty-nine events of ratio 0.3 and one of another ratio, each seen so many times with noise of its own."""
+    random = np.random.default_rng(seed)
+    ratio = np.concatenate([np.full(59, 0.3), [far]])
+    approach = np.concatenate([np.linspace(0.05, 0.12, 59), [0.09]])
+    events = np.repeat(np.arange(60), times)
+    speeds = approach[events] + 4e-4 * random.standard_normal(60 * times)
+    departures = (ratio * approach)[events] + 4e-4 * random.standard_normal(60 * times)
+    return fits(departures.tolist(), 4e-4, speeds.tolist()), events
 
 
-def test_repeats_of_one_capture_are_one_event_and_no_rule():
-    """A foot that is caught within a sample, in three repeats of one record: they agree, and say nothing thrice."""
-    approaches = np.concatenate([np.linspace(0.114, 0.119, 30), [0.0899, 0.09, 0.0901]])
-    departures = 0.3 * approaches
-    departures[-3:] = [0.0020, 0.0021, 0.0019]
-    fitted, every = fits(departures.tolist(), 5e-4, approaches.tolist()), np.ones(33, dtype=bool)
-    once = np.concatenate([np.arange(30), [30, 30, 30]])
-    assert np.flatnonzero(~_alike(fitted, every, once)).tolist() == [30, 31, 32]
-    assert _alike(fitted, every, np.arange(33)).all()  # three of them would be a rule
+def ratio_of(fitted: BounceFit, events: np.ndarray) -> RobustRatio:
+    return robust_ratio(fitted.speeds[:, 0], -fitted.speeds[:, 1], fitted.covariance * TURN, events)
 
 
-def test_a_slow_impact_that_repeats_show_to_rebound_more_is_no_capture():
-    """Restitution that falls with speed, of which three repeats show one and the same slow impact: nothing that catches
-    a foot lets it depart with more."""
-    approaches = np.concatenate([np.linspace(0.114, 0.119, 30), [0.0640, 0.0645, 0.0650]])
-    departures = approaches * (0.36 - 0.09 * np.log(approaches / 0.116))
-    fitted, every = fits(departures.tolist(), 5e-4, approaches.tolist()), np.ones(33, dtype=bool)
-    assert _alike(fitted, every, np.concatenate([np.arange(30), [30, 30, 30]])).all()
+def test_three_repeats_of_one_capture_are_one_event_far_off():
+    """A foot that is caught within a sample, in three repeats of one record: they agree, and are one event that pulls
+    the ratio by next to nothing, and its error neither."""
+    fitted, events = many(0.02, 3)
+    found = ratio_of(fitted, events)
+    assert np.flatnonzero(np.abs(found.off) > 3.5).tolist() == [177, 178, 179]
+    assert np.abs(found.off[177:]).min() > 100.0
+    kept = np.arange(180) < 177
+    without = ratio_of(fitted.chosen(kept), events[kept])
+    assert found.value == pytest.approx(without.value, abs=2e-4)
+    assert found.value == pytest.approx(0.3, abs=1.6e-3)
+    error = scattered(influence_of(found, events), 1).std()
+    assert error < 1.1 * scattered(influence_of(without, events[kept]), 1).std() < 1e-3
+
+
+@pytest.mark.parametrize(("far", "times", "passed"), [(0.45, 3, False), (0.45, 1, True), (0.02, 3, True)])
+def test_only_what_repeats_show_to_depart_with_more_is_against_one_number(far, times, passed):
+    fitted, events = many(far, times)
+    check = _departing_more(ratio_of(fitted, events), events)
+    assert check.passed is passed and check.paths == (PATH,)
+    assert passed or ("departs with 0.44" in check.cause and "most have 0.299 at" in check.cause)
+
+
+def influence_of(found: RobustRatio, events: np.ndarray) -> Influence:
+    score = found.score[:, None]
+    return Influence((PATH,), found.information[:, None, None], score, np.ones(1), {EVENT: events}, {})
+
+
+def test_what_repeats_show_of_events_that_scatter_counts_once():
+    """Events whose ratio scatters by a tenth: the error is that of their number, however often each is seen."""
+    random, errors = np.random.default_rng(4), []
+    ratio, approach = 0.3 + 0.03 * random.standard_normal(60), np.linspace(0.05, 0.12, 60)
+    for times in (1, 3):
+        events = np.repeat(np.arange(60), times)
+        fitted = fits((ratio * approach)[events].tolist(), 1e-4, approach[events].tolist())
+        found = ratio_of(fitted, events)
+        assert found.scatter == pytest.approx(0.03, rel=0.2)
+        errors.append(float(scattered(influence_of(found, events), 1).std()))
+    assert errors[1] == pytest.approx(errors[0], rel=0.02)
+    assert errors[0] == pytest.approx(0.03 / np.sqrt(60.0), rel=0.25)
+
+
+def test_student_weights_cover_the_ratio_of_normal_events():
+    covered, trials = 0, 200
+    for seed in range(trials):
+        fitted, events = many(0.3, 1, seed)
+        found = ratio_of(fitted, events)
+        low, high = np.quantile(scattered(influence_of(found, events), seed), [0.025, 0.975])
+        covered += bool(low <= found.value - 0.3 <= high)
+    assert binom.ppf(1e-3, trials, 0.95) <= covered <= binom.ppf(0.999, trials, 0.98)
 
 
 def test_impacts_of_repeats_at_one_moment_are_one_event():
@@ -129,21 +172,27 @@ def test_impacts_of_repeats_at_one_moment_are_one_event():
     assert numbers.tolist() == [0, 1, 0, 1, 2, 3]
 
 
-def trend(falling: float, seed: int) -> float:
-    """F of a trend in impacts at nearly one speed, and slower ones where restitution falls with speed, when what is not
+def trend(falling: float, seed: int) -> Surprises:
+    """What is said of impacts at nearly one speed, and slower ones where restitution falls with speed, when what is not
     known of the moment adds to the approach what it takes from the departure."""
     random = np.random.default_rng(seed)
-    true = np.concatenate([np.full(30, 0.116), np.full(6, 0.064 if falling else 0.116)])
+    true = np.concatenate([np.full(30, 0.116), np.full(6, 0.064)])
     off = 6e-4 * random.standard_normal(36)
     departures = true * (0.4 - falling * np.log(true / 0.1)) - off + 2e-4 * random.standard_normal(36)
     fitted = fits(departures.tolist(), 1e-4, (true + off).tolist())
     fitted.inverse[:] = 6e-4**2 * np.ones((2, 2)) + 2e-4**2 * np.eye(2)  # of departure and (signed) approach
-    step = StepResult("restitution", (PATH,), np.array([0.4]), np.full((DRAWS, 1), 0.4))
-    items = [SimpleNamespace(trace=k % 6) for k in range(36)]
-    study = BounceStudy(step, SimpleNamespace(items=items), fitted, np.zeros((DRAWS, 36)))
-    return with_speed(step, study, 1).checks[0].value
+    found = ratio_of(fitted, np.arange(36))
+    one = Influence(
+        (PATH,), found.information[:, None, None], found.clipped[:, None], np.ones(1), {EVENT: np.arange(36)},
+        {SPEED: np.log(found.support)},
+    )  # fmt: skip
+    return surprises([one], seed)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_noise_of_approaches_is_no_trend_of_restitution_with_speed(seed):
-    assert trend(0.0, seed) < TREND < trend(0.09, seed)
+    assert not trend(0.0, seed).found
+    (told,) = trend(0.09, seed).found
+    assert told.along == SPEED and told.slope == pytest.approx(-0.09, abs=3.0 * told.error)
+    assert told.moves(0.005) and not told.moves(0.05)
+    assert told.sentence().startswith(f"{PATH} falls with the logarithm of speed: 0.0")

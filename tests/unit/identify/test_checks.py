@@ -19,7 +19,7 @@ from tarsus.identify.airborne import air_records
 from tarsus.identify.alternatives import AirFit, drawn_over, fit_air
 from tarsus.identify.campaign import Campaign, Opened
 from tarsus.identify.chain import StepRunner
-from tarsus.identify.checks import GAP, SURE, TREND, air_checks, beside_causes, gap_check, step_checks
+from tarsus.identify.checks import AGEING, GAP, SURE, air_checks, beside_causes, gap_check, step_checks
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.film_hypotheses import (
@@ -158,9 +158,9 @@ def test_a_trend_has_a_large_f_and_none_a_small_one():
     flat = 0.4 + error * random.standard_normal(60)
     design, groups = np.column_stack([np.ones(60), x]), np.arange(60) % 12
     level = in_a_line(design, flat, error, groups, 1)
-    assert level is not None and level.f < TREND and level.weight < 0.9
+    assert level is not None and level.f < AGEING and level.weight < 0.9
     tilted = in_a_line(design, flat - 0.05 * x, error, groups, 1)
-    assert tilted is not None and tilted.f > 4.0 * TREND and tilted.decided and tilted.weight > 0.99
+    assert tilted is not None and tilted.f > 2.0 * AGEING and tilted.decided and tilted.weight > 0.99
     assert tilted.value == pytest.approx(-0.05, abs=4.0 * tilted.error)
     slight = in_a_line(design, 0.4 + 0.02 * random.standard_normal(60) - 0.009 * x, error, groups, 1)
     assert slight is not None

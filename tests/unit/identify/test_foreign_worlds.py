@@ -14,8 +14,8 @@ from tarsus.identify.chain import Identification, identify
 DEVICE = Device()
 DRIVE = "robot.drives.pzt"
 FURTHER = (
-    "spring that relaxes", "foot that rocks", "frequencies drift", "adhesion drifts", "foot remounted",
-    "another device in one file", "spot off the foot", "adhesion that reaches", "plays that lag",
+    "spring that relaxes", "foot that rocks", "frequencies drift", "adhesion drifts", "restitution drifts",
+    "foot remounted", "another device in one file", "spot off the foot", "adhesion that reaches", "plays that lag",
     "converter that holds", "volts in the velocities", "volts in the displacements", "zeros that wander",
     "coupled velocity", "table that vibrates", "gain of the velocities", "light of the tip at the centre",
 )  # fmt: skip
@@ -73,7 +73,7 @@ def said_of(found: Identification) -> list[str]:
         ("other thresholds", "other thresholds of the plays"),
         ("third mode", "a further mode"),
         ("film exponent 2", "the exponent of the film is "),
-        ("restitution falls with speed", "restitution falls with speed"),
+        ("restitution falls with speed", "restitution may change with speed"),
         ("compliant ground", "the ground gives way"),
         ("clock 100 ppm off", "the clock of the motion runs "),
         ("adhesion that ages", "adhesion over contact time is not linear"),

@@ -172,6 +172,6 @@ def test_draws_of_what_data_do_not_tell_are_those_of_what_was_known():
     random = np.random.default_rng(1)
     score = np.column_stack([random.standard_normal(9) * 10.0, np.zeros(9)])
     information = np.tile(np.diag([100.0, 0.0]), (9, 1, 1))
-    drawn = newton_draws(information, score, 3, np.diag([1e-9, 0.25]))
+    drawn = newton_draws([(information, score)], 3, np.diag([1e-9, 0.25]))
     assert np.std(drawn[:, 1]) == pytest.approx(2.0, rel=0.1)
     assert 0.02 < np.std(drawn[:, 0]) < 0.08
