@@ -27,7 +27,7 @@ import tarsus as ts
 from tarsus.orbits.returns import FINE, drive_period
 from tarsus.orbits.sequence import kept_events
 from tarsus.solve.contacts import earlier
-from tarsus.solve.simulate import Shared
+from tarsus.solve.run import Shared
 from tarsus.solve.trajectories import Trajectories
 from tarsus.solve.window import simulate_window
 

@@ -34,7 +34,7 @@ from tarsus.measure.shares import share_of
 from tarsus.measure.walking import measures_of
 from tarsus.model.scene import Scene
 from tarsus.orbits.starts import Box
-from tarsus.solve.simulate import Shared
+from tarsus.solve.run import Shared
 
 DEVICE = "millipede"
 FREE = {"gait.frequency": None, "gait.duty": None}

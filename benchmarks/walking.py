@@ -21,8 +21,7 @@ from tarsus.base.events import EventKind
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import lower_scene
 from tarsus.solve.codes import structured_events
-from tarsus.solve.engine import book_of, execute, tables_of, walk
-from tarsus.solve.simulate import RECORDED
+from tarsus.solve.engine import RECORDED, book_of, execute, tables_of, walk
 from tarsus_reproduce.walkers import many_legs
 
 TOLERANCE = 1e-9  # of event times [s] between the two engines

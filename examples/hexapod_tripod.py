@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import tarsus as ts
-from tarsus.solve.batch import Batch
+from tarsus.solve.results import Batch
 from tarsus_reproduce.walkers import hexapod_walker
 
 

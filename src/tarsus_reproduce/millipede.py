@@ -23,9 +23,7 @@ from tarsus.model.structure import Walker
 from tarsus.orbits.motion import FromRest, Motion, SettledMotion, motion_asked
 from tarsus.orbits.returns import drive_period
 from tarsus.orbits.scored import scored
-from tarsus.solve import Run, simulate
-from tarsus.solve.offered import offered
-from tarsus.solve.simulate import Shared
+from tarsus.solve import Run, Shared, offered, simulate
 from tarsus.study.studyfile import load_sweep
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import OUTCOMES

@@ -14,7 +14,7 @@ from tarsus.calibrate.prediction import Miss
 from tarsus.files.library import changed
 from tarsus.model.drive.waveforms import Sine, Square
 from tarsus.model.scene import Scene
-from tarsus.solve.seeds import Statistics, foot_statistics
+from tarsus.solve import Statistics, foot_statistics
 from tarsus_reproduce.ensembles import packaged_members, packaged_misses, packaged_told
 from tarsus_reproduce.forecast import (
     CALIBRATED,

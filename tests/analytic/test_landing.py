@@ -13,8 +13,7 @@ from tarsus.measure.history import PERIOD_MARK
 from tarsus.model.drive.laws import LinearForce
 from tarsus.plan.lowering import lower_scene
 from tarsus.solve.codes import structured_events
-from tarsus.solve.engine import execute
-from tarsus.solve.simulate import RECORDED
+from tarsus.solve.engine import RECORDED, execute
 from tarsus_reproduce.forces import point_matrices
 from walking_scenes import sticky, trotter
 

@@ -14,8 +14,7 @@ from tarsus.model.laws import Friction
 from tarsus.model.scene import Ground, Initial
 from tarsus.plan.lowering import lower_scene
 from tarsus.solve.codes import structured_events
-from tarsus.solve.engine import execute
-from tarsus.solve.simulate import RECORDED
+from tarsus.solve.engine import RECORDED, execute
 from walking_devices import creeping_millipede
 from walking_scenes import GRAVITY, block, moving, sticky, trotter
 

@@ -14,8 +14,8 @@ from tarsus.base.spec import with_values
 from tarsus.plan.lowering import lower_scene
 from tarsus.plan.slots import rows_of
 from tarsus.solve.codes import ResultCode, structured_events
-from tarsus.solve.engine import Accuracy, Engine, execute, walk
-from tarsus.solve.simulate import RECORDED, Shared
+from tarsus.solve.engine import RECORDED, Accuracy, Engine, execute, walk
+from tarsus.solve.run import Shared
 from walking_scenes import sticky, trotter
 
 

@@ -17,7 +17,7 @@ import tarsus as ts
 from scene_files import scene
 
 PACKAGE = Path(ts.__file__).parent
-PREPARED = ["solve/simulate.py", "files/library.py", "plan/lowering.py", "plan/slots.py", "solve/engine.py"]
+PREPARED = ["solve/simulation.py", "files/library.py", "solve/run.py", "plan/lowering.py", "solve/engine.py"]
 MODES = ["core/modes.py", "core/blocks.py"]
 
 

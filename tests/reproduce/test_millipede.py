@@ -12,7 +12,7 @@ from reproduce.coarse_studies import FEW, overdamped, ringing
 from tarsus.measure.walking import OF_EPISODES
 from tarsus.orbits.motion import FromRest, SettledMotion
 from tarsus.orbits.scored import scored
-from tarsus.solve.simulate import Shared
+from tarsus.solve.run import Shared
 from tarsus.study.studyfile import load_sweep
 from tarsus_reproduce.claims import DIRECTIONAL, PAYLOAD, TRENDS, FilmUnit, examples, scored_trends
 from tarsus_reproduce.millipede import (

@@ -257,7 +257,7 @@ def test_a_run_of_a_batch_has_its_motion_and_where_its_energy_went(make, vary):
 def test_a_session_lowers_its_scene_once_for_runs_that_differ_in_slots(scene, monkeypatch):
     lowered = []
     monkeypatch.setattr(
-        import_module("tarsus.solve.simulate"),
+        import_module("tarsus.solve.run"),
         "lower_scene",
         lambda *of: lowered.append(of) or lower_scene(*of),
     )

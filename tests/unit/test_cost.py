@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tarsus.files.toml import parse_scene
-from tarsus.solve.cost import STEPS_PER_CYCLE, estimated_steps
+from tarsus.solve.simulation import STEPS_PER_CYCLE, estimated_steps
 
 SCENE = """
 name = "two masses"

@@ -13,7 +13,7 @@ import tarsus as ts
 from tarsus.measure import Judgement, RunTable, Scope, measured, measures_of
 from tarsus.measure.periods import PER_WINDOW, PerWindow
 from tarsus.solve.codes import EVENT_TYPE
-from tarsus.solve.offered import offered
+from tarsus.solve.run import offered
 
 BOUNCE, CAPTURE, RELEASE, REST, START, MARK = 1, 2, 3, 4, 5, 6
 

@@ -12,7 +12,7 @@ from tarsus.core import _native
 from tarsus.plan.lowering import lower_scene
 from tarsus.plan.slots import rows_for
 from tarsus.solve.packet import packed, packet_arrays, packet_of
-from tarsus.solve.simulate import Shared, prepared
+from tarsus.solve.run import Shared, prepared
 
 DEVICES = (
     "cantilever",

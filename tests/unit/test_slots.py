@@ -15,7 +15,7 @@ from tarsus.model.scene import Scene
 from tarsus.plan.lowering import lower_scene
 from tarsus.plan.slots import Kind, rows_for, slot, slots
 from tarsus.solve import Accuracy
-from tarsus.solve.simulate import Shared
+from tarsus.solve.run import Shared
 from tarsus.study import bench
 
 VOLTS = 8.0
@@ -147,7 +147,7 @@ def test_bits_do_not_depend_on_neighbours_order_chunks_or_threads(monkeypatch):
     }  # fmt: skip
     whole = ts.simulate_batch(chain(), vary, 0.04, threads=2)
     order = rng.permutation(count)
-    monkeypatch.setattr("tarsus.solve.batch._CHUNK", 5)
+    monkeypatch.setattr("tarsus.solve.simulation._CHUNK", 5)
     mixed = ts.simulate_batch(chain(), {path: v[order] for path, v in vary.items()}, 0.04, threads=1)
     for k, i in enumerate(order):
         np.testing.assert_array_equal(mixed.run(k).all_events, whole.run(int(i)).all_events)

@@ -21,8 +21,7 @@ from tarsus.orbits.returns import drive_period
 from tarsus.orbits.settling import KEPT, Settling
 from tarsus.orbits.starts import Box
 from tarsus.plan.slots import slot
-from tarsus.solve.simulate import Shared
-from tarsus.solve.trajectories import Trajectories
+from tarsus.solve import Shared, Trajectories
 
 Floats = NDArray[np.float64]
 Arrays = dict[str, NDArray[Any]]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tarsus.orbits.basins import CHAOTIC, FAILED, OTHERS, UNSETTLED
 from tarsus.orbits.settling import Settling
-from tarsus.solve.contacts import CARRIED
+from tarsus.solve import CARRIED
 
 Codes = NDArray[np.int16]
 

@@ -29,7 +29,7 @@ from tarsus.model.laws.base import Law
 from tarsus.model.scene import Scene
 from tarsus.orbits.returns import drive_period
 from tarsus.plan.lowering import ahead_only
-from tarsus.solve.trajectories import Trajectories
+from tarsus.solve import Trajectories
 from tarsus.study.studyfile import load_sweep
 
 REQUEST = "atlas-request.json"

@@ -22,10 +22,7 @@ from tarsus.calibrate.scenes import Row, Variant
 from tarsus.fit.case import Case
 from tarsus.measure.periods import scene_period
 from tarsus.model.scene import Scene
-from tarsus.solve.batch import simulate_batch
-from tarsus.solve.engine import Accuracy
-from tarsus.solve.seeds import random_velocities
-from tarsus.solve.simulate import Shared
+from tarsus.solve import Accuracy, Shared, random_velocities, simulate_batch
 
 Ints = NDArray[np.intp]
 

@@ -7,8 +7,7 @@ from scipy.signal import find_peaks
 
 from tarsus.base.arrays import Floats
 from tarsus.model.scene import Scene
-from tarsus.solve import simulate
-from tarsus.solve.engine import Accuracy
+from tarsus.solve import Accuracy, simulate
 
 PROMINENCE = 0.2
 """A maximum counts as an oscillation from so much of the swing on: what one sees in a printed trace of a few cm."""

@@ -11,7 +11,7 @@ from tarsus.base.arrays import Floats
 from tarsus.measure.history import Counting, EventHistories
 from tarsus.measure.periods import PER_WINDOW, by_window
 from tarsus.measure.table import RunTable
-from tarsus.solve.results import Batch
+from tarsus.solve import Batch
 
 PER_PERIOD = ("bounces", "rebounds", "contact_duration", "impacts")
 """Measures that grow with the window: a table has them by drive period."""

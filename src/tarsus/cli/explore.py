@@ -38,7 +38,7 @@ def explore(
 
     import tarsus
     from tarsus.cli import console, options, requests
-    from tarsus.solve.page_engine import compiled_engine, engine_bytes
+    from tarsus.solve import compiled_engine, engine_bytes
 
     options.check_new_file(output, (".html",), overwrite)
     the_scene = changes.scene(scene)

@@ -97,7 +97,7 @@ def _changed(name: str, values: dict[str, Any], law_files: Sequence[Path]) -> Sc
 
 def duration_for(scene: Scene, text: str | None) -> float:
     """Duration [s] of a run: the one asked for, else the scene's own; absurd ones are refused."""
-    from tarsus.solve.cost import MOST_STEPS, estimated_steps
+    from tarsus.solve import MOST_STEPS, estimated_steps
 
     seconds = quantities_of(duration=(text, "s")).get("duration", scene.duration)
     if not seconds > 0.0:

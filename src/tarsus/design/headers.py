@@ -18,7 +18,7 @@ from tarsus.base.spec import with_values
 from tarsus.base.units import format_quantity
 from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.scene import Scene
-from tarsus.solve.simulate import simulate
+from tarsus.solve import simulate
 
 if TYPE_CHECKING:
     from tarsus.design.landing_design import LandingDesign

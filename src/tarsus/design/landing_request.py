@@ -26,7 +26,7 @@ from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.waveforms import Constant, OnOff
 from tarsus.model.robot import Drive
 from tarsus.model.scene import Scene
-from tarsus.solve.batch import simulate_batch
+from tarsus.solve import simulate_batch
 
 Floats = NDArray[np.float64]
 

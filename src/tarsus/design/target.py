@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from tarsus.design.grounds import Grounds
     from tarsus.design.pulses import Family, Step
     from tarsus.design.trials import Landings, Trials
-    from tarsus.solve.gradients import GradientRun
+    from tarsus.solve import GradientRun
 
 Floats = NDArray[np.float64]
 

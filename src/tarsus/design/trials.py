@@ -18,15 +18,13 @@ from tarsus.base.spec import with_values
 from tarsus.model.drive.waveforms import OnOff
 from tarsus.orbits.starts import Box
 from tarsus.plan.lowering import lower_scene
-from tarsus.solve.codes import EventColumns
-from tarsus.solve.gradients import GradientBatch, GradientRun
-from tarsus.solve.session import Session
+from tarsus.solve import EventColumns, GradientBatch, GradientRun, Session
 
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers
     from tarsus.design.grounds import Grounds
     from tarsus.model.scene import Scene
-    from tarsus.solve.results import Batch
+    from tarsus.solve import Batch
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

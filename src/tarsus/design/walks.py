@@ -18,7 +18,7 @@ from tarsus.design.gait_unknowns import GaitUnknowns
 from tarsus.measure.switching import rise_squares
 from tarsus.model.drive.waveforms import Constant
 from tarsus.model.scene import Scene
-from tarsus.solve.session import Session
+from tarsus.solve import Session
 
 if TYPE_CHECKING:
     from tarsus.orbits.starts import Box

@@ -14,8 +14,7 @@ from tarsus.base.errors import InputError
 from tarsus.export.mjcf import Mjcf
 from tarsus.export.subject import LOW, Floats, Subject
 from tarsus.files.settled import drive_period, settled
-from tarsus.solve.run import Run
-from tarsus.solve.simulate import simulate
+from tarsus.solve import Run, simulate
 from tarsus.tables.table import ROW, Column, Table
 
 TOUCHDOWNS = 10

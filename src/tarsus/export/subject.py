@@ -13,8 +13,7 @@ from tarsus.base.events import IMPACTS, EventKind
 from tarsus.model.drive.pieces import Pieces, evaluate
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan, level_only
-from tarsus.solve.run import Run
-from tarsus.solve.simulate import simulate
+from tarsus.solve import Run, simulate
 
 Floats = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from tarsus.files.library import SceneLike, as_scene, load_scene
 from tarsus.files.whole import write_text
 from tarsus.model.laws.userfile import laws_of
 from tarsus.model.scene import Scene
-from tarsus.solve.simulate import seconds_of
+from tarsus.solve import seconds_of
 from tarsus.tables.table import Table
 from tarsus.tables.view import View
 

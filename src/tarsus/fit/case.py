@@ -13,12 +13,10 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.fit.readers import Reader, ReadSlopes
 from tarsus.model.scene import Scene
-from tarsus.solve import simulate
-from tarsus.solve.engine import Accuracy
-from tarsus.solve.simulate import Shared
+from tarsus.solve import Accuracy, Shared, simulate
 
 if TYPE_CHECKING:
-    from tarsus.solve.gradients import GradientRun
+    from tarsus.solve import GradientRun
 
 Values = Callable[[Floats], Mapping[str, float]]
 """Numbers of the scene by path, of SI values (nu,) of the unknowns."""

@@ -20,10 +20,7 @@ from tarsus.fit.terms import Term
 from tarsus.fit.unknowns import Ranges, Unknown, Unknowns
 from tarsus.fit.verdict import verdict_of
 from tarsus.model.scene import Scene
-from tarsus.solve.batch import simulate_batch
-from tarsus.solve.engine import Accuracy
-from tarsus.solve.run import Run
-from tarsus.solve.simulate import RECORDED, Shared, seconds_of
+from tarsus.solve import RECORDED, Accuracy, Run, Shared, seconds_of, simulate_batch
 from tarsus.tables.table import ROW, Column, Table, Tabled
 
 NORMAL = 1.959964

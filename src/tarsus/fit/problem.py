@@ -18,10 +18,7 @@ from tarsus.fit.term_rows import TermRole, TermRows, term_rows_of
 from tarsus.fit.terms import Term
 from tarsus.fit.unknowns import Ranges, Unknown, Unknowns
 from tarsus.model.scene import Scene
-from tarsus.solve.batch import simulate_batch
-from tarsus.solve.engine import Accuracy
-from tarsus.solve.results import Batch
-from tarsus.solve.simulate import RECORDED, Shared, seconds_of
+from tarsus.solve import RECORDED, Accuracy, Batch, Shared, seconds_of, simulate_batch
 
 Derived = Callable[[Mapping[str, float]], Mapping[str, float]]
 """Further numbers of the scene by path, of the unknowns' SI values by name."""

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from tarsus.base.arrays import Floats
 
 if TYPE_CHECKING:
-    from tarsus.solve.gradients import Gradient, GradientRun
-    from tarsus.solve.run import Run
+    from tarsus.solve import Gradient, GradientRun, Run
 
 
 @dataclass(frozen=True)

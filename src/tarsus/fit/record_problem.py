@@ -28,11 +28,19 @@ from tarsus.fit.unknowns import Prior
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan, lower_scene, slot
 from tarsus.plan.slots import Rows
-from tarsus.solve.contacts import Contacts
-from tarsus.solve.differences import Direction
-from tarsus.solve.outputs import Output, output_rows, output_slopes
-from tarsus.solve.window import WindowBatch, WindowStart, simulate_windows
-from tarsus.solve.window_gradients import Entered, ScenePair, WindowGradients
+from tarsus.solve import (
+    Contacts,
+    Direction,
+    Entered,
+    Output,
+    ScenePair,
+    WindowBatch,
+    WindowGradients,
+    WindowStart,
+    output_rows,
+    output_slopes,
+    simulate_windows,
+)
 
 RATES = {
     Quantity.DISPLACEMENT: Quantity.VELOCITY, Quantity.VELOCITY: Quantity.ACCELERATION,

@@ -17,7 +17,7 @@ from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.fit.record_problem import Flown, RecordFit, RecordProblem, Segment, free_of
-from tarsus.solve.window import WindowBatch
+from tarsus.solve import WindowBatch
 
 TAIL = 4.0
 """Times its noise from which a residual costs the logarithm of its size only: noise is beyond once in 16,000 samples,

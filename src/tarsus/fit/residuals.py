@@ -16,11 +16,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.arrays import Floats
 from tarsus.fit.uncertainty import Uncertainty, uncertainty_of
-from tarsus.solve.codes import ResultCode
+from tarsus.solve import ResultCode
 
 if TYPE_CHECKING:
     from tarsus.fit.unknowns import Unknowns
-    from tarsus.solve.results import Batch
+    from tarsus.solve import Batch
 
 
 FAILED = 1e3

@@ -17,7 +17,7 @@ from tarsus.fit.readers import OfEvents, OfMeasure, OfStates, Reader
 from tarsus.fit.terms import Goal, Number, Reading, Samples, Term, Value
 from tarsus.measure.measure import no_measure
 from tarsus.model.scene import Scene
-from tarsus.solve.offered import offered
+from tarsus.solve import offered
 
 
 class TermRole(Enum):

@@ -25,7 +25,7 @@ from tarsus.identify.traces import Trace
 from tarsus.identify.volts import jumps_of
 from tarsus.impacts.detection import impacts_at_ground
 from tarsus.records.excluded import Excluded
-from tarsus.solve.flights import Varied
+from tarsus.solve import Varied
 
 LONGEST = 20
 """Samples on each side of an impact that are fitted at most."""

@@ -25,7 +25,7 @@ from tarsus.identify.flight import FILM, PULLS, equations_of
 from tarsus.identify.foot import ATTRACTED_AT, BEYOND, FootModel
 from tarsus.identify.one_more import FEWEST, OneMore, one_more
 from tarsus.identify.step import PREFERRED, UNDECIDED, Alternative, Check
-from tarsus.solve.flights import Varied
+from tarsus.solve import Varied
 
 _ASSUMED, _OTHER = 3.0, 2.0
 _REACH = 2.0

@@ -29,7 +29,7 @@ from tarsus.identify.influence import EVENT, Influence, events_of, of_records
 from tarsus.identify.step import Panel, Residual, StepResult, measured_and_fitted, over_noise
 from tarsus.identify.traces import Hold, Trace
 from tarsus.identify.volts import Stretches
-from tarsus.solve.flights import SUBSTEPS, Flow, Launches, Varied
+from tarsus.solve import SUBSTEPS, Flow, Launches, Varied
 
 FILM = ("ground.film.coefficient", "ground.film.thickness")
 PULLS = ("ground.adhesion.initial", "ground.adhesion.rate")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
 from tarsus.model.drive.laws import PrandtlIshlinskii, VoltageLaw
-from tarsus.solve.flights import SUBSTEPS
+from tarsus.solve import SUBSTEPS
 
 _FEWEST = 5
 """Samples of a stretch without a corner for it to be curved."""

@@ -19,8 +19,7 @@ from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.fit.record_problem import RecordFit, RecordProblem, Segment
 from tarsus.fit.record_ties import Knowledge, solve_tied
-from tarsus.solve.contacts import Contacts
-from tarsus.solve.window import WindowStart, simulate_windows
+from tarsus.solve import Contacts, WindowStart, simulate_windows
 
 LEAVES, RUN = (20.0, 5.0), 5
 """Times its noise by which a record leaves its prediction, over all channels in the root mean square of so many

@@ -20,7 +20,7 @@ from tarsus.identify.walking import JUMP, WalkFit, WalkRecord, identify_walk
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 from tarsus.records.measurement import Measurement
-from tarsus.solve.outputs import Output
+from tarsus.solve import Output
 
 GROUND_KNOWN, LEGS_KNOWN = 1.0, 0.1
 """Standard deviations of logarithms beforehand: a number of the ground within a factor of seven, one of a leg as far as

@@ -24,9 +24,7 @@ from tarsus.fit.verdict import Verdict, verdict_of
 from tarsus.identify.walk_horizon import MOST, WalkFollower, left_of, most_of, samples_of
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
-from tarsus.solve import simulate
-from tarsus.solve.codes import ResultCode
-from tarsus.solve.outputs import Output, output_rows
+from tarsus.solve import Output, ResultCode, output_rows, simulate
 
 REST = (1e-7, 1e-5)
 """Standard deviations [m, m/s] of a first start about the walker at rest: as far as legs that are stiffer or softer by

@@ -14,8 +14,7 @@ from tarsus.model.laws import Gravity, Restitution
 from tarsus.model.robot import Foot, Robot
 from tarsus.model.scene import Ground, Scene
 from tarsus.model.structure import Lumped
-from tarsus.solve.engine import BUILT
-from tarsus.solve.simulate import simulate
+from tarsus.solve import BUILT, simulate
 from tarsus.tables.numbers import spaced
 from tarsus.tables.table import Table
 from tarsus.tables.view import View

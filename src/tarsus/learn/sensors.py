@@ -13,7 +13,7 @@ from tarsus.base.events import FootState
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
-    from tarsus.solve.stepping import State
+    from tarsus.solve import State
 
 Floats = NDArray[np.float64]
 

@@ -18,8 +18,7 @@ from tarsus.learn.actions import Action, VoltageAction
 from tarsus.learn.sensors import Sensors
 from tarsus.measure.tally import TALLIED
 from tarsus.model.scene import Scene
-from tarsus.solve.session import Drawn, Session
-from tarsus.solve.stepping import State
+from tarsus.solve import Drawn, Session, State
 
 Floats = NDArray[np.float64]
 

@@ -32,7 +32,7 @@ from tarsus.tables.table import Column, Table
 if TYPE_CHECKING:
     from tarsus.measure.measure import Measures
     from tarsus.model.scene import Scene
-    from tarsus.solve.run import Run
+    from tarsus.solve import Run
 
 Floats = NDArray[np.float64]
 Span = tuple[float | str, float | str]

@@ -16,8 +16,7 @@ from tarsus.orbits.returns import drive_period
 from tarsus.orbits.settling import Settling
 from tarsus.orbits.starts import Box
 from tarsus.plan.lowering import ahead_only
-from tarsus.solve.engine import RECORDED, Accuracy
-from tarsus.solve.trajectories import Trajectories
+from tarsus.solve import RECORDED, Accuracy, Trajectories
 
 Floats = NDArray[np.float64]
 

@@ -25,7 +25,7 @@ from tarsus.orbits.follow import Follower, Point
 from tarsus.orbits.orbit import MOST_MULTIPLE, Orbit, converge, miss_of, periodic
 from tarsus.orbits.special import APART, Change, apart, crossings, why_lost
 from tarsus.orbits.stepping import FIRST, LEAST, Stepper
-from tarsus.solve.simulate import Shared
+from tarsus.solve import Shared
 from tarsus.tables.numbers import amount
 
 if TYPE_CHECKING:

@@ -18,8 +18,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.events import EVENT_WORDS
 from tarsus.orbits.basins import Survey
 from tarsus.orbits.orbit import NEAR, Orbit, orbit_after
-from tarsus.solve import simulate_batch
-from tarsus.solve.engine import RECORDED
+from tarsus.solve import RECORDED, simulate_batch
 from tarsus.tables.numbers import amount
 
 if TYPE_CHECKING:

@@ -21,7 +21,7 @@ from tarsus.orbits.newton import zero_near
 from tarsus.orbits.orbit import TRANSIENTS, Orbit, stable_near
 from tarsus.orbits.returns import Returned, ReturnMap, middle_of_flight
 from tarsus.orbits.walking import WalkMap
-from tarsus.solve.simulate import Shared
+from tarsus.solve import Shared
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene

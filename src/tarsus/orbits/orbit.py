@@ -32,10 +32,7 @@ from tarsus.orbits.returns import (
 )
 from tarsus.orbits.sequence import ACCUMULATED, kept_events, sequence_of
 from tarsus.orbits.walking import WalkMap, walk_map
-from tarsus.solve import simulate
-from tarsus.solve.codes import ResultCode
-from tarsus.solve.contacts import Contacts, contacts_of, follow_contact
-from tarsus.solve.run import Run
+from tarsus.solve import Contacts, ResultCode, Run, contacts_of, follow_contact, simulate
 from tarsus.tables.numbers import amount
 from tarsus.tables.table import ROW, Column, Table
 

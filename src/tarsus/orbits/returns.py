@@ -23,11 +23,22 @@ from tarsus.orbits.differences import return_slopes
 from tarsus.orbits.sequence import sequence
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import Rows, rows_for, rows_of, slot
-from tarsus.solve.codes import EVENT_TYPE, ResultCode, structured_events
-from tarsus.solve.contacts import Contacts, follow_contact
-from tarsus.solve.engine import Accuracy, ModeBook, book_of, structure_key
-from tarsus.solve.simulate import Shared
-from tarsus.solve.window import Window, WindowStart, simulate_window, simulate_windows
+from tarsus.solve import (
+    EVENT_TYPE,
+    Accuracy,
+    Contacts,
+    ModeBook,
+    ResultCode,
+    Shared,
+    Window,
+    WindowStart,
+    book_of,
+    follow_contact,
+    simulate_window,
+    simulate_windows,
+    structure_key,
+    structured_events,
+)
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene

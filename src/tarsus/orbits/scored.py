@@ -21,14 +21,12 @@ from tarsus.base.workers import Workers
 from tarsus.files.settled import repetition
 from tarsus.orbits.motion import OVER_STARTS, ROUNDING, FromRest, Motion
 from tarsus.orbits.starts import HEIGHT, Box
-from tarsus.solve.batch import simulate_batch
-from tarsus.solve.codes import ResultCode
+from tarsus.solve import ResultCode, simulate_batch
 
 if TYPE_CHECKING:
     from tarsus.measure.measure import Measured
     from tarsus.model.scene import Scene
-    from tarsus.solve.results import Batch
-    from tarsus.solve.simulate import Shared
+    from tarsus.solve import Batch, Shared
 
 SOON = 0.3
 """Share of their duration after which runs are looked at first: where a robot has a gait nearly all repeat by then, and

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.workers import Workers
 from tarsus.measure.tally import TALLIED
-from tarsus.solve.trajectories import Trajectories
-from tarsus.solve.window import Window
+from tarsus.solve import Trajectories, Window
 
 Floats = NDArray[np.float64]
 

@@ -191,7 +191,7 @@ normal, below which normals cancel."""
 def _usual(scene: Scene, plan: Plan, lift: Floats) -> dict[str, tuple[float, float]]:
     """Heights up to those of the feet in a run of the scene, and speeds, up and down, that carry it as high; no height
     that takes a foot below its ground."""
-    from tarsus.solve.trajectories import Trajectories
+    from tarsus.solve import Trajectories
 
     system, period = plan.system, drive_period(scene)
     times = np.asarray(period * (np.arange(WATCHED * 8) + 0.5) / 8.0, dtype=np.float64)

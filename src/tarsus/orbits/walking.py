@@ -29,15 +29,11 @@ from tarsus.orbits.returns import (
 )
 from tarsus.plan.lowering import Plan, level_only, lower_scene
 from tarsus.plan.slots import rows_of
-from tarsus.solve.codes import ResultCode
-from tarsus.solve.contacts import Contacts, contacts_of, follow_contact
-from tarsus.solve.engine import tables_of
-from tarsus.solve.window import Window
+from tarsus.solve import Contacts, ResultCode, Window, contacts_of, follow_contact, tables_of
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
-    from tarsus.solve.run import Run
-    from tarsus.solve.simulate import Shared
+    from tarsus.solve import Run, Shared
 
 Floats = NDArray[np.float64]
 

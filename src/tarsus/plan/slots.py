@@ -8,37 +8,40 @@ springs, damping, shapes, loads) have none; a value of theirs makes a plan anew.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from threading import Lock
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, float_paths, get_value, with_values
-from tarsus.model.drive.pieces import Channels, Pieces, evaluate
+from tarsus.model.drive.pieces import Channels
 from tarsus.plan.channels import Course, drive_courses
 from tarsus.plan.lowering import (
+    BY_RUN,
     Kind,
     Place,
     Plan,
+    Rows,
     distinct,
     gravity_on,
     idle_forces,
     lower_profile,
+    marked_period,
     pack,
+    rows_of,
     slot,
     started,
 )
 
 if TYPE_CHECKING:
-    from tarsus.core import _native
     from tarsus.model.scene import Scene
 
 __all__ = [
+    "BY_RUN",
     "Courses",
     "Kind",
     "Place",
@@ -59,71 +62,6 @@ Courses = Callable[[Sequence[str]], Mapping[str, Course]]
 """What drives do in the runs of a plan, by name, for those whose volts are asked for."""
 
 
-@dataclass(frozen=True)
-class Rows:
-    """The data of nr runs of one plan, a row a run, as the engine takes them.
-
-    pool: channels that runs are driven by, signals: the same for the engine; channels (nr, nc): those of each run, in
-    the plan's order.
-    parameters (nr, m, np) of the laws; initial (nr, 2n); sources (nr, m + 2): rest gaps [m] and gravity [m/s^2];
-    scales (nr, 3): length [m] and force [N] that tolerances refer to, and period [s] of the marks; profile (nr, .):
-    uneven ground, as `lower_profile` has it.
-    """
-
-    pool: Sequence[Pieces]
-    signals: _native.Signals
-    parameters: Floats
-    initial: Floats
-    sources: Floats
-    scales: Floats
-    channels: NDArray[np.int64]
-    profile: Floats
-
-    def __len__(self) -> int:
-        return len(self.initial)
-
-    def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"signals": None}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state, signals=pack(state["pool"]))
-
-    def taken(self, part: slice) -> Rows:
-        """Some of the runs, of the same pool."""
-        return replace(self, **{name: getattr(self, name)[part] for name in BY_RUN})
-
-    def drive(self, channel: int, time: ArrayLike, run: int = 0) -> Floats:
-        """Values of a channel of the plan in a run at times [s], any shape: a drive's force [N], or volts."""
-        return evaluate(self.pool[self.channels[run, channel]], time)
-
-    def starting(self, state: Floats) -> Rows:
-        """The one run of these rows from another initial state (2n,)."""
-        return replace(self, initial=np.array(state, dtype=float)[None])
-
-    @property
-    def periods(self) -> Floats:
-        """Drive period of each run (nr,) [s]."""
-        return self.scales[:, 2]
-
-
-BY_RUN = ("parameters", "initial", "sources", "scales", "channels", "profile")
-"""What of rows there is for each run."""
-
-
-def rows_of(plan: Plan, count: int = 1, period: float = math.inf) -> Rows:
-    """``count`` runs of a plan as it is, with marks every ``period`` [s]."""
-    channels = len(plan.channels)
-
-    def each(row: Any) -> Floats:
-        return np.repeat(np.asarray(row, dtype=float)[None], count, axis=0)
-
-    return Rows(
-        plan.channels, plan.signals, each(plan.laws.parameters), each(plan.initial), each(plan.system.sources),
-        each([plan.length, plan.force, period]), np.repeat(np.arange(channels)[None], count, axis=0),
-        each(plan.profile),
-    )  # fmt: skip
-
-
 def slots(scene: Scene) -> dict[str, Place]:
     """Every slot of a scene by path, in file order."""
     found = {path: slot(scene, path) for path in float_paths(scene)}
@@ -140,7 +78,11 @@ def unit_of(path: str, plan: Plan | None) -> float:
         return float(plan.length / (moves or 1.0)) * (plan.rate if keys[1] == "velocity" else 1.0)
     if plan is not None and keys[:2] == ["robot", "drives"] and "law" in keys:
         return plan.force
-    if plan is not None and keys[:2] == ["robot", "structure"] and keys[2] in ("mass", "damping", "stiffness"):
+    if (
+        plan is not None
+        and keys[:2] == ["robot", "structure"]
+        and keys[2] in ("mass", "damping", "stiffness")
+    ):
         return float(np.abs(getattr(plan.system, keys[2])).max()) or 1.0
     plain = {"restitution", "adhesion", "friction", "rising"}
     shaped = keys[:2] == ["ground", "profile"] and not plain.intersection(keys[-2:])
@@ -307,9 +249,3 @@ def courses_of_all(scene: Scene, values: Mapping[str, Floats]) -> Callable[[NDAr
         return known
 
     return of
-
-
-def marked_period(periods: Floats, duration: float) -> Floats:
-    """Period [s] of the marks of each run: the longest of its drives' periods (nd, ...) within it, or all of it."""
-    within = np.where(periods <= duration, periods, 0.0).max(axis=0, initial=0.0)
-    return np.where(within > 0.0, within, duration)

@@ -31,12 +31,16 @@ from tarsus.report.packing import script_text
 from tarsus.report.pages import asset, page, rendered, write_page
 from tarsus.report.player import distinct_drives, drive_label, walk_section
 from tarsus.report.style import BLUE, CONTACT, CYCLE, GREEN, INK, MUTED, PURPLE, VERMILION
-from tarsus.solve import simulate
-from tarsus.solve.codes import SENTENCES
-from tarsus.solve.explored import DEFINITIONS, Explored
-from tarsus.solve.page_engine import compiled_engine, engine_bytes
-from tarsus.solve.run import Run
-from tarsus.solve.simulate import seconds_of
+from tarsus.solve import (
+    DEFINITIONS,
+    SENTENCES,
+    Explored,
+    Run,
+    compiled_engine,
+    engine_bytes,
+    seconds_of,
+    simulate,
+)
 from tarsus.tables.numbers import spaced
 
 if TYPE_CHECKING:

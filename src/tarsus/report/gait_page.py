@@ -19,7 +19,7 @@ from tarsus.report.pages import Plate, page, rendered, write_page
 from tarsus.report.run_page import report_html
 from tarsus.report.sheet import Sheet, name_axes, plate
 from tarsus.report.style import BLUE, GREEN, MUTED, RULE, VERMILION
-from tarsus.solve.simulate import simulate
+from tarsus.solve import simulate
 from tarsus.tables.table import Column, Table
 
 MOST_VALUES = 8

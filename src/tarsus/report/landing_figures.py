@@ -20,7 +20,7 @@ from tarsus.tables.numbers import amount
 if TYPE_CHECKING:
     from tarsus.design.landing_design import LandingDesign
     from tarsus.report.pages import Plate
-    from tarsus.solve.run import Run
+    from tarsus.solve import Run
 
 SAMPLES = 1600
 """Samples of a drawn period: a plateau of 1 % of a period is then sixteen of them."""

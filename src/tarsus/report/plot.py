@@ -18,7 +18,7 @@ from tarsus.base.messages import nearest
 from tarsus.base.verb import callable_package
 from tarsus.report.sheet import name_axes
 from tarsus.report.style import CONTACT, CYCLE, INK, MOST_LINES, MUTED, level_limits
-from tarsus.solve.shown import RUN_FIGURES
+from tarsus.solve import RUN_FIGURES
 from tarsus.tables.numbers import spaced
 
 if TYPE_CHECKING:

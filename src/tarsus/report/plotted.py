@@ -17,8 +17,7 @@ from tarsus.files.store import SERIES_FILE
 from tarsus.model.laws.userfile import laws_of
 from tarsus.report import plot as figures
 from tarsus.report.saved import blank, figure_of, offered, write_figure
-from tarsus.solve import Batch, Run, load_run
-from tarsus.solve.shown import RUN_FIGURES
+from tarsus.solve import RUN_FIGURES, Batch, Run, load_run
 
 
 def plot(

@@ -16,7 +16,7 @@ from tarsus.files.settled import drive_period
 from tarsus.model.laws.base import Law
 from tarsus.report.charts import Window
 from tarsus.report.style import samples_inside
-from tarsus.solve.run import Run
+from tarsus.solve import Run
 
 
 @dataclass(frozen=True)

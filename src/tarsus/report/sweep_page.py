@@ -14,7 +14,7 @@ from tarsus.base.spec import float_paths
 from tarsus.report.charts import Charts, with_room
 from tarsus.report.pages import Plate, page, rendered
 from tarsus.report.style import BLUE, MUTED
-from tarsus.solve.offered import offered
+from tarsus.solve import offered
 from tarsus.study.axes import Logspace
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import DONE, OUTCOMES

@@ -9,7 +9,7 @@ import traitlets
 
 from tarsus.base.errors import InputError
 from tarsus.report.pages import asset
-from tarsus.solve.run import Run
+from tarsus.solve import Run
 
 if TYPE_CHECKING:
     from tarsus.report.explorer import Explorer

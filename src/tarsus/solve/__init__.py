@@ -1,43 +1,25 @@
-"""Simulation: one run, or thousands at once. What makes derivatives is loaded when first used."""
+"""Simulation: one run, or thousands at once. Names are listed in `__init__.pyi`, and loaded when first used."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from importlib import import_module
+from pathlib import Path
+from typing import Any
 
-from tarsus.files.ledger import Ledger
-from tarsus.solve.batch import simulate_batch
-from tarsus.solve.codes import ResultCode
-from tarsus.solve.engine import Accuracy
-from tarsus.solve.results import Batch
-from tarsus.solve.run import Run, load_run
-from tarsus.solve.session import Session
-from tarsus.solve.simulate import simulate
 
-if TYPE_CHECKING:
-    from tarsus.solve.gradients import Gradient, GradientBatch, GradientRun, gradient
+def _homes(stub: str) -> dict[str, str]:
+    """Modules of names, by the lines of a stub that import each under its own name."""
+    lines = (line.replace(",", "").split() for line in stub.splitlines() if line.startswith("from "))
+    return {name: module for _, module, _, *words in lines for name in words[::3]}
 
-__all__ = [
-    "Accuracy",
-    "Batch",
-    "Gradient",
-    "GradientBatch",
-    "GradientRun",
-    "Ledger",
-    "ResultCode",
-    "Run",
-    "Session",
-    "gradient",
-    "load_run",
-    "simulate",
-    "simulate_batch",
-]
 
-_OF_GRADIENTS = ("Gradient", "GradientBatch", "GradientRun", "gradient")
+_PUBLIC, _, _ROOMS = Path(__file__).with_name("__init__.pyi").read_text(encoding="utf-8").partition("# What the rooms")
+_HOMES = _homes(_PUBLIC + _ROOMS)
+__all__ = sorted(_homes(_PUBLIC))  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _OF_GRADIENTS:
+    if name not in _HOMES:
         raise AttributeError(f"module 'tarsus.solve' has no attribute '{name}'")
-    from tarsus.solve import gradients
-
-    return getattr(gradients, name)
+    found = globals()[name] = getattr(import_module(_HOMES[name]), name)
+    return found

@@ -21,7 +21,7 @@ from tarsus.plan.slots import Rows, rows_of
 from tarsus.solve.contacts import CARRIED, mask_of
 
 if TYPE_CHECKING:
-    from tarsus.solve.simulate import Shared
+    from tarsus.solve.run import Shared
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -22,7 +22,7 @@ from tarsus.model.structure import Walker
 from tarsus.plan.lowering import gravity_on
 from tarsus.solve.engine import RECORDED, Accuracy, Engine
 from tarsus.solve.packet import on_a_page, packed, packet_arrays
-from tarsus.solve.simulate import Shared, prepared
+from tarsus.solve.run import Shared, prepared
 from tarsus.solve.sliders import Lattice, Slider, lattice_of, sliders_of
 
 if TYPE_CHECKING:

@@ -25,8 +25,7 @@ from tarsus.solve.codes import EVENT_TYPE, event_rows, structured_marks
 from tarsus.solve.differences import MOST, ROUNDED, STEP, Direction, Slopes, Stencil, directions_of, slopes_of
 from tarsus.solve.engine import RECORDED, Accuracy, Engine
 from tarsus.solve.results import Batch
-from tarsus.solve.run import Run, increasing
-from tarsus.solve.simulate import Shared, changed_run, simulate
+from tarsus.solve.run import Run, Shared, changed_run, increasing
 from tarsus.solve.slopes import (
     Differenced,
     Lane,
@@ -40,7 +39,6 @@ from tarsus.solve.slopes import (
 from tarsus.solve.window_run import Ran
 
 if TYPE_CHECKING:
-    from tarsus.files.library import SceneLike
     from tarsus.model.scene import Scene
 
 Floats = npt.NDArray[np.float64]
@@ -414,52 +412,3 @@ def gradient_run(
         scene, seconds, run.period, run.log, {}, accuracy, kept=run.motion, wall_s=time.perf_counter() - start,
         stencils=stencils, shared=shared,
     )  # fmt: skip
-
-
-NumberOf = Callable[..., float]
-"""A function of the events with the period marks, or of these and of states at given times (`SampledStates`)."""
-
-
-def gradient(
-    objective: str | NumberOf,
-    scene: SceneLike,
-    wrt: Sequence[str],
-    duration: float | str | None = None,
-    accuracy: Accuracy | None = None,
-    *,
-    times: npt.ArrayLike | None = None,
-) -> Gradient:
-    """First derivatives of one number of a run by numbers of its scene, each with what it may be off by.
-
-    Parameters
-    ----------
-    objective
-        Name of a measure or of a term of the ledger, as `GradientRun.gradient` takes it, or a function of the events
-        (ne,) with the period marks, smooth in their numbers.
-    scene
-        The scene, or a device's name or a scene file's path.
-    wrt
-        Paths of its numbers.
-    duration, accuracy
-        As for `simulate`.
-    times
-        Times [s] (nt,), increasing: the function is one of the events and of the states then (`SampledStates`).
-
-    Returns
-    -------
-    Gradient
-        The derivative by each path [unit of the number over that of the path], with its error, and flags where there
-        is none.
-
-    Raises
-    ------
-    InputError
-        As `simulate` and `GradientRun.gradient` do.
-    """
-    run = simulate(scene, duration, accuracy, gradients=wrt)
-    if isinstance(objective, str):
-        return run.gradient(objective)
-    if times is None:
-        return run.gradient_of(objective)
-    when = increasing(times)
-    return run.gradient_of_runs(lambda one: objective(one.all_events, one.states(when)))

@@ -17,7 +17,7 @@ from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan, idle_forces, level_only
 from tarsus.plan.slots import Rows
 from tarsus.solve.engine import RECORDED, Accuracy, Engine, settings_arrays, step_lengths
-from tarsus.solve.simulate import Shared, prepared
+from tarsus.solve.run import Shared, prepared
 
 MAGIC, NAME = b"tarsus 1", 48
 MOST_MODES = 256

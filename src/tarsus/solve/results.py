@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import Hinted
-from tarsus.base.spec import with_values
+from tarsus.base.spec import float_paths, with_values
+from tarsus.files.series import Variable
 from tarsus.measure.history import EventHistories
-from tarsus.measure.measure import Measured, Measures, measure_name, no_measure
+from tarsus.measure.measure import Measure, Measured, Measures, measure_name, no_measure
 from tarsus.measure.table import Judgement, RunTable
 from tarsus.measure.walking import measured, measures_of
 from tarsus.plan.slots import Kind, slot
-from tarsus.solve import shown
 from tarsus.solve.codes import (
     EVENT_TYPE,
     EventColumns,
@@ -29,14 +29,13 @@ from tarsus.solve.codes import (
     without_marks,
 )
 from tarsus.solve.engine import Accuracy, Log
-from tarsus.solve.run import Run
+from tarsus.solve.run import Run, drawn, state_of
+from tarsus.tables.table import ROW, Column, Table
 
 if TYPE_CHECKING:
     import xarray
 
-    from tarsus.files.series import Variable
     from tarsus.model.scene import Scene
-    from tarsus.tables.table import Table
 
 MOST_ROWS = 1 << 16
 """Events that measures look at together: about as many as a processor's cache holds columns of."""
@@ -88,7 +87,7 @@ class Batch(Hinted):
     def __repr__(self) -> str:
         over = f" over {', '.join(self.vary)}" if self.vary else ""
         ended = ", ".join(f"{count} {code}" for code, count in self.outcomes.items())
-        return f"<Batch '{self.scene.name}': {shown.runs_of(self)}{over}; {ended}>"
+        return f"<Batch '{self.scene.name}': {_runs(self)}{over}; {ended}>"
 
     def _repr_html_(self) -> str:
         return self.table().html()
@@ -98,14 +97,19 @@ class Batch(Hinted):
 
     def table(self) -> Table:
         """How the runs ended, and what varies in them."""
-        return shown.batch_table(self)
+        known = float_paths(self.scene)
+        rows = [(path, len(np.unique(v)), v.min(), v.max()) for path, v in self.vary.items()]
+        ended = ", ".join(f"{count} {code}" for code, count in self.outcomes.items())
+        columns = ("varied", "values", Column("least", ROW), Column("greatest", ROW))
+        units = [known[path].unit for path in self.vary]
+        return Table(f"{self.scene.name}: {_runs(self)}; {ended}", columns, rows, units=units)
 
     def plot(self, measure: str, **options: Any) -> Any:
         """Matplotlib axes with a measure over what varies: `tarsus.plot.measure`, which takes the options."""
-        return shown.drawn(self, "measure", measure_name(measure), **options)
+        return drawn(self, "measure", measure_name(measure), **options)
 
     def __getstate__(self) -> dict[str, Any]:
-        return shown.state_of(self, self.scene)
+        return state_of(self, self.scene)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -266,9 +270,7 @@ class Batch(Hinted):
 
     def variables(self, names: Collection[str] | None = None, **options: Any) -> dict[str, Variable]:
         """Measures, all or those of ``names``, as plain arrays by name, see `to_dataset`."""
-        from tarsus.solve.labelled import batch_variables
-
-        return batch_variables(self, self.measured(names, **options))
+        return _variables(self, self.measured(names, **options))
 
     def to_dataset(self, names: Collection[str] | None = None, **options: Any) -> xarray.Dataset:
         """Measures, all or those of ``names``, as an xarray Dataset with units and definitions as attributes.
@@ -311,7 +313,7 @@ class BatchMeasures(Mapping[str, Measured]):
         return len(self._all)
 
     def __repr__(self) -> str:
-        return f"<Measures of {shown.runs_of(self._batch)}: {', '.join(self)}>"
+        return f"<Measures of {_runs(self._batch)}: {', '.join(self)}>"
 
 
 def _of(members: NDArray[np.int64], option: Any) -> Any:
@@ -325,3 +327,63 @@ def _joined(ends: Sequence[np.ndarray]) -> NDArray[np.intp]:
     return np.concatenate(
         [[0], *(end + before for end, before in zip(ends, shift[:-1], strict=True))]
     ).astype(np.intp)
+
+
+def _runs(batch: Batch) -> str:
+    """How many runs a batch has, by axis of a grid, and how long each is."""
+    return f"{' x '.join(map(str, batch.shape))} run{'' if len(batch) == 1 else 's'} of {batch.duration:g} s"
+
+
+def measure_variables(
+    name: str,
+    about: Measure | Measured,
+    dims: tuple[str, ...],
+    value: np.ndarray,
+    spread: np.ndarray,
+    per_foot: np.ndarray | None,
+    notes: Mapping[str, Any],
+) -> dict[str, Variable]:
+    """A measure as variables over ``dims``: value and spread of their shape, and that of each foot where given."""
+    notes = {"units": about.unit, "scope": str(about.scope), **notes}
+    out = {
+        name: Variable(dims, value, {"long_name": about.definition, **notes}),
+        f"{name}_spread": Variable(
+            dims, spread, {"long_name": f"standard deviation of {name} from period to period", **notes}
+        ),
+    }
+    if per_foot is not None:
+        out[f"{name}_per_foot"] = Variable(
+            (*dims, "foot"), per_foot, {"long_name": f"{name} of each foot", **notes}
+        )
+    return out
+
+
+def outcome_variable(
+    numbers: np.ndarray, meanings: Mapping[str, str], dims: tuple[str, ...], notes: Mapping[str, Any]
+) -> Variable:
+    """How runs ended: numbers of names, each with its sentence, as flags."""
+    flags = {"flag_values": np.arange(len(meanings), dtype=np.int8), "flag_meanings": " ".join(meanings)}
+    return Variable(dims, numbers, {"long_name": "how the run ended", **flags, **meanings, **notes})
+
+
+def _variables(batch: Batch, found: Mapping[str, Measured]) -> dict[str, Variable]:
+    """Varied values, outcomes and measures of a batch by name."""
+    dims, shape = tuple(batch.axes) or ("run",), batch.shape
+    known, feet = float_paths(batch.scene), list(batch.scene.robot.feet)
+    out: dict[str, Variable] = {}
+    for path, values in (batch.axes or batch.vary).items():
+        about = known[path]
+        notes = {"units": about.unit, "long_name": about.doc or path}
+        out[path] = Variable((path,) if batch.axes else dims, values, notes)
+    meanings = {code.name: code.value for code in ResultCode}
+    number = {code: np.int8(i) for i, code in enumerate(ResultCode)}
+    codes = np.array([number[code] for code in batch.codes]).reshape(shape)
+    out["code"] = outcome_variable(codes, meanings, dims, {})
+    for name, one in found.items():
+        each = one.per_foot.reshape(*shape, len(feet)) if one.per_foot is not None and len(feet) > 1 else None
+        out |= measure_variables(
+            name, one, dims, one.value.reshape(shape), one.spread.reshape(shape), each, {}
+        )
+    if any("foot" in variable.dims for variable in out.values()):
+        out["foot"] = Variable(("foot",), np.array(feet), {})
+    return out

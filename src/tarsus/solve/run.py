@@ -1,12 +1,17 @@
-"""One finished run: events, measures, energy ledger, and the series behind them."""
+"""One run: made of a scene, and what it answers: events, measures, energy ledger, and the series behind them."""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+import sys
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -16,13 +21,16 @@ import numpy.typing as npt
 from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
 from tarsus.base.messages import Hinted
-from tarsus.base.spec import with_values
+from tarsus.base.spec import by_path, get_value, with_values
 from tarsus.base.units import parse_quantity
 from tarsus.files.summary import run_summary
-from tarsus.measure.measure import Measures
+from tarsus.measure.measure import Measure, Measures
 from tarsus.measure.periods import scene_period
 from tarsus.measure.walking import measures_of
-from tarsus.solve import shown
+from tarsus.model.drive.lower import lower
+from tarsus.plan.lowering import Rows, lower_scene, marked_period, rows_of
+from tarsus.plan.slots import Courses, Floats, rows_for, slot
+from tarsus.solve.acting import Acting
 from tarsus.solve.codes import (
     CLOSED,
     ResultCode,
@@ -31,7 +39,8 @@ from tarsus.solve.codes import (
     structured_marks,
     without_marks,
 )
-from tarsus.solve.engine import Accuracy, Log
+from tarsus.solve.engine import RECORDED, Accuracy, Engine, Log
+from tarsus.solve.motion import RunMotion
 
 if TYPE_CHECKING:
     import xarray
@@ -40,10 +49,13 @@ if TYPE_CHECKING:
     from tarsus.files.ledger import Ledger
     from tarsus.files.series import Variables
     from tarsus.files.store import RunArrays
+    from tarsus.model.drive.law import VoltageLaw
+    from tarsus.model.drive.pieces import Pieces
+    from tarsus.model.drive.signal import Signal
     from tarsus.model.scene import Scene
     from tarsus.plan.lowering import Plan
-    from tarsus.solve.motion import RunMotion
     from tarsus.solve.outputs import Output
+    from tarsus.solve.results import Batch
     from tarsus.solve.series import Series
     from tarsus.tables.table import Table
 
@@ -69,6 +81,56 @@ def increasing(times: npt.ArrayLike) -> np.ndarray:
 
 SAME_EVENT = 1e-9
 """Times of events that differ by less than this part of the run's duration are the same: steps leave as much."""
+
+
+RUN_FIGURES = ("motion", "impacts", "ledger")
+"""Figures of a run that are made of more than one of its series."""
+
+
+MOST_KEPT = 32
+"""So many tables of structures and drives are kept for later runs."""
+
+
+class Shared:
+    """What engines have made that others can use, by what it depends on: tables of structures, drives; those last used.
+
+    resident: a scene that is run again and again, whose plans are kept as well. Safe between threads.
+    """
+
+    def __init__(self, resident: Scene | None = None, most: int = MOST_KEPT) -> None:
+        self.resident = resident
+        self._most = most
+        self._made: OrderedDict[Any, Any] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """In another process everything is made again."""
+        return Shared, (self.resident, self._most)
+
+    @property
+    def keys(self) -> list[Any]:
+        """What is kept, by what it depends on; the last one used comes last."""
+        with self._lock:
+            return list(self._made)
+
+    def drive(self, signal: Signal, law: VoltageLaw, history: tuple[float, ...]) -> tuple[Pieces, Pieces]:
+        """Pieces of a drive, lowered once."""
+        return self.get((signal, law, history), lambda: lower(signal, law, history))
+
+    def get(self, key: Any, make: Callable[[], Any]) -> Any:
+        """What belongs to a key; made if it is not there, outside of the lock: of two the first made stays."""
+        with self._lock:
+            found = self._made.get(key)
+            if found is not None:
+                self._made.move_to_end(key)
+                return found
+        made = make()
+        with self._lock:
+            made = self._made.setdefault(key, made)
+            self._made.move_to_end(key)
+            while len(self._made) > self._most:
+                self._made.popitem(last=False)
+        return made
 
 
 @dataclass(frozen=True, repr=False)
@@ -138,7 +200,8 @@ class Run(Hinted):
         )
 
     def __repr__(self) -> str:
-        return shown.run_line(self)
+        code = self.__dict__.get("code", self.ended)  # its energy account is not asked for
+        return f"<Run '{self.scene.name}': {self.duration:g} s, {code.name}, {len(self.events)} events>"
 
     def citations(self) -> str:
         """What to cite for this run, as BibTeX: the library, and the sources of its scene and of its laws."""
@@ -161,9 +224,9 @@ class Run(Hinted):
 
         By `tarsus.plot.motion`, `impacts`, `ledger` and `series`, which take the options. Raises InputError as they do.
         """
-        if name in shown.RUN_FIGURES:
-            return shown.drawn(self, name, **options)
-        return shown.drawn(self, "series", name, **options)
+        if name in RUN_FIGURES:
+            return drawn(self, name, **options)
+        return drawn(self, "series", name, **options)
 
     def save(self, folder: str | os.PathLike[str], *, mat: bool = False) -> Path:
         """Write the run into a folder, which is returned and which `tarsus.load_run` reads: scene, series, events,
@@ -177,7 +240,7 @@ class Run(Hinted):
         return Path(folder)
 
     def __getstate__(self) -> dict[str, Any]:
-        return shown.state_of(self, self.scene)
+        return state_of(self, self.scene)
 
     @cached_property
     def scene(self) -> Scene:
@@ -190,8 +253,6 @@ class Run(Hinted):
 
         Raises InputError where a run that was read does not come out as it was: it was made elsewhere, or is chaotic.
         """
-        from tarsus.solve.simulate import Shared, motion_of
-
         if self.kept is not None:
             return self.kept
         made = motion_of(self.base, self.values, self.duration, self.accuracy, Shared(), track=self.track)
@@ -387,6 +448,79 @@ class Run(Hinted):
         )
 
 
+def changed_run(
+    scene: Scene,
+    values: Mapping[str, Any],
+    seconds: float,
+    accuracy: Accuracy | None = None,
+    shared: Shared | None = None,
+) -> Run:
+    """A run of a scene with values in place of its own, by path. Raises InputError as `simulate` and `with_values`."""
+    start = time.perf_counter()
+    motion = motion_of(scene, values, seconds, accuracy, shared or Shared())
+    period = float(motion.acting.rows.periods[0])
+    wall = time.perf_counter() - start
+    return Run(scene, seconds, period, motion.log, values, accuracy, kept=motion, wall_s=wall)
+
+
+def motion_of(
+    scene: Scene,
+    values: Mapping[str, Any],
+    duration: float,
+    accuracy: Accuracy | None,
+    shared: Shared,
+    *,
+    track: bool = True,
+) -> RunMotion:
+    """One run of a scene that has some values instead of its own, with its motion and its energy account.
+
+    Raises
+    ------
+    InputError
+        As `tarsus.with_values` and `prepared` do.
+    """
+    values = by_path(scene, values)
+    whole = with_values(scene, values) if values else scene
+    given = {path: get_value(whole, path) for path in values}
+    data = {path for path, one in given.items() if isinstance(one, float) and slot(scene, path) is not None}
+    rest = {path: one for path, one in values.items() if path not in data}
+    variant = with_values(scene, rest) if rest else scene
+    engine, rows = prepared(
+        variant, {path: np.array([given[path]]) for path in values if path in data}, duration, shared
+    )
+    return RunMotion(Acting(engine.plan, rows), engine, accuracy or RECORDED, track)
+
+
+def prepared(
+    scene: Scene,
+    values: Mapping[str, Floats],
+    duration: float,
+    shared: Shared,
+    count: int = 1,
+    courses: Courses | None = None,
+) -> tuple[Engine, Rows]:
+    """The engine for runs of a scene over ``duration`` [s], and the rows of runs that differ in slots.
+
+    values (nr,) by path: each of a slot and within its bounds; without any there are ``count`` runs of the scene as it
+    is. shared: what earlier engines have made; what this one makes is added. courses: as `tarsus.plan.slots.rows_for`
+    takes them.
+
+    Raises
+    ------
+    InputError
+        Where a law of the user cannot be compiled, and as `tarsus.plan.slots.rows_for` does.
+    """
+
+    def made() -> Engine:
+        return Engine(lower_scene(scene, shared.drive), duration, shared)
+
+    engine = shared.get(("resident", duration), made) if scene is shared.resident else made()
+    plan = engine.plan
+    if not values:
+        return engine, rows_of(plan, count, float(marked_period(plan.periods, duration)))
+    return engine, rows_for(scene, plan, values, duration, courses=courses)
+
+
 def load_run(folder: str | os.PathLike[str], laws: Mapping[str, Any] | None = None) -> Run:
     """Read a run that `Run.save` or ``tarsus simulate -o`` wrote; laws: the user's laws that its scene needs, by kind.
 
@@ -395,3 +529,48 @@ def load_run(folder: str | os.PathLike[str], laws: Mapping[str, Any] | None = No
     from tarsus.files.store import read_run
 
     return Run.of(read_run(folder, laws))
+
+
+def offered(scene: Scene, duration: float) -> dict[str, Measure]:
+    """Every measure that runs of a scene have, by name, with unit and definition; the values mean nothing.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    duration
+        Model time of a run [s].
+    """
+    return dict(measures_of(Run(scene, duration, scene_period(scene, duration), Log.nothing(duration))))
+
+
+def drawn(result: Run | Batch, how: str, *args: Any, **options: Any) -> Any:
+    """A result drawn by `tarsus.plot`, which stands floors above and is found by its name when it is asked for."""
+    return getattr(import_module("tarsus.report.plot"), how)(result, *args, **options)
+
+
+def state_of(result: Any, scene: Scene) -> dict[str, Any]:
+    """What is pickled of a run or batch: its fields, without what is found from them when asked.
+
+    Raises InputError where the scene has a law whose class another process could not import.
+    """
+    lost = [
+        f"ground.laws.{name}: the class {type(law).__name__} is in no module that another process can import, so that "
+        "this cannot be pickled; put its file where Python finds modules, and import it"
+        for name, law in scene.ground.laws.items()
+        if not _importable(type(law))
+    ]
+    if lost:
+        raise InputError(lost)
+    return {one.name: result.__dict__[one.name] for one in fields(result)}
+
+
+def _importable(kind: type) -> bool:
+    """Whether another process finds a class by its name: not so one of a law file that was loaded by its path."""
+    if "<locals>" in kind.__qualname__:
+        return False
+    # a script is run again by a process that it starts; what was typed is lost
+    if kind.__module__ == "__main__":
+        return hasattr(sys.modules["__main__"], "__file__")
+    top = kind.__module__.partition(".")[0]
+    return any(finder.find_spec(top, None) is not None for finder in sys.meta_path)

@@ -20,10 +20,9 @@ from tarsus.measure.history import RESOLUTION, Counting
 from tarsus.measure.periods import by_window, scene_period
 from tarsus.plan.lowering import lower_scene
 from tarsus.plan.slots import rows_of
-from tarsus.solve.batch import Batch
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy, book_of, execute
-from tarsus.solve.results import Part
+from tarsus.solve.results import Batch, Part
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene

@@ -19,10 +19,11 @@ from tarsus.base.spec import by_path
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.files.toml import scene_text
 from tarsus.plan.slots import Place, slots
-from tarsus.solve.batch import Batch, columns, simulate_batch
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import RECORDED, Accuracy
-from tarsus.solve.simulate import Shared, changed_run, seconds_of
+from tarsus.solve.results import Batch
+from tarsus.solve.run import Shared, changed_run
+from tarsus.solve.simulation import columns, seconds_of, simulate_batch
 
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers

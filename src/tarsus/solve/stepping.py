@@ -31,7 +31,7 @@ from tarsus.solve.commands import Command, asked_of, held
 from tarsus.solve.contacts import CARRIED
 from tarsus.solve.engine import Accuracy, Advanced
 from tarsus.solve.motion import account_of
-from tarsus.solve.simulate import Shared
+from tarsus.solve.run import Shared
 from tarsus.solve.trajectories import Trajectories
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from tarsus.plan.slots import Kind, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.contacts import CARRIED, fresh_feet
 from tarsus.solve.engine import Accuracy, Advanced, Continuations, advance_many, settings_of
-from tarsus.solve.simulate import Shared, prepared
+from tarsus.solve.run import Shared, prepared
 from tarsus.solve.window import Window, WindowStart, simulate_windows
 
 if TYPE_CHECKING:

@@ -32,8 +32,7 @@ from tarsus.model.scene import Drive, Foot, Ground, PointLoad, Robot, Scene
 from tarsus.model.structure import Lumped
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import rows_of
-from tarsus.solve.batch import simulate_batch
-from tarsus.solve.engine import Accuracy, book_of, execute
+from tarsus.solve import Accuracy, book_of, execute, simulate_batch
 
 SIZES = (2, 6, 32)
 TIME_TOLERANCE = 1e-6

@@ -16,8 +16,7 @@ from tarsus.files.runstore import COLLECTED_FILE, RunStore, store_sentence
 from tarsus.files.series import Put, Variable, blank, write_netcdf
 from tarsus.files.version import package_version
 from tarsus.files.whole import part_of
-from tarsus.solve.labelled import measure_variables, outcome_variable
-from tarsus.solve.offered import offered
+from tarsus.solve import measure_variables, offered, outcome_variable
 from tarsus.study.axes import Floats, Grid
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import OUTCOMES, score_shapes

@@ -22,7 +22,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.workers import places
 from tarsus.files.runstore import RunStore, digest_of
 from tarsus.files.version import versions
-from tarsus.solve.simulate import Shared
+from tarsus.solve import Shared
 from tarsus.study.layout import values_of
 from tarsus.study.studyfile import frozen_sweep, frozen_texts
 from tarsus.study.workunit import work_unit

@@ -35,8 +35,7 @@ from tarsus.measure.walking import OF_EPISODES
 from tarsus.model.scene import Scene
 from tarsus.model.structure.walker import Walker
 from tarsus.orbits.motion import FromRest, Motion, motion_asked
-from tarsus.solve.cost import MOST_STEPS, estimated_steps
-from tarsus.solve.offered import offered
+from tarsus.solve import MOST_STEPS, estimated_steps, offered
 from tarsus.study.axes import AnyAxis, Floats, Grid, Sobol, SweepAxis
 from tarsus.study.manufacture import Saltelli, Scattered
 
@@ -320,7 +319,11 @@ def _path_faults(scene: Scene, known: Mapping[str, FloatInfo], name: str, path: 
 def _in_si(item: Any, unit: str, paths: tuple[str, ...]) -> Any:
     """An axis as given, with its quantities as SI floats; an unknown's range is one, on its scale."""
     if _is_unknown(item):
-        item = {"kind": "logspace" if item.scale == "log" else "linspace", "start": item.low, "stop": item.high}
+        item = {
+            "kind": "logspace" if item.scale == "log" else "linspace",
+            "start": item.low,
+            "stop": item.high,
+        }
     if isinstance(item, SweepAxis):
         return with_values(item, {"paths": paths})
     if isinstance(item, np.ndarray):
@@ -356,7 +359,9 @@ def _ends_are_taken(scene: Scene, asked: Mapping[str, Any], axes: Mapping[str, S
     if len(axes) < 2:
         return False
     for end in (0, -1):
-        every = {path: axis.ends[end] for name, axis in axes.items() for path in _paths(scene, name, asked[name])}
+        every = {
+            path: axis.ends[end] for name, axis in axes.items() for path in _paths(scene, name, asked[name])
+        }
         try:
             with_values(scene, every)
         except InputError:

@@ -16,8 +16,7 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.base.workers import Workers, is_executor, workers
 from tarsus.files.runstore import RunStore
-from tarsus.solve.codes import ResultCode
-from tarsus.solve.simulate import Shared
+from tarsus.solve import ResultCode, Shared
 from tarsus.study.collecting import collect
 from tarsus.study.layout import open_store, runs_per_unit
 from tarsus.study.pool import WorkerPool

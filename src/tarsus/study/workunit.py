@@ -9,8 +9,7 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.orbits.motion import OVER_STARTS, SettledMotion
-from tarsus.solve.codes import ResultCode
-from tarsus.solve.simulate import Shared
+from tarsus.solve import ResultCode, Shared
 
 if TYPE_CHECKING:
     from tarsus.orbits.scored import Scored

@@ -20,8 +20,7 @@ from tarsus.files.library import SceneLike, as_scene
 from tarsus.files.whole import write_text
 from tarsus.measure.shares import share_of
 from tarsus.model.structure import Walker
-from tarsus.solve.codes import ResultCode
-from tarsus.solve.offered import offered
+from tarsus.solve import ResultCode, offered
 from tarsus.study.collecting import measures_in
 from tarsus.study.manufacture import Saltelli, Scattered
 from tarsus.study.robots import Robots, Scatter, as_arguments

@@ -14,7 +14,7 @@ from tarsus.base.spec import Description, float_paths, get_value, with_values
 from tarsus.fit.verdict import LEVEL
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
-from tarsus.solve.differences import Direction
+from tarsus.solve import Direction
 from tarsus.synthesis.devices import identified_paths
 from tarsus.synthesis.walks import MOST_LEGS
 

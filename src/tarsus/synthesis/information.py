@@ -23,11 +23,7 @@ from tarsus.base.quantities import Quantity
 from tarsus.fit.record_problem import RecordProblem, Seen, SeenRecord, Segment
 from tarsus.fit.unknowns import Prior
 from tarsus.model.scene import Scene
-from tarsus.solve import Run, simulate
-from tarsus.solve.codes import ResultCode
-from tarsus.solve.contacts import Contacts
-from tarsus.solve.differences import Direction
-from tarsus.solve.outputs import Output
+from tarsus.solve import Contacts, Direction, Output, ResultCode, Run, simulate
 from tarsus.synthesis.recordings import Recording, outputs_of, placed
 
 IMPACTS = 3

@@ -17,9 +17,7 @@ from tarsus.model.standing import rest_state
 from tarsus.model.structure.walker import TURNS
 from tarsus.records.measurement import Channel, Measurement, Quantity
 from tarsus.records.purpose import Purpose
-from tarsus.solve import simulate
-from tarsus.solve.codes import ResultCode
-from tarsus.solve.outputs import Output
+from tarsus.solve import Output, ResultCode, simulate
 
 REST = 0.01
 """Time [s] a record lasts before the drive begins."""

@@ -24,7 +24,7 @@ from tarsus.core.arrays import EVENT_WIDTH
 from tarsus.solve.explored import Explored
 from tarsus.solve.packet import packed, packet_arrays, packet_of
 from tarsus.solve.page_engine import compiled_engine
-from tarsus.solve.simulate import Shared, prepared
+from tarsus.solve.run import Shared, prepared
 
 pytestmark = pytest.mark.wasm
 PAGE = Path(tarsus.core.page.__file__).parent

@@ -16,7 +16,7 @@ from scene_files import scene
 from sliding_scenes import cantilever
 from tarsus.base.events import EventKind
 from tarsus.orbits.orbit import Orbit
-from tarsus.solve.simulate import Shared
+from tarsus.solve.run import Shared
 
 TURN = 2.0 * math.pi
 

@@ -9,7 +9,7 @@ import tarsus as ts
 from tarsus.orbits.motion import FromRest, SettledMotion, motion_asked
 from tarsus.orbits.scored import scored
 from tarsus.solve.codes import ResultCode
-from tarsus.solve.simulate import Shared
+from tarsus.solve.run import Shared
 from tarsus.study.sweep import Sweep
 
 SPEED = ("mean_speed", "duty_factor")

@@ -1,10 +1,11 @@
-"""Thousands of runs at once: any described float may vary."""
+"""Simulation of one scene, and of thousands at once of which any described float varies."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,20 +19,183 @@ from tarsus.plan.slots import check_bounds, courses_of_all, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.results import Batch, Part
-from tarsus.solve.simulate import Shared, changed_run, prepared, seconds_of
+from tarsus.solve.run import Run, Shared, changed_run, increasing, prepared
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     from tarsus.model.scene import Scene
-    from tarsus.solve.gradients import GradientRun
-
-__all__ = ["Batch", "simulate_batch"]
+    from tarsus.solve.gradients import Gradient, GradientRun
 
 _CHUNK = 256  # runs handed to the kernel at a time
 
 _TOGETHER = 1024
 """Runs of a batch up to which what drives do is made once for all of its plans: of more it would fill the memory."""
+
+
+MOST_STEPS = 1e8
+"""Longest run that is started: about an hour of computing and more samples than anyone reads."""
+
+STEPS_PER_CYCLE = 20.0
+"""Steps a cycle of the fastest motion, a round number: the estimate is only there to refuse the absurd."""
+
+
+@overload
+def simulate(
+    scene: SceneLike,
+    duration: float | str | None = None,
+    accuracy: Accuracy | None = None,
+    *,
+    shared: Shared | None = None,
+    gradients: None = None,
+    **values: Any,
+) -> Run: ...
+@overload
+def simulate(
+    scene: SceneLike,
+    duration: float | str | None = None,
+    accuracy: Accuracy | None = None,
+    *,
+    shared: Shared | None = None,
+    gradients: Sequence[str] | Mapping[str, Mapping[str, float]],
+    **values: Any,
+) -> GradientRun: ...
+def simulate(
+    scene: SceneLike,
+    duration: float | str | None = None,
+    accuracy: Accuracy | None = None,
+    *,
+    shared: Shared | None = None,
+    gradients: Sequence[str] | Mapping[str, Mapping[str, float]] | None = None,
+    **values: Any,
+) -> Run:
+    """Simulate a scene exactly from event to event: a walker by the walking engine, everything else by contact modes.
+
+    Parameters
+    ----------
+    scene
+        What to simulate, or a device's name or a scene file's path; a user's laws are part of its ground
+        (``ground.laws``).
+    duration
+        How long [s], or a text with a unit (``"50 ms"``); the scene's own duration by default.
+    accuracy
+        Tolerances and the bound on steps; by default `RECORDED`.
+    shared
+        What the engine makes for a structure, kept from one run to the next where both are given the same one; see
+        `tarsus.Session`.
+    gradients
+        Paths of numbers of the scene: the run is a `GradientRun` then, which has first derivatives by them, each
+        with its error. Or
+        directions by name: how much each of some numbers moves, by path, where several follow from one.
+    **values
+        What is changed in the scene before, as `load_scene` takes it: ``volts=6, hz=100``, or values by path.
+
+    Returns
+    -------
+    Run
+        Events, measures, ledger, states at any time [SI], and how it ended (`Run.code`); a `GradientRun` with
+        ``gradients``.
+
+    Raises
+    ------
+    InputError
+        For an unknown device, a duration that is not positive, a user's law that cannot be compiled, and paths by
+        which there is no derivative.
+
+    The run always ends, with a `ResultCode` that is a sentence.
+
+    Examples
+    --------
+    >>> import tarsus as ts
+    >>> run = ts.simulate("cantilever", "100 ms", volts=8, hz=50, wave="square")
+    >>> run.ok, run.ledger.closure < 1e-8
+    (True, True)
+    >>> peak = run.measures["peak"]
+    >>> 1e-4 < peak.value < 3e-4, peak.unit
+    (True, 'm')
+    >>> run.states([0.0, 0.05]).gap.shape  # feet, times
+    (1, 2)
+    """
+    scene = as_scene(scene, **values)
+    seconds = seconds_of(scene, duration)
+    if gradients is not None:
+        from tarsus.solve.gradients import gradient_run
+
+        return gradient_run(scene, gradients, seconds, accuracy, shared or Shared())
+    return changed_run(scene, {}, seconds, accuracy, shared)
+
+
+NumberOf = Callable[..., float]
+"""A function of the events with the period marks, or of these and of states at given times (`SampledStates`)."""
+
+
+def gradient(
+    objective: str | NumberOf,
+    scene: SceneLike,
+    wrt: Sequence[str],
+    duration: float | str | None = None,
+    accuracy: Accuracy | None = None,
+    *,
+    times: ArrayLike | None = None,
+) -> Gradient:
+    """First derivatives of one number of a run by numbers of its scene, each with what it may be off by.
+
+    Parameters
+    ----------
+    objective
+        Name of a measure or of a term of the ledger, as `GradientRun.gradient` takes it, or a function of the events
+        (ne,) with the period marks, smooth in their numbers.
+    scene
+        The scene, or a device's name or a scene file's path.
+    wrt
+        Paths of its numbers.
+    duration, accuracy
+        As for `simulate`.
+    times
+        Times [s] (nt,), increasing: the function is one of the events and of the states then (`SampledStates`).
+
+    Returns
+    -------
+    Gradient
+        The derivative by each path [unit of the number over that of the path], with its error, and flags where there
+        is none.
+
+    Raises
+    ------
+    InputError
+        As `simulate` and `GradientRun.gradient` do.
+    """
+    run = simulate(scene, duration, accuracy, gradients=wrt)
+    if isinstance(objective, str):
+        return run.gradient(objective)
+    if times is None:
+        return run.gradient_of(objective)
+    when = increasing(times)
+    return run.gradient_of_runs(lambda one: objective(one.all_events, one.states(when)))
+
+
+def seconds_of(scene: Scene, duration: float | str | None) -> float:
+    """The duration [s] given, or the scene's own. Raises InputError unless it is positive and finite."""
+    if not isinstance(duration, int | float | str | np.number | None):
+        said = f"duration: expected a time [s] or a text with a unit, got {duration!r:.60}"
+        raise InputError([f"{said}; values of the scene are named, as in volts=6"])
+    try:
+        given = scene.duration if duration is None else duration
+        seconds = parse_quantity(given, "s") if isinstance(given, str) else float(given)
+    except InputError as error:
+        raise InputError([f"duration: {said}" for said in error.problems]) from None
+    if not (math.isfinite(seconds) and seconds > 0.0):
+        raise InputError([f"duration: expected a time above 0 s, got {seconds:g} s"])
+    return seconds
+
+
+def estimated_steps(scene: Scene, duration: float) -> float:
+    """Rough number of engine steps for `duration` [s]: 20 a cycle of the fastest mode or drive."""
+    matrices = scene.robot.structure.matrices()
+    squares = np.linalg.eigvals(np.linalg.solve(matrices.mass, matrices.stiffness)).real
+    fastest = math.sqrt(max(float(np.max(squares, initial=0.0)), 0.0)) / (2.0 * math.pi)
+    drives = [float(getattr(signal, "frequency", 0.0)) for signal in scene.waveforms.values()]
+    return duration * max([fastest, *drives, 1.0]) * STEPS_PER_CYCLE
 
 
 def _moves_drive(path: str) -> bool:
