@@ -160,5 +160,5 @@ def test_more_feet_than_a_word_has_bits():
     raw = execute(plan, made.duration, accuracy=LOOSE)
     assert raw.codes[0] == 0
     touched = set(raw.events[np.isin(raw.events[:, E_KIND], (1, 2, 4)), E_FOOT].astype(int))
-    assert touched and max(mode.mask for mode in raw.book.modes) >= 0
+    assert touched and max(mode.mask for mode in raw.tables.modes) >= 0
     assert all(0 <= foot < 70 for foot in touched)

@@ -490,33 +490,18 @@ class ModeBook:
     """Contact modes of a linear structure with their step tables, made when a run first meets them; safe between threads.
 
     lengths (nk,) [s] halve from entry to entry. rates: whether a law asks for gap rates at the nodes of a step.
-    shared: the book of a structure that differs in rest gaps and gravity at most, whose tables serve this one as well.
-    A pickle holds no tables but which modes were met, in their order.
+    A pickle holds no tables.
     """
 
-    def __init__(
-        self, system: LinearSystem, lengths: Floats, rates: bool = True, *, shared: ModeBook | None = None
-    ) -> None:
-        self.__setstate__((system, np.ascontiguousarray(lengths, dtype=float), rates, []))
-        if shared is not None:
-            self.__dict__["native"] = shared.native
-        _ = self.native  # now, not when threads first meet there
-
-    def __getstate__(self) -> tuple[Any, ...]:
-        return self.system, self.lengths, self._rates, [mode.mask for mode in self.modes]
-
-    def __setstate__(self, state: tuple[Any, ...]) -> None:
-        self.system, self.lengths, self._rates, self._met = state
+    def __init__(self, system: LinearSystem, lengths: Floats, rates: bool = True) -> None:
+        self.system, self.lengths, self._rates = system, np.ascontiguousarray(lengths, dtype=float), rates
         self._modes: list[ContactMode] = []
         self._lock = Lock()
-
-    @cached_property
-    def native(self) -> Any:
+        self.native: Any = _native.Book(self.arrays, NODES, partial(unbiased_mode, system))
         """The modes and tables as the engine holds them."""
-        made = _native.Book(self.arrays, NODES, partial(unbiased_mode, self.system))
-        for mask in self._met:
-            made.require(mask)
-        return made
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return ModeBook, (self.system, self.lengths, self._rates)
 
     @property
     def arrays(self) -> dict[str, Any]:

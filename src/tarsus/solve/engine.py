@@ -284,19 +284,13 @@ class RawRuns(Log):
     tables: ModeBook | None = None
     sources: Floats | None = None
 
-    @cached_property
-    def book(self) -> ModeBook:
-        """The contact modes with the rest gaps and the gravity of the run."""
-        own = self.tables
-        assert own is not None and self.sources is not None
-        return ModeBook(own.system.at(self.sources), own.lengths, shared=own)
-
     @property
     def last(self) -> Floats:
         """Displacements and velocities (2n,) at the end of the last run, events at its last moment included."""
         if self.pending is None:
             return self.state
-        system = self.book.system
+        assert self.tables is not None and self.sources is not None
+        system = self.tables.system.at(self.sources)
         mode = contact_mode(system, self.pending)  # a contact was made or broken and not yet moved on from
         return mode.at_rest_there(system.tangents, self.state)
 
