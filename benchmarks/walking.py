@@ -21,7 +21,7 @@ from tarsus.base.events import EventKind
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import lower_scene
 from tarsus.solve.codes import structured_events
-from tarsus.solve.engine import RECORDED, book_of, execute, tables_of, walk
+from tarsus.solve.engine import SINGLE_RUN, book_of, execute, tables_of, walk
 from tarsus_reproduce.walkers import many_legs
 
 TOLERANCE = 1e-9  # of event times [s] between the two engines
@@ -41,8 +41,8 @@ def second(scene: Scene, duration: float, repeats: int) -> tuple[float, float, i
     """CPU seconds of a second of model time: of the engine alone, and of `simulate` with all it prepares; events."""
     plan = lower_scene(scene)
     tables = tables_of(plan, duration)
-    events = len(walk(plan, duration, tables=tables, accuracy=RECORDED).events)
-    engine = best(lambda: walk(plan, duration, tables=tables, accuracy=RECORDED), repeats) / duration
+    events = len(walk(plan, duration, tables=tables, accuracy=SINGLE_RUN).events)
+    engine = best(lambda: walk(plan, duration, tables=tables, accuracy=SINGLE_RUN), repeats) / duration
     return engine, best(lambda: ts.simulate(scene, duration), repeats) / duration, events
 
 
@@ -53,10 +53,10 @@ def beside_modes(scene: Scene, duration: float, repeats: int) -> tuple[float, fl
     tables, book = tables_of(plan, duration), book_of(plan, duration)
 
     def by_legs() -> np.ndarray:
-        return structured_events(walk(plan, duration, tables=tables, accuracy=RECORDED).events)
+        return structured_events(walk(plan, duration, tables=tables, accuracy=SINGLE_RUN).events)
 
     def by_modes() -> np.ndarray:
-        return structured_events(execute(plan, duration, book=book, accuracy=RECORDED).events)
+        return structured_events(execute(plan, duration, book=book, accuracy=SINGLE_RUN).events)
 
     one, two = (events[events["kind"] != EventKind.PERIOD_MARK] for events in (by_legs(), by_modes()))
     same = one[["kind", "foot"]].tolist() == two[["kind", "foot"]].tolist()

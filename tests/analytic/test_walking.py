@@ -14,7 +14,7 @@ from tarsus.model.laws import Friction
 from tarsus.model.scene import Ground, Initial
 from tarsus.plan.lowering import lower_scene
 from tarsus.solve.codes import structured_events
-from tarsus.solve.engine import RECORDED, execute
+from tarsus.solve.engine import SINGLE_RUN, execute
 from walking_devices import creeping_millipede
 from walking_scenes import GRAVITY, block, moving, sticky, trotter
 
@@ -141,7 +141,7 @@ def test_overdamped_legs_are_the_same_by_contact_modes():
     )  # fmt: skip
     scene = trotter(ground=ground, damping=1e-3)
     run = ts.simulate(scene)
-    other = structured_events(execute(lower_scene(scene), scene.duration, accuracy=RECORDED).events)
+    other = structured_events(execute(lower_scene(scene), scene.duration, accuracy=SINGLE_RUN).events)
     other = other[other["kind"] != PERIOD_MARK]
     assert run.ok and run.ledger.closure < 1e-10
     assert run.events[["kind", "foot"]].tolist() == other[["kind", "foot"]].tolist()

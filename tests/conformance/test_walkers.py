@@ -14,7 +14,7 @@ from tarsus.base.spec import with_values
 from tarsus.plan.lowering import lower_scene
 from tarsus.plan.slots import rows_of
 from tarsus.solve.codes import ResultCode, structured_events
-from tarsus.solve.engine import RECORDED, Accuracy, Engine, execute, walk
+from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, execute, walk
 from tarsus.solve.run import Shared
 from walking_scenes import sticky, trotter
 
@@ -44,6 +44,6 @@ def test_a_run_that_may_not_take_so_many_steps_ends_where_it_is() -> None:
 def test_both_engines_find_both_feet_of_the_millipede_on_the_ground_at_once() -> None:
     """By contact modes the second was captured at 2e-17 s with 5e-15 m/s: rounding of its film's momentum."""
     plan = lower_scene(with_values(ts.load_scene("millipede"), {"ground.friction": None}))
-    for log in (walk(plan, 0.2, accuracy=RECORDED), execute(plan, 0.2, accuracy=RECORDED)):
+    for log in (walk(plan, 0.2, accuracy=SINGLE_RUN), execute(plan, 0.2, accuracy=SINGLE_RUN)):
         first = structured_events(log.events)[:2]
         assert list(first["kind"]) == [EventKind.CONTACT_AT_START] * 2 and not first["time"].any()

@@ -20,7 +20,7 @@ from tarsus.fit.terms import Term
 from tarsus.fit.unknowns import Ranges, Unknown, Unknowns
 from tarsus.fit.verdict import verdict_of
 from tarsus.model.scene import Scene
-from tarsus.solve import RECORDED, Accuracy, Run, Shared, seconds_of, simulate_batch
+from tarsus.solve import SINGLE_RUN, Accuracy, Run, Shared, seconds_of, simulate_batch
 from tarsus.tables.table import ROW, Column, Table, Tabled
 
 NORMAL = 1.959964
@@ -57,7 +57,7 @@ class RunResiduals(Residuals):
             raise InputError("unknowns: expected a path of the scene for each")
         self.seconds, self.accuracy, self._shared = (
             seconds_of(self.scene, duration),
-            accuracy or RECORDED,
+            accuracy or SINGLE_RUN,
             Shared(),
         )
         self.tried, self._count = RunsTried(), 1

@@ -18,7 +18,7 @@ from tarsus.fit.term_rows import TermRole, TermRows, term_rows_of
 from tarsus.fit.terms import Term
 from tarsus.fit.unknowns import Ranges, Unknown, Unknowns
 from tarsus.model.scene import Scene
-from tarsus.solve import RECORDED, Accuracy, Batch, Shared, seconds_of, simulate_batch
+from tarsus.solve import SINGLE_RUN, Accuracy, Batch, Shared, seconds_of, simulate_batch
 
 Derived = Callable[[Mapping[str, float]], Mapping[str, float]]
 """Further numbers of the scene by path, of the unknowns' SI values by name."""
@@ -60,7 +60,7 @@ class Problem(Residuals):
     ) -> None:
         scene = as_scene(scene)
         self.scene, self.terms = scene, tuple(terms)
-        self.seconds, self.accuracy = seconds_of(scene, duration), accuracy or RECORDED
+        self.seconds, self.accuracy = seconds_of(scene, duration), accuracy or SINGLE_RUN
         self._derived, self._shared, self.tried = derived, Shared(), RunsTried()
         problems: list[str] = []
         self._targets: set[str] = set()

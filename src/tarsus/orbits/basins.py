@@ -16,7 +16,7 @@ from tarsus.orbits.returns import drive_period
 from tarsus.orbits.settling import Settling
 from tarsus.orbits.starts import Box
 from tarsus.plan.lowering import ahead_only
-from tarsus.solve import RECORDED, Accuracy, Trajectories
+from tarsus.solve import SINGLE_RUN, Accuracy, Trajectories
 
 Floats = NDArray[np.float64]
 
@@ -70,7 +70,7 @@ class Survey:
     def known(self, settling: Settling, stand: Sequence[int], points: Floats) -> NDArray[np.intp]:
         """To which attractors, by the runs that stand for them, starts at points lead at the accuracy of single runs;
         -1 to none of them."""
-        made = self.settled(points, RECORDED)
+        made = self.settled(points, SINGLE_RUN)
         return np.array([
             next((i for i, r in enumerate(stand) if settling.alike(r, made, q)), -1) for q in range(len(points))
         ])  # fmt: skip

@@ -18,7 +18,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.events import EVENT_WORDS
 from tarsus.orbits.basins import Survey
 from tarsus.orbits.orbit import NEAR, Orbit, orbit_after
-from tarsus.solve import RECORDED, simulate_batch
+from tarsus.solve import SINGLE_RUN, simulate_batch
 from tarsus.tables.numbers import amount
 
 if TYPE_CHECKING:
@@ -145,7 +145,7 @@ def _bisected(
 def _edge(survey: Survey, between: tuple[int, int], points: Floats) -> Edge:
     """What parts two neighbouring starts, and what they do before."""
     values = survey.box.values(points)
-    both = simulate_batch(survey.box.scene, values, WATCHED * survey.period, threads=1, accuracy=RECORDED)
+    both = simulate_batch(survey.box.scene, values, WATCHED * survey.period, threads=1, accuracy=SINGLE_RUN)
     parting, time = _parting(both.events(0), both.events(1), survey)
     together = int(time / survey.period)
     width = float(np.linalg.norm(points[1] - points[0]))

@@ -14,7 +14,7 @@ from tarsus.solve.simulation import gradient as gradient, simulate as simulate, 
 from tarsus.solve.codes import EVENT_TYPE as EVENT_TYPE, EventColumns as EventColumns, SENTENCES as SENTENCES, structured_events as structured_events
 from tarsus.solve.contacts import CARRIED as CARRIED, Contacts as Contacts, contacts_of as contacts_of, follow_contact as follow_contact
 from tarsus.solve.differences import Direction as Direction
-from tarsus.solve.engine import BUILT as BUILT, ModeBook as ModeBook, RECORDED as RECORDED, book_of as book_of, execute as execute, structure_key as structure_key, tables_of as tables_of
+from tarsus.solve.engine import BUILT as BUILT, ModeBook as ModeBook, SINGLE_RUN as SINGLE_RUN, book_of as book_of, execute as execute, structure_key as structure_key, tables_of as tables_of
 from tarsus.solve.explored import DEFINITIONS as DEFINITIONS, Explored as Explored
 from tarsus.solve.flights import Flow as Flow, Launches as Launches, SUBSTEPS as SUBSTEPS, Varied as Varied
 from tarsus.solve.outputs import Output as Output, output_rows as output_rows, output_slopes as output_slopes

@@ -69,7 +69,7 @@ class Accuracy:
         return replace(self, gap=0.1 * self.gap, drive=0.1 * self.drive)
 
 
-RECORDED = Accuracy(gap=1e-10)
+SINGLE_RUN = Accuracy(gap=1e-10)
 """Accuracy of a single run: a hundred times finer than a batch's, so that its energy ledger closes to 1e-8 of the
 largest term through stiff films as well. It costs about half as many steps again."""
 

@@ -20,7 +20,7 @@ from tarsus.measure.walking import WALK
 from tarsus.measure.whole import WHOLE_RUN
 from tarsus.model.structure import Walker
 from tarsus.plan.lowering import gravity_on
-from tarsus.solve.engine import RECORDED, Accuracy, Engine
+from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine
 from tarsus.solve.packet import on_a_page, packed, packet_arrays
 from tarsus.solve.run import Shared, prepared
 from tarsus.solve.sliders import Lattice, Slider, lattice_of, sliders_of
@@ -89,7 +89,7 @@ class Explored:
         if few:
             sliders = _few(sliders)
         lattice = lattice_of(scene, engine.plan, rows, sliders, seconds)
-        return cls(scene, seconds, engine, rows, tuple(sliders), tuple(left), lattice, accuracy or RECORDED)
+        return cls(scene, seconds, engine, rows, tuple(sliders), tuple(left), lattice, accuracy or SINGLE_RUN)
 
     @property
     def body(self) -> int:

@@ -23,7 +23,7 @@ from tarsus.measure.whole import WHOLE_RUN
 from tarsus.plan.slots import rows_for, slot
 from tarsus.solve.codes import EVENT_TYPE, event_rows, structured_marks
 from tarsus.solve.differences import MOST, ROUNDED, STEP, Direction, Slopes, Stencil, directions_of, slopes_of
-from tarsus.solve.engine import RECORDED, Accuracy, Engine
+from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine
 from tarsus.solve.results import Batch
 from tarsus.solve.run import Run, Shared, changed_run, increasing
 from tarsus.solve.slopes import (
@@ -94,7 +94,7 @@ class GradientRun(Run):
     @cached_property
     def _finer(self) -> Run:
         """The same run in other steps."""
-        own = self.accuracy or RECORDED
+        own = self.accuracy or SINGLE_RUN
         other = replace(own, gap=FINER * own.gap, drive=FINER * own.drive)
         return changed_run(self.base, self.values, self.duration, other, self.shared)
 
@@ -396,7 +396,7 @@ def gradient_run(
     Raises InputError as `tarsus.simulate` does.
     """
     start = time.perf_counter()
-    accuracy = accuracy or RECORDED
+    accuracy = accuracy or SINGLE_RUN
     run = changed_run(scene, {}, seconds, accuracy, shared)
     stencils, problems = dict[str, Stencil](), list[str]()
     for name, one in directions_of(scene, paths).items():

@@ -16,7 +16,7 @@ from tarsus.model.drive.pieces import Channels
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan, idle_forces, level_only
 from tarsus.plan.slots import Rows
-from tarsus.solve.engine import RECORDED, Accuracy, Engine, settings_arrays, step_lengths
+from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, settings_arrays, step_lengths
 from tarsus.solve.run import Shared, prepared
 
 MAGIC, NAME = b"tarsus 1", 48
@@ -93,4 +93,4 @@ def packet_of(scene: Scene, seconds: float, accuracy: Accuracy | None = None) ->
     Raises InputError as `tarsus.simulate` does, and for more contact modes than a packet holds.
     """
     engine, rows = prepared(scene, {}, seconds, Shared())
-    return packed(packet_arrays(scene, engine, rows, accuracy or RECORDED))
+    return packed(packet_arrays(scene, engine, rows, accuracy or SINGLE_RUN))

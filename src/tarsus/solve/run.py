@@ -39,7 +39,7 @@ from tarsus.solve.codes import (
     structured_marks,
     without_marks,
 )
-from tarsus.solve.engine import RECORDED, Accuracy, Engine, Log
+from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, Log
 from tarsus.solve.motion import RunMotion
 
 if TYPE_CHECKING:
@@ -488,7 +488,7 @@ def motion_of(
     engine, rows = prepared(
         variant, {path: np.array([given[path]]) for path in values if path in data}, duration, shared
     )
-    return RunMotion(Acting(engine.plan, rows), engine, accuracy or RECORDED, track)
+    return RunMotion(Acting(engine.plan, rows), engine, accuracy or SINGLE_RUN, track)
 
 
 def prepared(

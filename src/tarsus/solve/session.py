@@ -20,7 +20,7 @@ from tarsus.files.library import SceneLike, as_scene
 from tarsus.files.toml import scene_text
 from tarsus.plan.slots import Place, slots
 from tarsus.solve.codes import ResultCode
-from tarsus.solve.engine import RECORDED, Accuracy
+from tarsus.solve.engine import SINGLE_RUN, Accuracy
 from tarsus.solve.results import Batch
 from tarsus.solve.run import Shared, changed_run
 from tarsus.solve.simulation import columns, seconds_of, simulate_batch
@@ -76,7 +76,7 @@ class Session(Hinted):
         if robots is not None and robots < 1:
             raise InputError(f"robots: expected one or more, got {robots}")
         self.robots, self.vary = robots, vary or {}
-        self.accuracy = accuracy or (RECORDED if robots is None else Accuracy())
+        self.accuracy = accuracy or (SINGLE_RUN if robots is None else Accuracy())
         self.account, self.threads = account, threads
         self._shared = Shared(self.scene)
         self._rng = np.random.default_rng()

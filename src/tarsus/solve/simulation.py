@@ -79,7 +79,7 @@ def simulate(
     duration
         How long [s], or a text with a unit (``"50 ms"``); the scene's own duration by default.
     accuracy
-        Tolerances and the bound on steps; by default `RECORDED`.
+        Tolerances and the bound on steps; by default `SINGLE_RUN`.
     shared
         What the engine makes for a structure, kept from one run to the next where both are given the same one; see
         `tarsus.Session`.

@@ -17,7 +17,7 @@ from tarsus.plan.slots import Rows, rows_of
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import EVENT_TYPE, ResultCode, event_places, structured_events, without_marks
 from tarsus.solve.contacts import APEX, CONTACT, Contacts
-from tarsus.solve.engine import RECORDED, Accuracy, Tables, book_of, settings_of, tables_of
+from tarsus.solve.engine import SINGLE_RUN, Accuracy, Tables, book_of, settings_of, tables_of
 from tarsus.solve.window_gradients import WindowGradients
 from tarsus.solve.window_run import WindowStart, WindowStarts, run_windows
 
@@ -151,7 +151,7 @@ def simulate_window(
     rows: Rows | None = None,
     gradients: WindowGradients | None = None,
     shared: Tables | None = None,
-    accuracy: Accuracy = RECORDED,
+    accuracy: Accuracy = SINGLE_RUN,
 ) -> Window:
     """Run a plan from a given state, with all its laws, drives and rules, and give outputs at any times: the case of
     one of `simulate_windows`, whose words these are.
@@ -174,7 +174,7 @@ def simulate_windows(
     rows: Rows | None = None,
     gradients: WindowGradients | None = None,
     shared: Tables | None = None,
-    accuracy: Accuracy = RECORDED,
+    accuracy: Accuracy = SINGLE_RUN,
     threads: Workers = None,
 ) -> WindowBatch:
     """Run many windows of one plan in one call of the engine, each from its own state at its own time.
