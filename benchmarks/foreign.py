@@ -70,7 +70,9 @@ CAUSES = {
     "contacts scatter": r"scatter",
     "creep, and late": r"creep",
     "third mode, and restitution falls": r"further mode",
-    "adhesion that ages": r"adhesion.*(age|saturat|grows no more|not linear|levels off)",
+    "adhesion drifts": r"adhesion.*(order of recording|repeats of a record)",
+    "restitution drifts": r"restitution.*(order of recording|speed)",
+    "adhesion that ages": r"adhesion.*(age|saturat|grows no more|not linear|levels off|contact time)",
 }
 """Words by which a sentence names the difference; it must not be one that the sound world's campaign has as well."""
 

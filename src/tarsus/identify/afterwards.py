@@ -22,7 +22,6 @@ from tarsus.identify.checks import (
     held_out_check,
     smeared_check,
     step_checks,
-    with_age,
     with_checks,
 )
 from tarsus.identify.draws import DRAWS, NORMAL
@@ -155,9 +154,6 @@ def check(chain: StepRunner, comparisons: Sequence[Comparison], air: Sequence[Ai
         chain.known = drawn_over(known, fit, chain.seed)
         for name, step in steps.items():
             steps[name] = chain.known.told(step)
-    if "adhesion" in steps:
-        steps["adhesion"] = with_age(steps["adhesion"], chain.seed + 3)
-        chain.known = chain.known.redrawn(steps["adhesion"])
     steps.update(with_surprises(steps, chain.known, chain.evidence.ground(), chain.seed))
     for step in steps.values():
         chain.known = chain.known.redrawn(step)

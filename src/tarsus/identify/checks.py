@@ -15,7 +15,6 @@ import numpy as np
 
 from tarsus.fit.verdict import LEVEL
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.one_more import OneMore, in_a_line
 from tarsus.identify.step import PREFERRED, UNDECIDED, Alternative, Check, StepResult
 from tarsus.records.excluded import Exclusion
 
@@ -44,11 +43,6 @@ PULLED = 3.0
 them."""
 MISFITS = 0.1
 """Share of what was fitted that need not be as the model has it: a foot that is caught and let go within a sample."""
-AGEING = 36.0
-"""F of one more parameter in adhesion: six standard deviations, for all repeats of a release share what the moment of
-their touchdown is off."""
-_SAME_CONTACT = 5e-4
-"""Contact times [s] that are taken for repeats of one release."""
 HELD_OUT = 2.0
 """Held-out motion over what noise alone would leave of it, median over records: landings at the edge of being held
 leave sound ones with 1.2."""
@@ -188,53 +182,6 @@ def gap_check(step: StepResult, known: Estimates) -> tuple[Check, ...]:
     share = 0.5 * (high - low) * abs(model.static_load) / model.gap
     name = "gap uncertainty not stated (it limits the force offset)"
     return (Check(name, share, GAP, least=True, paths=(path,), cause=cause),)
-
-
-def with_age(step: StepResult, seed: int) -> StepResult:
-    """Adhesion with the hypothesis that it does not grow along a line: its share of the draws has the square of the
-    contact time beside it."""
-    points = step.panels[0].curves[0] if step.panels else None
-    if points is None or points.error is None:
-        return step
-    time, pull, error = points.x, points.y, points.error
-    scale = float(time.max())
-    design = np.column_stack([np.ones_like(time), time / scale, (time / scale) ** 2])
-    found = in_a_line(design, pull, error, np.round(time / _SAME_CONTACT), seed)
-    if found is None:
-        return step
-    moves = found.moves / np.array([1.0, scale])
-    drawn = step.samples + np.outer(found.drawn(len(step.samples), seed), moves)
-    drawn = drawn.clip(0.0)
-    way = "levels off" if found.value < 0.0 else "grows faster"
-    cause = f"adhesion over contact time is not linear: it {way} with age"
-    check = Check(
-        "adhesion against the square of contact time: F",
-        found.f,
-        AGEING,
-        paths=step.paths,
-        cause=cause,
-        hangs=True,
-    )
-    changes = dict(zip(step.paths, (step.values + moves).tolist(), strict=True))
-    answers = both_answers("adhesion over contact time", ("a line", "a line and its square"), found, changes)
-    return with_checks(replace(step, samples=drawn), (check,), answers)
-
-
-def both_answers(
-    question: str, names: tuple[str, str], found: OneMore, changes: Mapping[str, float]
-) -> tuple[Alternative, ...]:
-    """The model as it is and a hypothesis beside it, where they are weighed against each other at all."""
-    if found.decided and found.weight < 0.5:
-        return ()
-    weights, word = (1.0 - found.weight, found.weight), PREFERRED if found.decided else UNDECIDED
-    figures = [
-        f"chi-squared of records left out {'higher' if gain < 0.0 else 'lower'} by {abs(gain):.3g} than with the other"
-        for gain in (-found.gain, found.gain)
-    ]
-    return (
-        Alternative(question, names[0], weights[0], figures[0], True, UNDECIDED if word == UNDECIDED else ""),
-        Alternative(question, names[1], weights[1], figures[1], word=word, changes=changes),
-    )
 
 
 def held_out_check(

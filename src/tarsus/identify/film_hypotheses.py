@@ -17,7 +17,7 @@ import numpy as np
 
 from tarsus.base.arrays import Floats
 from tarsus.fit.verdict import LEVEL
-from tarsus.identify.checks import SURE, both_answers, with_checks
+from tarsus.identify.checks import SURE, with_checks
 from tarsus.identify.detachment import Detachments
 from tarsus.identify.draws import by_group
 from tarsus.identify.film import FilmFit
@@ -139,9 +139,26 @@ def with_attraction(film: FilmFit, found: OneMore) -> FilmFit:
         "gain of an attraction by the volts, in chi-squared of flights left out", found.gain, SURE,
         paths=(*FILM, *PULLS, "ground.restitution.coefficient"), cause=cause,
     )  # fmt: skip
-    names = "the film's alone", "an attraction by the volts as well"
-    told = both_answers("forces at the flying foot", names, found, {}) if found.value > _LEAST else ()
+    told = _both_answers(found) if found.value > _LEAST else ()
     return replace(film, step=with_checks(film.step, (check,), told))
+
+
+def _both_answers(found: OneMore) -> tuple[Alternative, ...]:
+    """The film's force alone and an attraction beside it, where they are weighed against each other at all: each with
+    its own weight, and what data left out say of it."""
+    if found.decided and found.weight < 0.5:
+        return ()
+    words = ("", PREFERRED) if found.decided else (UNDECIDED, UNDECIDED)
+    names = "the film's alone", "an attraction by the volts as well"
+    return tuple(
+        Alternative(
+            "forces at the flying foot", name, weight, f"chi-squared of records left out "
+            f"{'higher' if gain < 0.0 else 'lower'} by {abs(gain):.3g} than with the other", used, word,
+        )
+        for name, weight, gain, used, word in zip(
+            names, (1.0 - found.weight, found.weight), (-found.gain, found.gain), (True, False), words, strict=True
+        )
+    )  # fmt: skip
 
 
 def _one_more(

@@ -8,14 +8,14 @@ by which both are weighed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
 from tarsus.fit.verdict import LEVEL
-from tarsus.identify.draws import by_group, newton_draws
+from tarsus.identify.draws import newton_draws
 
 _TOLD = 1e12
 """Condition of the scaled information beyond which it is rounding: data that do not feel an unknown say nothing."""
@@ -26,14 +26,12 @@ FEWEST = 4
 @dataclass(frozen=True)
 class OneMore:
     """value and standard error of the unknown, as groups scatter; gain: in chi-squared of groups left out, over what
-    they scatter beyond noise; moves (p,): of the others with it; f: what it explains of points in a line, over what is
-    left of a value."""
+    they scatter beyond noise; moves (p,): of the others with it."""
 
     value: float
     error: float
     gain: float
     moves: Floats
-    f: float = np.nan
 
     @property
     def weight(self) -> float:
@@ -51,14 +49,9 @@ class OneMore:
             return np.zeros(draws, dtype=bool)
         return np.random.default_rng([seed, 23]).random(draws) < self.weight
 
-    def drawn(self, draws: int, seed: int) -> Floats:
-        """The unknown in draws (draws,) over its value: about one under the hypothesis, within its error, else zero."""
-        off = self.error / abs(self.value) * np.random.default_rng([seed, 47]).standard_normal(draws)
-        return np.where(self.picked(draws, seed), 1.0 + off, 0.0)
-
 
 def one_more(
-    information: Floats, score: Floats, seed: int, value: float | None = None, shared: float = 0.0
+    information: Floats, score: Floats, seed: int, value: float | None = None
 ) -> OneMore | None:
     """Judge the last unknown; None of fewer than four groups, or of data that do not feel it.
 
@@ -70,8 +63,6 @@ def one_more(
         Of the draws that tell its error.
     value
         That it has under the hypothesis; None where the data set it.
-    shared
-        Variance that errors which the groups share give it.
     """
     if len(score) < FEWEST:
         return None
@@ -90,7 +81,7 @@ def one_more(
         for sign, own in ((1.0, free), (-1.0, _beside(a, s, 0.0))):
             gain += sign * float(2.0 * own @ t - own @ b @ own)
     # groups whose data hang together count for less, as the scatter of their scores says
-    scale = max((error**2 + shared) / float(np.linalg.inv(total)[-1, -1]), 1.0)
+    scale = max(error**2 / float(np.linalg.inv(total)[-1, -1]), 1.0)
     moves = -np.linalg.solve(total[:-1, :-1], total[:-1, -1]) * (whole[-1] if value is None else value)
     return OneMore(float(whole[-1]), error, gain / scale, moves)
 
@@ -99,22 +90,3 @@ def _beside(information: Floats, score: Floats, value: float) -> Floats:
     """All unknowns with the last one held at a value."""
     own = np.linalg.solve(information[:-1, :-1], score[:-1] - information[:-1, -1] * value)
     return np.append(own, value)
-
-
-def in_a_line(
-    design: Floats, y: Floats, error: Floats, groups: ArrayLike, seed: int, shared: Floats | None = None
-) -> OneMore | None:
-    """Judge the last column of a design (n, p + 1) of points y (n,) with standard errors, in groups (n,).
-
-    shared (draws, n): deviations of the points by what all of them hang on."""
-    x, right = design / error[:, None], y / error
-    common = 0.0 if shared is None else float(np.var(shared / error @ np.linalg.pinv(x)[-1]))
-    base = np.linalg.lstsq(x[:, :-1], right, rcond=None)[0]
-    left = right - x[:, :-1] @ base
-    information, score = by_group(groups, x[:, :, None] * x[:, None], x * left[:, None])
-    found = one_more(information, score, seed, shared=common)
-    if found is None:
-        return None
-    values = np.linalg.lstsq(x, right, rcond=None)[0]
-    scale = max(float(np.sum((right - x @ values) ** 2)) / max(len(x) - x.shape[1], 1), 1.0)
-    return replace(found, f=float(values[-1] ** 2 / (scale * np.linalg.inv(x.T @ x)[-1, -1] + common)))

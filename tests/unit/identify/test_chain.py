@@ -160,7 +160,7 @@ def test_every_number_has_a_verdict_and_correlations():
     told = summary_of(identified())
     numbers = {path: one for step in told["steps"].values() for path, one in step["parameters"].items()}
     assert {one["verdict"] for one in numbers.values()} == {"determined"}
-    assert len(told["checks"]) == 17 and all(one["passed"] for one in told["checks"])
+    assert len(told["checks"]) == 16 and all(one["passed"] for one in told["checks"])
     assert numbers["ground.adhesion.rate"]["sentence"].startswith("ground.adhesion.rate is determined: ")
     paths, matrix = told["correlation"]["paths"], np.array(told["correlation"]["matrix"])
     assert paths == list(identified().known.paths) and np.diag(matrix) == pytest.approx(1.0)

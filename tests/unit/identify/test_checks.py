@@ -19,7 +19,7 @@ from tarsus.identify.airborne import air_records
 from tarsus.identify.alternatives import AirFit, drawn_over, fit_air
 from tarsus.identify.campaign import Campaign, Opened
 from tarsus.identify.chain import StepRunner
-from tarsus.identify.checks import AGEING, GAP, SURE, air_checks, beside_causes, gap_check, step_checks
+from tarsus.identify.checks import GAP, SURE, air_checks, beside_causes, gap_check, step_checks
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.film_hypotheses import (
@@ -30,7 +30,7 @@ from tarsus.identify.film_hypotheses import (
     with_exponent,
 )
 from tarsus.identify.foot import ATTRACTED_AT, FootModel
-from tarsus.identify.one_more import OneMore, in_a_line
+from tarsus.identify.one_more import OneMore
 from tarsus.identify.step import Alternative, Check, Residual, StepResult, Used, failures
 from tarsus.identify.traces import Trace
 from tarsus.identify.verdict import judge_samples
@@ -150,49 +150,6 @@ def test_a_number_that_is_off_is_pulled_by_the_records_and_no_difference_is_inve
     assert found.found == () and found.pull > 5.0
     checks, _ = air_checks(found, other)
     assert PATHS[2] in next(one for one in checks if not one.passed).paths
-
-
-def test_a_trend_has_a_large_f_and_none_a_small_one():
-    random = np.random.default_rng(7)
-    x, error = np.linspace(-1.0, 1.0, 60), np.full(60, 0.02)
-    flat = 0.4 + error * random.standard_normal(60)
-    design, groups = np.column_stack([np.ones(60), x]), np.arange(60) % 12
-    level = in_a_line(design, flat, error, groups, 1)
-    assert level is not None and level.f < AGEING and level.weight < 0.9
-    tilted = in_a_line(design, flat - 0.05 * x, error, groups, 1)
-    assert tilted is not None and tilted.f > 2.0 * AGEING and tilted.decided and tilted.weight > 0.99
-    assert tilted.value == pytest.approx(-0.05, abs=4.0 * tilted.error)
-    slight = in_a_line(design, 0.4 + 0.02 * random.standard_normal(60) - 0.009 * x, error, groups, 1)
-    assert slight is not None
-    drawn = slight.drawn(4000, 1)
-    assert (drawn != 0.0).mean() == pytest.approx(0.0 if slight.weight < 0.05 else slight.weight, abs=0.03)
-    drawn = tilted.drawn(4000, 1) * tilted.value  # what is decided for is drawn, with its error
-    assert drawn.mean() == pytest.approx(tilted.value, rel=0.01)
-    assert drawn.std() == pytest.approx(tilted.error, rel=0.05)
-    assert in_a_line(design[:3], flat[:3], error[:3], groups[:3], 1) is None, "too few to see a scatter"
-
-
-def test_a_trend_that_all_points_share_with_what_is_not_known_is_none():
-    random = np.random.default_rng(6)
-    x = np.linspace(-1.0, 1.0, 60)
-    design, error, groups = np.column_stack([np.ones(60), x]), np.full(60, 0.02), np.arange(60) // 6
-    tilted = 0.4 - 0.03 * x + 0.02 * random.standard_normal(60)
-    alone = in_a_line(design, tilted, error, groups, 1)
-    beside = in_a_line(design, tilted, error, groups, 1, 0.02 * random.standard_normal((400, 1)) * x)
-    level = in_a_line(design, tilted, error, groups, 1, 0.02 * random.standard_normal((400, 1)) * np.ones(60))
-    assert alone is not None and beside is not None and level is not None
-    assert alone.f > 16.0 and beside.f < 4.0 and beside.gain < 0.2 * alone.gain
-    assert level.f == pytest.approx(alone.f, rel=0.01), "what moves all points alike tilts none"
-
-
-def test_groups_that_hang_together_count_for_less():
-    """A trend that one error shared by all points of a group makes is no trend of the model."""
-    random = np.random.default_rng(9)
-    x = np.repeat(np.linspace(-1.0, 1.0, 8), 20)
-    shared = np.repeat(0.1 * random.standard_normal(8), 20)
-    y, error = 0.4 + shared + 0.02 * random.standard_normal(160), np.full(160, 0.02)
-    found = in_a_line(np.column_stack([np.ones(160), x]), y, error, np.arange(160) // 20, 1)
-    assert found is not None and abs(found.value) < 3.0 * found.error and abs(found.gain) < 10.0
 
 
 def test_what_a_step_leaves_and_leaves_out_is_checked():

@@ -76,7 +76,7 @@ def said_of(found: Identification) -> list[str]:
         ("restitution falls with speed", "restitution may change with speed"),
         ("compliant ground", "the ground gives way"),
         ("clock 100 ppm off", "the clock of the motion runs "),
-        ("adhesion that ages", "adhesion over contact time is not linear"),
+        ("adhesion that ages", "ground.adhesion.rate falls with contact time"),
         ("rebounds until slow", ""),
         ("ground drifts", ""),
         ("gain of a channel", "taken for the gain of its channel, and divided out"),
