@@ -11,10 +11,13 @@ from scipy.optimize import minimize_scalar
 
 import tarsus as ts
 from differences import TIGHT, assert_as_differences, differences
+from laboratory import LABORATORY
 from printed_robots import hexapod
 from scene_files import scene as scene_of
 from survey_gradients import look_at
 from tarsus.base.spec import with_values
+from tarsus.model.drive.waveforms import Sampled
+from tarsus.model.standing import rest_state
 from tarsus.plan.slots import slots
 
 
@@ -44,6 +47,18 @@ def test_a_bouncing_ball_in_closed_form():
     assert lost[paths[0]] == pytest.approx(g * (1.0 - e ** (2 * count)), rel=1e-6)
     assert lost[paths[1]] == pytest.approx(-2.0 * count * g * height * e ** (2 * count - 1), rel=1e-6)
     assert not run.flags
+
+
+def test_rounding_of_a_state_at_rest_is_no_kink():
+    """Speeds at rest are sums of modes that cancel, up to rounding that copies of a run need not share."""
+    scene = ts.load_scene(LABORATORY)
+    loops = Sampled(times=(0.0, 0.286, 0.857), levels=(0.0, -8.0, 8.0))
+    begun = with_values(scene, {"signals": {"pzt": loops}, "initial.displacement": rest_state(scene)})
+    path = "robot.structure.damping_ratios.0"
+    run = ts.simulate(begun, 0.7, gradients=[path])
+    slopes = run.state_gradients(np.linspace(0.0, 0.69, 50))[path]
+    assert np.isfinite(slopes.x).all() and np.isfinite(slopes.v).all()
+    assert np.abs(slopes.v[:, 0]).max() < 1e-12 < np.abs(slopes.v).max()
 
 
 @pytest.mark.parametrize(
