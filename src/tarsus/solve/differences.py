@@ -304,7 +304,8 @@ class Differences:
     @cached_property
     def kinked(self) -> Flags:
         """Where slopes to both sides differ by a part of the largest up to then that no curve leaves over a step, and
-        by more than rounding leaves of the largest value of that kind: a state at rest is a sum of modes that cancel."""
+        by more than rounding leaves of the largest value of that kind: at rest a state is a sum of modes that cancel.
+        """
         if self.places[0] * self.places[1] > 0.0:
             return np.zeros(self.change.shape, dtype=bool)
         size = self.values.so_far(self.values.of_kind(np.nan_to_num(np.abs(self.slope))))
