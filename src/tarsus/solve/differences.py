@@ -202,7 +202,7 @@ def better_step(bent: float, noise: float) -> float:
 class MotionValues:
     """Values of something of windows: of themselves, of one in other steps, of the two beside (c, k); which of these
     two count (2, k); first (nw + 1,): where those of each window begin; blocks: rows of one kind, weights (c,) with
-    which they have one unit."""
+    which they have one unit; of_events: whether they are those of events."""
 
     own: Floats
     finer: Floats
@@ -211,6 +211,7 @@ class MotionValues:
     first: Integers
     blocks: Sequence[slice]
     weights: Floats
+    of_events: bool = False
 
     def most(self, values: Floats) -> Floats:
         """Largest (blocks, nw) of weighted values (c, k) in every window; zero of none."""
@@ -236,12 +237,6 @@ class MotionValues:
         counts = np.diff(self.first)
         window = np.repeat(np.arange(len(counts)), counts)
         return window, np.arange(len(window)) - self.first[window], int(counts.max(initial=0))
-
-    def of_kind(self, values: Floats) -> Floats:
-        """The same (c, k) of the rows of each kind together."""
-        weighted = values * self.weights[:, None]
-        most = np.array([weighted[block].max(axis=0, initial=0.0) for block in self.blocks])
-        return np.repeat(most, [block.stop - block.start for block in self.blocks], axis=0) / self.weights[:, None]
 
     def each(self, values: Floats) -> Floats:
         """Values (nw,) of windows for all that is in them."""
@@ -303,15 +298,15 @@ class Differences:
 
     @cached_property
     def kinked(self) -> Flags:
-        """Where slopes to both sides differ by a part of the largest up to then that no curve leaves over a step, and
-        by more than rounding leaves of the largest value of that kind: at rest a state is a sum of modes that cancel.
-        """
+        """Where slopes to both sides differ by a part of the largest that no curve leaves over a step: of a window's,
+        and of events of the largest up to then, for the last of a long run respond by far more than the first."""
         if self.places[0] * self.places[1] > 0.0:
             return np.zeros(self.change.shape, dtype=bool)
-        size = self.values.so_far(self.values.of_kind(np.nan_to_num(np.abs(self.slope))))
-        largest = self.values.rows(self.values.most(np.abs(self.values.own))) / self.values.weights[:, None]
-        smooth = np.maximum(BENT * size, SURE * np.maximum(self.values.of_kind(self.off), ROUNDING * largest))
-        return (self.change > smooth) & ~self.same
+        if self.values.of_events:
+            size, noise = self.values.so_far(np.abs(self.slope)), self.off
+        else:
+            size, noise = (self.values.rows(one) / self.values.weights[:, None] for one in (self.scale, self.noise))
+        return (self.change > np.maximum(BENT * size, SURE * noise)) & ~self.same
 
     @cached_property
     def bents(self) -> Floats:

@@ -298,7 +298,7 @@ class _Base:
             ),
             MotionValues(
                 self.own.events.T, finer.rows.T, (one.rows.T, two.rows.T), np.array([one.has, two.has]),
-                self.own.begin, each, np.ones(a.EVENT_WIDTH),
+                self.own.begin, each, np.ones(a.EVENT_WIDTH), of_events=True,
             ),
         )  # fmt: skip
 
@@ -415,9 +415,10 @@ class Differenced:
         samples, rows = (Differences(values, lane.places) for values in base.values(sides, self.weights))
         judge, felt = (samples, [0, 1]) if len(base.span.times) else (rows, FELT)
         own, noise = (_filled(np.fmax.reduce(one[felt])) for one in (judge.bents, judge.noises))
+        known = bent is not None
         bent = own if bent is None else bent
         reasons = [*(side.lost for side in sides), base.other.lost]
-        if bent is own:
+        if not known:
             kinked = samples.kinked[: 2 * len(self.weights)].any(axis=0)
             reasons.append(base.kinks(np.asarray(kinked), np.asarray(rows.kinked[FELT].any(axis=0))))
         lost = Lost.first(reasons)
@@ -428,7 +429,7 @@ class Differenced:
         ):
             error = one.error(bent) + one.values.each(lane.rounded) * np.abs(one.slope)
             found = np.array([one.slope, error]) / one.values.each(lane.steps)
-            found[:, one.kinked | gone] = np.nan
+            found[:, gone | (one.kinked & (not known))] = np.nan
             parts.append(found)
         return LaneSlopes(lane, parts[0], parts[1], lost, bent, noise + lane.rounded, tuple(reasons))
 
