@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -20,6 +21,7 @@ from tarsus.model.drive.waveforms import Ramp
 from tarsus.model.laws import Friction, FrictionLaw
 from tarsus.model.laws.rate_friction import RateWeakeningFriction, StribeckFriction
 from tarsus.model.structure import Walker, WalkerBody, WalkerLeg
+from tarsus.solve import ResultCode
 from walking_scenes import GRAVITY, LOOSE, block, moving, sticky, trotter
 
 MASS, START = 1e-6, 0.05
@@ -137,6 +139,24 @@ class TwoConstants(FrictionLaw):
     @staticmethod
     def bound(margin, strength, slip, static, dynamic):
         return (dynamic if slip > 0.0 else static) * margin
+
+
+class Rough(FrictionLaw):
+    """A bound that bends more often than numbers tell speeds apart."""
+
+    coefficient: float = quantity("1", "coefficient on average", default=0.3)
+
+    @staticmethod
+    def bound(margin, strength, slip, coefficient):
+        return coefficient * (1.0 + 1e-3 * math.sin(1e16 * slip)) * margin
+
+
+@pytest.mark.parametrize("legged", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_a_run_on_a_law_that_no_step_can_follow_ends_as_too_stiff(legged: bool) -> None:
+    """And not when its steps have filled all memory."""
+    run = ts.simulate(slider(Rough(), 0.01, 0.002, 1e-3) if legged else on_a_belt(Rough()))
+    assert run.code is ResultCode.TOO_STIFF and run.end_time < run.duration
+    assert transitions(run)["kind"][0] == SLIP
 
 
 SPRING, PUSH, PULLED = 1.0, 98.1e-6, 2e-3

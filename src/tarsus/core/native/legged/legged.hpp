@@ -277,4 +277,19 @@ TARSUS_INLINE void in_directions(const Legged& s, Each&& each) {
   if (s.directions() > DIRECTIONS) each(std::integral_constant<int, ACROSS>());
 }
 
+// Bound [N] below which the pull on a foot on the ground counts as zero: by the scale of the scene, or its rounding.
+inline double no_pull(const Legged& s, int i) {
+  const Leg& leg = s.body.legs[i];
+  double parts = leg.stiffness[UP] * (leg.hip[UP].parts(s.x) + std::fabs(leg.standing())) + leg.damping[UP] * leg.hip[UP].parts(s.v) + std::fabs(leg.weight[UP]);
+  for (int n = leg.first; n < leg.last; n++) {
+    parts += std::fabs(s.body.gain[s.directions() * n + UP] * s.player.value(s.body.drive[n], s.clock.time));
+  }
+  if (leg.turned) {
+    parts += std::fabs(leg.cross_stiffness) * (leg.hip[ALONG].parts(s.x) + std::fabs(s.feet[i].u[ALONG])) +
+             std::fabs(leg.cross_damping) * (leg.hip[ALONG].parts(s.v) + std::fabs(s.feet[i].w[ALONG]));
+  }
+  if (s.feet[i].force) parts += std::fabs(s.laws.force(leg.foot, 0.0, 0.0, s.volts_now(leg.foot), s.clock.time));
+  return s.settings.force_zero + ROUNDING * parts;
+}
+
 }  // namespace tarsus::legged

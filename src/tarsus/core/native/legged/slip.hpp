@@ -39,7 +39,7 @@ inline double bend_of_slip(const Legged& s, int i, double h) {
   const auto law = [&](double at, double speed) {
     return bound_at(s, i, Row(s.polynomial_at(r.margin, at)), Row(s.polynomial_at(r.strength, at)), Row(speed)).value[0];
   };
-  return bend_error(s.nodes, r.bound, s.any_way(i) ? r.speed : r.w[ALONG] * s.feet[i].sense[ALONG], h, s.settings.end, law);
+  return bend_error(s.nodes, r.bound, s.any_way(i) ? r.speed : r.w[ALONG] * s.feet[i].sense[ALONG], no_pull(s, i), h, s.settings.end, law);
 }
 
 // Solve w = ``alone`` - force matrix sense bound(sense w) at the nodes, by rows of what a force at one node does to w, from the

@@ -113,9 +113,9 @@ inline double turn_between(const Nodes& nodes, const double* powers, int j) {
 
 // What the nodes of a step of length h [s], of a run that ends at ``end`` [s], miss of the bound over what they may: by its own
 // polynomial, and by the law where the slip is slowest between two of them, law(scaled time, speed). A slip that hardly stops is
-// seen there alone.
+// seen there alone. rounding [N]: of the margin that bears the bound, of which no shorter step would see less.
 template <class Law>
-inline double bend_error(const Nodes& nodes, const Row& bound, const Row& speed, double h, double end, Law&& law) {
+inline double bend_error(const Nodes& nodes, const Row& bound, const Row& speed, double rounding, double h, double end, Law&& law) {
   const double most = highest(magnitude(bound));
   if (!(h > AT_ONCE * end && most > 0.0)) return 0.0;
   double missed = nodes.truncation_of_jumps(bound);
@@ -129,7 +129,7 @@ inline double bend_error(const Nodes& nodes, const Row& bound, const Row& speed,
     const double at = turn_between(nodes, speeds, j);
     missed = std::max(missed, std::fabs(law(at, horner(speeds, 0, N, at)) - horner(bounds, 0, N, at)));
   }
-  return missed / most / BEND;
+  return missed / std::max(BEND * most, rounding);
 }
 
 // --- in an impact ----------------------------------------------------------------------------------------------------------

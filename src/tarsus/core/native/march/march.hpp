@@ -1,5 +1,7 @@
 // The loop from event to event, the same for every system.
 #pragma once
+#include <utility>
+
 #include "march/batch.hpp"
 #include "march/kinds.hpp"
 #include "base/simd.hpp"
@@ -40,11 +42,16 @@ struct Settings {
 
 constexpr int MOST_STALLED = 4000;  // events without progress of time: a pile of feet that land at once has some hundreds
 
+// A run crawls where so many steps in a row would have to go on ``CRAWL`` times as long as a run may, to its end: it would take hours and all memory.
+constexpr int64_t CRAWLED = 1 << 17;  // some of `STEPS_PER_CALL`
+constexpr double CRAWL = 1e4;
+
 struct Clock {
   double time = 0.0, mark = INF, progress = -INF;
   int64_t steps = 0, rejected = 0, marks = 0;
   int stalled = 0;
   bool goes_on = false;  // what follows the end is another part of the run: no mark there
+  double crawled = 0.0;  // [s] when it was last asked whether it crawls
 
   // False when too many events crowd one instant.
   bool progressed(const Settings& settings) {
@@ -54,6 +61,12 @@ struct Clock {
       return true;
     }
     return ++stalled < MOST_STALLED;
+  }
+
+  // Asked once in ``CRAWLED`` steps.
+  bool crawls(const Settings& settings) {
+    const double way = time - std::exchange(crawled, time);
+    return way * double(settings.most_steps) * CRAWL < (settings.end - time) * double(CRAWLED);
   }
 };
 
@@ -86,6 +99,13 @@ TARSUS_INLINE Code before_step(System& system) {
 inline void (*give_way)() = nullptr;
 constexpr int64_t STEPS_PER_CALL = 1 << 15;  // some 50 ms: short for a user who waits, and a call costs nothing compared with the steps
 
+// What a run does once in ``STEPS_PER_CALL`` steps.
+template <class System>
+TARSUS_APART Code pause(System& system) {
+  if (give_way != nullptr) give_way();
+  return system.clock.steps % CRAWLED == 0 && system.clock.crawls(system.settings) ? STEP_TOO_SMALL : GOING_ON;
+}
+
 // Run a system from its start to its end or to what stops it.
 template <class System>
 Code march(System& system) {
@@ -94,7 +114,7 @@ Code march(System& system) {
     if (code == GOING_ON) code = system.step();
     if (code != GOING_ON) return code;
     if (!system.clock.progressed(system.settings)) return STALL;
-    if (system.clock.steps % STEPS_PER_CALL == 0 && give_way != nullptr) give_way();
+    if (system.clock.steps % STEPS_PER_CALL == 0 && (code = pause(system)) != GOING_ON) return code;
   }
 }
 

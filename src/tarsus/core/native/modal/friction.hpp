@@ -100,6 +100,17 @@ inline Sliding sliding_at_nodes(const Modal& m, const StepClass& step, int foot,
   return out;
 }
 
+// Rounding [N] of the margin of a held foot at the nodes of a step. Films act on it by the change of their momenta, whose rounding makes the larger a
+// force the shorter the step is.
+inline double rounding_of_margin(const Modal& m, const StepClass& step, int foot) {
+  const double* rate = m.mode->feed_rate + foot * m.sizes.inputs();
+  double momenta = 0.0;
+  for (int i : m.mode->free) {
+    if (m.laws.has(i, HAS_MOMENTUM)) momenta += std::fabs(rate[i]) * size_of(m.values[i]);
+  }
+  return no_margin(m, foot) + ROUNDING * momenta / step.length;
+}
+
 // What a step misses of how friction bends with the slip speed, over what it may: see `bend_error`.
 inline double bend_of_friction(const Modal& m, const StepClass& step, int foot, double t) {
   const Borne borne(m, step, foot, t);
@@ -115,7 +126,7 @@ inline double bend_of_friction(const Modal& m, const StepClass& step, int foot, 
     return bound_of(m, foot, here).value[0];
   };
   const Row bound = m.values[m.sizes.feet + foot] * -m.feet[foot].sense;
-  return bend_error(m.nodes, bound, borne.speed, step.length, m.settings.end, law);
+  return bend_error(m.nodes, bound, borne.speed, rounding_of_margin(m, step, foot), step.length, m.settings.end, law);
 }
 
 // The equations of Newton's method for all nodal friction forces: rows and columns by foot, then by node; the misfits last.
@@ -138,18 +149,25 @@ inline void assemble_friction(Modal& m, const StepClass& step, const std::vector
   }
 }
 
-// Whether friction has exactly one solution at the start of the step.
-inline bool friction_is_unique(const Modal& m, const std::vector<Sliding>& sliding) {
+// Whether friction of the feet that slide has exactly one solution, by the slopes of its bounds by the margins.
+inline bool has_one_solution(const Modal& m, const std::vector<double>& by_margin) {
   const int count = int(m.braked.size());
   std::vector<double> matrix(size_t(count) * count);
   for (int i = 0; i < count; i++) {
     const int foot = m.braked[i];
     for (int k = 0; k < count; k++) {
       const double feed = m.mode->feed[foot * m.sizes.inputs() + m.sizes.feet + m.braked[k]];
-      matrix[i * count + k] = (i == k ? 1.0 : 0.0) - m.feet[foot].sense * sliding[i].bound.slope[MARGIN][0] * feed;
+      matrix[i * count + k] = (i == k ? 1.0 : 0.0) - m.feet[foot].sense * by_margin[i] * feed;
     }
   }
   return has_positive_pivots(matrix, count);
+}
+
+// At the start of the step.
+inline bool friction_is_unique(const Modal& m, const std::vector<Sliding>& sliding) {
+  std::vector<double> by_margin;
+  for (const Sliding& one : sliding) by_margin.push_back(one.bound.slope[MARGIN][0]);
+  return has_one_solution(m, by_margin);
 }
 
 // Friction at the nodes of a step consistent with the margins and rates under it, by Newton's method; ``converge`` finds all
