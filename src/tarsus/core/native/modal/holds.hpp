@@ -1,7 +1,7 @@
 // Feet whose contacts hold them no longer: they leave the ground, or begin to slide; and those that have come to a stop. All that leave or begin to
-// slide at one moment are decided on the motion of that moment, and change together. Of those that stop one is decided at a time.
+// slide or stop at one moment are decided on the motion of that moment, and change together.
 #pragma once
-#include "modal/contact.hpp"
+#include "modal/stops.hpp"
 
 namespace tarsus::modal {
 
@@ -130,26 +130,72 @@ inline void stop(Modal& m, std::vector<int> feet) {
   leave_mode(m, m.book.require(with));
 }
 
-// They do where friction bears the pull along the ground, or they slide on in the direction of that pull. Feet that slide beside one
-// may make it move against the pull, as their friction goes by what it takes of their push: then it slides so, if that lasts. And
-// where they can only move together with it, the pull is as much as friction bears, to rounding: then it sticks.
+// A foot sticks from now on; along, most [N]: what friction bears of it, and can.
+inline void stick(Modal& m, int foot, double along, double most) {
+  m.log.add(m.clock.time, foot, STICK_BEGINS, m.feet[foot].apex, 0.0, 0.0, along, most);
+  m.feet[foot].sense = 0.0;
+}
+
+// Whether a foot that has stopped had just begun to slide, and has not come anywhere: friction of that sense drives it the other way.
+inline bool cannot_slide(const Modal& m, int foot) { return m.feet[foot].slide == FROM_REST; }
+
+// Of several feet that stop at one moment, and that friction does not hold all by the forces as the contact mode has them: those that slide on do so against
+// their friction (see modal/stops.hpp). One that cannot slide so, to rounding, sticks. Where other shares of a load that lies on several hold all of them, the first
+// that bear all they can, on the way from those shares to the contact mode's, are let go, and go on to bear it.
+inline Parting those_that_slide_on(Modal& m, const Moment& at) {
+  std::vector<double> holding, senses;
+  for (int i : m.stopping) holding.push_back(-at.along[i]);
+  const std::vector<AtRest> found = friction_at_rest(m, holding);
+  double first = 2.0;
+  for (size_t k = 0; k < found.size(); k++) {
+    const int i = m.stopping[k];
+    const double sense = sense_of_slip(found[k].force != 0.0 ? -found[k].force : at.along[i]);
+    senses.push_back(found[k].sticks() || (cannot_slide(m, i) && sense == m.feet[i].sense) ? 0.0 : sense);
+    first = std::min(first, found[k].first_share());
+  }
+  const bool all = std::all_of(senses.begin(), senses.end(), [](double sense) { return sense == 0.0; });
+  Parting parting;
+  for (size_t k = 0; k < found.size(); k++) {
+    const int i = m.stopping[k];
+    const AtRest& friction = found[k];
+    if (all && friction.first_share() <= (1.0 + CLOSE) * first) senses[k] = friction.share(1.0) < friction.share(-1.0) ? -1.0 : 1.0;
+    if (senses[k] != 0.0) {
+      parting.slipping.push_back({i, senses[k], bearing_at(m, at, i)});
+    } else {
+      stick(m, i, -friction.force, friction.most);
+    }
+  }
+  return parting;
+}
+
+// Feet that stop stick where friction bears the pulls along the ground on all of them; where one could not slide, as they can only move together, the pulls may be
+// as much as friction bears, to rounding. Else one that stops alone slides on in the direction of its pull. Feet that slide beside it may make it move against
+// the pull, as their friction goes by what it takes of their push: then it slides so, if that lasts.
 TARSUS_APART inline void stick_or_turn(Modal& m) {
   add_film_momenta(m);
   const Moment at = moment_of(m);
+  const bool again = std::any_of(m.stopping.begin(), m.stopping.end(), [&](int i) { return cannot_slide(m, i); });
   Parting parting;
+  std::vector<Bearing> bearings;
+  bool all = true;
   for (int i : m.stopping) {
     const Bearing bears = bearing_at(m, at, i);
     const double none = m.settings.force_zero + ROUNDING * m.force_parts(m.sizes.feet + i);
-    const double sense = sense_of_slip(bears.along);
-    // it has just begun to slide, from rest, and has not come anywhere: friction of that sense drives it the other way
-    const bool at_once = m.feet[i].slide == FROM_REST, close = is_close(std::fabs(bears.along), bears.most);
-    if (!bears.holds(none) && !(at_once && close)) {
-      m.jammed = m.jammed || (at_once && m.feet[i].sense != sense);  // nor does it slide that way
-      parting.slipping.push_back({i, at_once ? -sense : sense, bears});
-      continue;
+    all = all && (bears.holds(none) || (again && is_close(std::fabs(bears.along), bears.most)));
+    bearings.push_back(bears);
+  }
+  if (all) {
+    for (size_t k = 0; k < bearings.size(); k++) {
+      stick(m, m.stopping[k], bearings[k].along, bearings[k].most);
+      if (again) m.feet[m.stopping[k]].slide = FROM_REST;
     }
-    m.log.add(m.clock.time, i, STICK_BEGINS, m.feet[i].apex, 0.0, 0.0, bears.along, bears.most);
-    m.feet[i].sense = 0.0;
+  } else if (bearings.size() > 1) {
+    parting = those_that_slide_on(m, at);
+  } else {
+    const int i = m.stopping[0];
+    const double sense = sense_of_slip(bearings[0].along);
+    m.jammed = m.jammed || (again && m.feet[i].sense != sense);  // nor does it slide that way
+    parting.slipping.push_back({i, again ? -sense : sense, bearings[0]});
   }
   m.stopping.clear();
   parting.slipping.empty() ? remove_film_momenta(m) : part(m, std::move(parting));
@@ -170,7 +216,7 @@ inline bool reconsider_slides(Modal& m) {
     const bool none = std::fabs(rate) <= no_slide(m, i);
     const int begun = foot.slide;
     if (!none) foot.slide = UNDER_WAY;
-    if (begun == UNDER_WAY && none && stopped.empty()) stopped.push_back(i);  // one at a time, see `happen`
+    if (begun == UNDER_WAY && none) stopped.push_back(i);
     if (none || foot.sense * rate > 0.0) continue;
     foot.sense = -foot.sense;
     m.values[m.sizes.feet + i] = -m.values[m.sizes.feet + i];

@@ -168,7 +168,8 @@ ModalResult run_all(const Robot& robot, const std::vector<RunData>& runs, const 
     } else {
       system.load(runs[run], starts[run]);
     }
-    const Code code = march(system);
+    Code code = march(system);
+    if (code == STEP_TOO_SMALL && !system.entering && jams_as_it_slows(system)) code = JAMMED;
     outputs.end(jumps_at_end(system, code));
     out.note(code, system.clock, system.log);
     if (starts.empty() && run + 1 < runs.size()) continue;
