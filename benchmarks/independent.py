@@ -50,6 +50,7 @@ def compared(make: Callable[[], Scene], bounds: tuple[float, ...], limit: float)
     try:
         found = compare(make(), TIGHT, *bounds)
         out: dict[str, object] = {"events": found.events, "compared": found.compared, "wrong": found.wrong}
+        out |= {"undetermined": True} if found.undetermined else {}
     except Exception as error:  # any: the line tells it, and the survey goes on
         out = {"none": f"{type(error).__name__}: {error}"}
     finally:
@@ -60,11 +61,12 @@ def compared(make: Callable[[], Scene], bounds: tuple[float, ...], limit: float)
 def summary(rows: list[dict]) -> str:
     whole = [row for row in rows if "none" not in row]
     wrong = [row["seed"] for row in whole if row["wrong"]]
+    shared = [row["seed"] for row in whole if "undetermined" in row]
     lines = [
         f"{len(rows)} scenes, {len(whole)} compared: {sum(row['compared'] for row in whole)} of "
         f"{sum(row['events'] for row in whole)} events lie within the horizon, "
         f"{sum(row['compared'] == row['events'] for row in whole)} scenes to their end",
-        f"{len(wrong)} differ: {wrong}",
+        f"{len(wrong)} differ: {wrong}; {len(shared)} once the motion does not say what each foot bears: {shared}",
     ]
     lines += [f"seed {row['seed']}: {row['none']}" for row in rows if "none" in row]
     return "\n".join(lines)

@@ -7,7 +7,7 @@ import math
 import pytest
 
 import tarsus as ts
-from independent.compare import compare
+from independent.compare import compare, nudged
 from random_scenes import branched_scene, creeping_scene, falling_friction, plain_scene, sliding_scene
 from sliding_scenes import biped, by_modes, cantilever
 from tarsus.base.events import EventKind
@@ -88,13 +88,46 @@ def test_feet_that_nobody_chose_slip_and_stick_as_there(seed: int) -> None:
     assert found.wrong is None, found
 
 
+def on_falling_friction(seed: int, legged: bool = False) -> ts.Scene:
+    scene = plain_scene(seed, True) if legged else sliding_scene(seed)
+    return ts.with_values(scene, {"ground.friction": falling_friction(seed)})
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(40))
 @pytest.mark.parametrize("legged", [False, True])
 def test_feet_slip_as_there_on_friction_that_falls_with_the_speed(seed: int, legged: bool) -> None:
-    scene = plain_scene(seed, True) if legged else sliding_scene(seed)
-    found = compare(ts.with_values(scene, {"ground.friction": falling_friction(seed)}), TIGHT, 1e-7, 1e-6)
+    found = compare(on_falling_friction(seed, legged), TIGHT, 1e-7, 1e-6)
     assert found.wrong is None, found
+
+
+@pytest.mark.parametrize("seed", [*(pytest.param(seed, marks=pytest.mark.slow) for seed in (45, 46)), 64, 117])
+def test_feet_that_nothing_pulls_along_leave_and_friction_jams_as_there(seed: int) -> None:
+    """Of 45 and 46 friction ends with the margin of a foot that sticks, and nothing pulls it along: it leaves and slips
+    not. Of 64 one foot that begins to slide is pressed down by its friction 1.6 times as hard as friction bears on; of
+    117 one is as its slide slows down, which ended as too stiff."""
+    found = compare(on_falling_friction(seed), TIGHT, 1e-7, 1e-6)
+    assert found.wrong is None and found.compared == found.events > 1, found
+    code = ts.simulate(on_falling_friction(seed)).code.name
+    assert code == ("JAMMED" if seed in (64, 117) else "DONE")
+
+
+def test_feet_that_share_one_way_come_to_rest_together() -> None:
+    """Of three modes two feet on the ground leave one way along it: either may bear the load, friction bears it, and
+    they rest. Held against the second simulator, which tries every choice, until it matters which of them bears it."""
+    found = compare(ts.with_values(on_falling_friction(87), {"duration": 1.5e-4}), TIGHT, 1e-7, 1e-6)
+    assert found.wrong is None and found.compared >= 22, found
+
+
+def test_a_lightly_pressed_foot_beside_a_film_needs_no_tiny_steps() -> None:
+    """The film pulls on a held foot by the change of its momentum, whose rounding is a force the larger the shorter a
+    step is: steps grew ever shorter as the foot's friction ended, until it left too early or memory was full. It leaves
+    where the independent simulator says."""
+    run = ts.simulate(
+        nudged(on_falling_friction(21), 1e-15), accuracy=ts.Accuracy(gap=1e-10, drive=1e-11, steps=2000)
+    )
+    assert run.ok and run.events["kind"][-1] == EventKind.RELEASE
+    assert run.events["time"][-1] == pytest.approx(1.1653564801e-4, rel=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ forces; everything else is M x'' + C x' + K x = forces. Rules at the ground: doc
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -29,10 +30,14 @@ LOOKS = np.unique(np.concatenate([np.geomspace(1e-6, 1e-1, 12), np.linspace(0.1,
 
 @dataclass
 class Found:
-    """Events (time, foot, kind) in order of time, and the state at the end."""
+    """Events (time, foot, kind) in order of time, and the state at the end; jammed: friction left no motion, or two,
+    and the end is there. undetermined [s]: from when on feet that rub share the ways that are left to them, so that the
+    motion does not say what each bears."""
 
     events: list[tuple[float, int, int]] = field(default_factory=list)
     state: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    jammed: bool = False
+    undetermined: float = math.inf
 
 
 def tiled(line: Any, near: float) -> np.ndarray:
@@ -208,6 +213,13 @@ class Simulator:
         slides = [i for i in range(self.m) if self.contact[i] == SLIPPING and self.sense[i] != 0.0]
         if not slides:
             return push
+        matrix, right = self.by_friction(t, z, push, slides)
+        return push + self.robot.tangents[:, slides] @ np.linalg.solve(matrix, right)
+
+    def by_friction(
+        self, t: float, z: np.ndarray, push: np.ndarray, slides: list[int]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The equations (k, k) and (k,) of the friction forces of feet that slide."""
         rows = self.robot.tangents[:, slides]
         without = np.array([self.pulls(t, z, push)[i, False] for i in slides])
         by_force = np.array(
@@ -221,11 +233,64 @@ class Simulator:
             steep = self.laws.bound(1.0, strength, slip) - flat
             matrix[k] -= self.sense[i] * steep * by_force[k]
             right[k] = -self.sense[i] * (flat + steep * self.margin(i, t, without[k]))
-        return push + rows @ np.linalg.solve(matrix, right)
+        return matrix, right
+
+    def has_one_motion(self, at_rest: bool = False) -> bool:
+        """Whether feet that slide have one motion, whatever pulls on them and whichever of them rise: all principal
+        minors are positive of the accelerations away from the ground by the margins that press and rub (Kellogg)."""
+        slides = [i for i in range(self.m) if self.contact[i] == SLIPPING and self.sense[i] != 0.0]
+        if not slides:
+            return True
+        inverse, rows = self.inverse, self.held_beside(slides)
+        if rows.shape[1]:
+            inverse = (
+                inverse
+                - inverse @ rows @ np.linalg.pinv(rows.T @ inverse @ rows, rcond=1e-11) @ rows.T @ inverse
+            )
+        steep = []
+        for i in slides:
+            strength = self.strength(i, self.time)
+            slip = (
+                0.0
+                if at_rest
+                else max(self.sense[i] * float(self.robot.tangents[:, i] @ self.z[self.n :]), 0.0)
+            )
+            steep.append(
+                self.sense[i] * (self.laws.bound(1.0, strength, slip) - self.laws.bound(0.0, strength, slip))
+            )
+        normals, tangents = self.robot.normals[:, slides], self.robot.tangents[:, slides]
+        matrix = normals.T @ inverse @ (normals - tangents * steep)
+        return all(
+            np.linalg.det(matrix[np.ix_(some, some)]) > 0.0
+            for size in range(1, len(slides) + 1)
+            for some in itertools.combinations(range(len(slides)), size)
+        )
+
+    def shares_ways(self) -> bool:
+        """Whether several feet on the ground have fewer ways than constraints, were all of them to stick."""
+        held = [i for i in range(self.m) if self.contact[i] != AIR]
+        rows = np.hstack(
+            [self.robot.normals[:, held], self.robot.tangents[:, [i for i in held if self.rubs(i)]]]
+        )
+        return len(held) > 1 and np.linalg.matrix_rank(rows, tol=1e-9 * np.abs(rows).max()) < rows.shape[1]
+
+    def held_beside(self, slides: list[int]) -> np.ndarray:
+        """Rows (n, k) of what is held but for the normals of feet that slide."""
+        rows, which = self.held()
+        return rows[:, [k for k, (foot, along) in enumerate(which) if along or foot not in slides]]
 
     def strength(self, i: int, t: float, age: float | None = None) -> float:
         """f_a of a foot, by its age unless another is given."""
         return self.laws.strength(t - self.since[i] if age is None else age, self.foot_volts(i, t))
+
+    def parts(self, i: int) -> float:
+        """What the pull on a foot is summed of [N], in size."""
+        x, v = np.abs(self.z[: self.n]), np.abs(self.z[self.n :])
+        pushes = np.abs(self.weight) + np.abs(self.robot.stiffness) @ x + np.abs(self.robot.damping) @ v
+        for d, piece in enumerate(self.now[0]):
+            pushes = pushes + np.abs(self.robot.loads[:, d] * piece.value(self.time))
+        normal = self.robot.normals[:, i]
+        return float(np.abs(self.inverse @ normal) @ pushes / (normal @ self.inverse @ normal))
 
     def reactions(self, t: float, z: np.ndarray) -> dict[tuple[int, bool], float]:
         """`pulls` with friction."""
@@ -286,6 +351,11 @@ class Simulator:
                 self.due(happened[0])
                 if len(self.out.events) > MOST_EVENTS:
                     break
+            if self.shares_ways():
+                self.out.undetermined = min(self.out.undetermined, self.time)
+            self.out.jammed = self.out.jammed or not self.has_one_motion()
+            if self.out.jammed:
+                break
         self.out.state = self.z
         later = [math.inf] * self.m  # a rest comes with the next event of its foot at the latest
         for k in reversed(range(len(self.out.events))):
@@ -312,7 +382,11 @@ class Simulator:
         while solver.status == "running":
             before = solver.t, solver.y.copy()
             solver.step()
-            assert solver.status != "failed"
+            if solver.status == "failed":  # friction grows as a slide slows down, and jams before it stops
+                self.time, self.z = before
+                self.out.jammed = not self.has_one_motion(at_rest=True)
+                assert self.out.jammed
+                return None
             dense = solver.dense_output()
             first: tuple[float, tuple[int, str]] | None = None
             for key, watch in watches.items():
@@ -373,9 +447,17 @@ class Simulator:
         if what in ("leave", "slip") and self.contact[i] == STUCK and self.rubs(i):
             what = self.gives(i, what)
         if what == "leave":
+            slid = self.sense[i] != 0.0
             self.note(i, RELEASE)
-            self.contact[i], self.fresh[i] = AIR, True
+            self.contact[i], self.sense[i], self.fresh[i] = AIR, 0.0, True
+            if slid:  # what takes it off may be its own friction
+                normal = self.robot.normals[:, i]
+                pressed = self.strength(i, self.time) - self.pull_if_held(i)
+                none = 1e-13 * self.length * self.rate**2 / (normal @ self.inverse @ normal)
+                self.out.jammed = pressed > 1e-9 * self.parts(i) + none
             return None
+        if what in ("stop", "slip") and len(resting := self.resting(i)) > 1:
+            return self.settle(resting)
         if what == "stop":
             row = self.robot.tangents[:, i]
             if self.moves_along(i):
@@ -389,6 +471,56 @@ class Simulator:
         self.note(i, BEGIN_SLIP)
         self.contact[i], self.sense[i], self.fresh[i] = SLIPPING, math.copysign(1.0, along), True
         return None
+
+    def resting(self, i: int) -> list[int]:
+        """The foot, and those whose slides stop or begin at this moment, too."""
+        small = 1e-12 * self.length * self.rate
+        rates = np.abs(self.z[self.n :] @ self.robot.tangents)
+        slides = [k for k in range(self.m) if self.contact[k] == SLIPPING and self.sense[k] != 0.0]
+        return sorted({i} | {k for k in slides if rates[k] <= small})
+
+    def settle(self, feet: list[int]) -> None:
+        """Of feet that stop at one moment those that stick, and those that slide on, and how: all choices are tried.
+        Some stick as friction bears it, and the others speed up as their senses say. Of several of these, as where feet
+        share their ways, the fewest slide, by the least forces."""
+        rows, tangents = self.held()[0], self.robot.tangents[:, feet]
+        responses = np.array([self.struck(row, rows)[1] for row in tangents.T]).T
+        mobility = tangents.T @ responses
+        v = self.z[self.n :]
+        self.z[self.n :] = v - responses @ np.linalg.pinv(mobility, rcond=1e-11) @ (tangents.T @ v)
+        tried, before = [], [(self.sense[i], self.fresh[i]) for i in feet]
+        for senses in itertools.product([0.0, 1.0, -1.0], repeat=len(feet)):
+            self.take(feet, senses)
+            pulls = self.reactions(self.time, self.z)
+            bounds = [
+                self.laws.bound(self.margin(i, self.time, pulls[i, False]), self.strength(i, self.time))
+                for i in feet
+            ]
+            forces = [-s * b if s else -pulls[i, True] for i, s, b in zip(feet, senses, bounds, strict=True)]
+            speeds_up = senses * (tangents.T @ self.rates(self.time, self.z)[self.n :])
+            tried.append((senses, np.array(bounds), np.array(forces), speeds_up))
+        none = 1e-9 * max(np.abs(one[3]).max() for one in tried)
+        fits = [
+            (sum(map(abs, senses)), float(np.diag(mobility) @ forces**2), senses)
+            for senses, bounds, forces, speeds_up in tried
+            if np.all(np.abs(forces) <= bounds * (1.0 + 1e-9)) and np.all(speeds_up >= -none)
+        ]
+        if not fits:
+            self.out.jammed = True
+            return
+        senses = min(fits)[2]
+        for kind in (BEGIN_STICK, BEGIN_SLIP):
+            for i, sense, was in zip(feet, senses, before, strict=True):
+                if (sense != 0.0) == (kind == BEGIN_SLIP) and was not in ((sense, True), (0.0, sense != 0.0)):
+                    self.note(i, kind)
+        self.take(feet, senses)
+        for i, sense in zip(feet, senses, strict=True):
+            self.fresh[i] = sense != 0.0
+
+    def take(self, feet: list[int], senses: tuple[float, ...]) -> None:
+        """Feet that stick (0), or slide with a sense."""
+        for i, sense in zip(feet, senses, strict=True):
+            self.contact[i], self.sense[i] = SLIPPING if sense else STUCK, sense
 
     def due(self, but: int | None = None) -> None:
         """Feet that are at the ground at this very moment and do not rise from it."""
@@ -407,10 +539,12 @@ class Simulator:
                     self.fresh[i] = True
 
     def gives(self, i: int, what: str) -> str:
-        """What a foot that sticks does: it slides where it is pulled off only because it sticks."""
-        small = 1e-12 * max(abs(f) for f in self.reactions(self.time, self.z).values())
-        if self.margin(i, self.time, self.reactions(self.time, self.z)[i, False]) >= -small:
-            return what
+        """What a foot that sticks does: it slides where it is pulled off only because it sticks, and leaves where
+        nothing pulls it along as its margin, and friction with it, ends."""
+        pulls = self.reactions(self.time, self.z)
+        small = 1e-12 * max(abs(f) for f in pulls.values())
+        if self.margin(i, self.time, pulls[i, False]) >= -small:
+            return "leave" if abs(pulls[i, True]) <= small else what
         if self.spare(i, self.time, self.z) >= 0.0:
             return "leave"
         without = self.margin(i, self.time, self.pull_if_held(i, False))
