@@ -63,6 +63,7 @@ def test_a_new_campaign_lists_the_records_of_a_folder(tarsus, lab):
         'drive = "volts"',
         '# "tip velocity" = { point = "tip" }',
         "# a velocity",
+        "# Put sets in the order in which they were recorded. Four sets of each purpose, and the first again at the",
     ):
         assert line in text
     assert "[records.bare]" in text and any("bare-1.csv" in one for one in found["remarks"])

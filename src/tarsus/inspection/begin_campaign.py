@@ -148,6 +148,8 @@ def campaign_text(folder: Path, device: str | None) -> tuple[str, list[str]]:
         *_nameless(list(nameless), points),
         "",
         "# purpose: modal (sweeps in the air), loops, ramps (adhesion), bounces, air, close or validation.",
+        "# Put sets in the order in which they were recorded. Four sets of each purpose, and the first again at the",
+        "# end of the session, tell what differs between sets and what moves slowly.",
     ]
     return "\n".join([*lines, *sets]) + "\n", [said for name in names for said in faults.get(name, ())]
 

@@ -6,6 +6,8 @@ electrode is recorded close to the ground as well (section 3.4.3)."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.linalg import eigh
 
@@ -48,6 +50,8 @@ BOUNCE_S = (0.2, 1.0)
 """Its duration [s], and a longer one for devices that bounce seldom."""
 _ENOUGH = 15
 """Bounces that a record should show."""
+_SETS = 4
+"""Sets of bounces at most."""
 _FEW = 3
 """And those below which it is recorded for longer."""
 _APART = 9.0
@@ -81,6 +85,7 @@ def planned(scene: Scene, rate: float, drive: str) -> list[Recording]:
         near, far = f"bounces-{level}", f"air-{level}"
         recordings.append(Recording(near, Purpose.BOUNCES, wave, seconds, air=far))
         recordings.append(Recording(far, Purpose.AIR, wave, seconds, gap=IN_AIR))
+    recordings += _again(recordings)
     for volts in (6.0, 8.0):
         for hz in (5.0, 15.0, 50.0, 100.0):
             for kind, wave in (("square", Square), ("sine", Sine)):
@@ -90,6 +95,15 @@ def planned(scene: Scene, rate: float, drive: str) -> list[Recording]:
                     Recording(name, Purpose.VALIDATION, signal, 6.0 / hz if hz > 5.0 else 3.0 / hz, repeats=1)
                 )
     return recordings
+
+
+def _again(recordings: list[Recording]) -> list[Recording]:
+    """The first set of each purpose once more, at the end of the session: what moves slowly through it is seen between
+    the two."""
+    firsts = {one.purpose: one for one in reversed(recordings)}.values()
+    names = {one.name: f"{one.name}-again" for one in firsts}
+    kept = sorted(firsts, key=recordings.index)
+    return [replace(one, name=names[one.name], air=names.get(one.air or "")) for one in kept]
 
 
 def in_air(scene: Scene, rate: float, drive: str) -> list[Recording]:
@@ -133,6 +147,7 @@ def _robot_plan(scene: Scene, rate: float, drive: str) -> list[Recording]:
         near, far = f"bounces-{number + 1}", f"air-{number + 1}"
         recordings.append(Recording(near, Purpose.BOUNCES, wave, seconds, air=far))
         recordings.append(Recording(far, Purpose.AIR, wave, seconds, gap=IN_AIR))
+    recordings += _again(recordings)
     for hz in (40.0, 90.0):
         for kind, wave in (("square", Square), ("sine", Sine)):
             held = wave(amplitude=0.5 * top, frequency=hz, offset=0.5 * top)
@@ -218,7 +233,8 @@ def _staircase(turns: tuple[float, ...], slope: float = 28.0) -> Sampled:
 
 
 def _bouncing(scene: Scene, rate: float, drive: str, tried: list[list[Square]]) -> tuple[list[Square], float]:
-    """The two square waves whose bounces are told best, and for how long [s]: most of those with samples enough around.
+    """The square waves whose bounces are told best, and for how long [s]: most of those with samples enough around;
+    two, and up to four that have some, for four sets of a purpose tell what differs between sets.
 
     Of several sets of waves and durations, the first that has some.
     """
@@ -234,7 +250,8 @@ def _bouncing(scene: Scene, rate: float, drive: str, tried: list[list[Square]]) 
                 break
         if _second(found) >= _FEW:
             break
-    return [wave for _, wave in sorted(found, key=lambda one: -one[0])[:2]], seconds
+    best = sorted(found, key=lambda one: -one[0])
+    return [wave for k, (count, wave) in enumerate(best[:_SETS]) if k < 2 or count >= _FEW], seconds
 
 
 def _second(found: list[tuple[int, Square]]) -> int:

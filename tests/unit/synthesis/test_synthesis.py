@@ -18,6 +18,7 @@ from tarsus.solve.outputs import Output
 from tarsus.synthesis import devices
 from tarsus.synthesis import recordings as synthesis
 from tarsus.synthesis.campaign_folder import write_campaign
+from tarsus.synthesis.plan import planned
 from tarsus.synthesis.recordings import Instrument, Recording, recorded
 from tarsus.synthesis.sweep_level import sweep_level
 
@@ -38,6 +39,23 @@ def test_a_drive_that_hardly_follows_there_is_swept_where_it_does() -> None:
         return abs(float(cycles[3] - cycles[2])) / 0.2
 
     assert gain(offset) > 30.0 * gain(0.0)
+
+
+def test_what_differs_between_sets_and_what_moves_slowly_is_recorded() -> None:
+    """Four sets of bounces, and the first set of every purpose again after all others, with its own record in the air;
+    signals that are kept for validation come last."""
+    plan = planned(ts.load_scene("cantilever-capture"), 20e3, "pzt")
+    names = [one.name for one in plan if one.purpose is not Purpose.VALIDATION]
+    bounces = [one for one in plan if one.purpose is Purpose.BOUNCES]
+    assert [one.name for one in plan][: len(names)] == names and len(bounces) == 5
+    assert len({one.signal for one in bounces}) == 4
+    again = names[-5:]
+    assert [one.partition("-")[0] for one in again] == ["sweep", "loops", "ramps", "bounces", "air"]
+    for name in again:
+        one, first = (next(this for this in plan if this.name == n) for n in (name, name.removesuffix("-again")))
+        assert one.signal == first.signal and one.repeats == first.repeats
+        assert first is next(this for this in plan if this.purpose is one.purpose)
+    assert bounces[-1].air == again[-1]
 
 
 def test_a_sweep_about_a_voltage_begins_at_rest_there() -> None:
