@@ -36,6 +36,8 @@ TIGHT = ts.Accuracy(gap=1e-11, drive=1e-11)
 STEPS = (1e-5, 1e-4, 1e-3)
 """A difference errs by rounding of 1e-11 over its step and by the fourth power of it, more where motion is sensitive: a
 derivative is right if it agrees with one of three."""
+OWN = 1e-5
+"""Step, relative to the number, of the derivatives that are tested."""
 FIELDS = ("time", "speed_before", "speed_after", "pull", "energy")
 
 
@@ -90,8 +92,8 @@ def assert_as_differences(
         for k, (had, own) in enumerate(zip(got, numbers(run), strict=True)):
             errors = []
             for step, wanted in found.items():
-                # numbers that runs know to 1e-11 of the largest resolve no slope below that, over the step
-                known = 1e-11 * np.abs(own).max(initial=0.0) / (step * value) / within
+                # numbers that runs know to 1e-11 of the largest resolve no slope below that, over the shorter step
+                known = 1e-11 * np.abs(own).max(initial=0.0) / (min(step, OWN) * value) / within
                 size = max(np.abs(wanted[k]).max(initial=0.0), known, 1e-12 / value)
                 errors.append(np.abs(had - wanted[k]).max(initial=0.0) / size)
             assert min(errors) <= within, (path, names[k], errors)
