@@ -232,7 +232,7 @@ def _record(
         each = [
             np.concatenate([slopes[p].x - _rest(one)[:, None], slopes[p].v]) for p, one in directions.items()
         ]
-        return bridged(places, output @ np.array(each))
+        return output @ np.array(each)
 
     def seen_by(motion: Callable[[Floats], Floats], finer: int, *those: Instruments) -> list[Floats]:
         places = late + step / finer * np.arange(finer * (count - 1) + 1, dtype=np.float64)
@@ -271,16 +271,6 @@ def _record(
         time, fine, volts[::_WITHIN], force[::_WITHIN], jumped, about(fine), rest, predicted,
         np.array(seen) - predicted, np.array(white), slopes, instruments, nudges,
     )  # fmt: skip
-
-
-def bridged(time: Floats, slopes: Floats) -> Floats:
-    """Derivatives (..., nt) of which those at kinks, where there are none, are as between the nearest others."""
-    known = np.isfinite(slopes).all(axis=tuple(range(slopes.ndim - 1)))
-    if known.all():
-        return slopes
-    if not known.any():
-        raise InputError("the motion of the identified device has no derivatives by its numbers")
-    return np.apply_along_axis(lambda one: np.interp(time, time[known], one[known]), -1, slopes)
 
 
 def _directions(known: Estimates) -> dict[str, dict[str, float]]:

@@ -12,11 +12,10 @@ from identify.campaigns import identified
 
 import tarsus as ts
 from laboratory import LABORATORY
-from tarsus.base.errors import InputError
 from tarsus.base.spec import FrozenDict, with_values
 from tarsus.fit.verdict import Verdict, verdict_of
 from tarsus.identify.afterwards import _nudged
-from tarsus.identify.airborne import air_records, bridged
+from tarsus.identify.airborne import air_records
 from tarsus.identify.alternatives import AirFit, drawn_over, fit_air
 from tarsus.identify.campaign import Campaign, Opened
 from tarsus.identify.chain import StepRunner
@@ -102,18 +101,6 @@ def test_a_delay_of_the_displacements_is_named_and_measured():
     assert failed and answers[0].weight == cause.weight
     assert all("late behind the voltage" in one.cause for one in failed[:1])
     assert set(failed[0].paths) == set(PATHS[2:]), "frequency and damping of the sweeps do not hang on it"
-
-
-def test_derivatives_at_a_kink_are_as_between_their_neighbours():
-    """Of two numbers and two channels; a line stays one, and what has none at all is refused."""
-    time = np.linspace(0.0, 1.0, 5)
-    lines = np.multiply.outer([[1.0, -2.0], [0.5, 3.0]], time)
-    broken = lines.copy()
-    broken[1, 0, 2] = np.nan
-    np.testing.assert_allclose(bridged(time, broken), lines, rtol=1e-14)
-    assert bridged(time, lines) is lines
-    with pytest.raises(InputError, match="no derivatives"):
-        bridged(time, np.nan * lines)
 
 
 def test_a_tip_of_another_length_is_named_and_measured():
