@@ -116,7 +116,9 @@ def _fit(film: FilmFit, contacts: ContactDurations, seed: int) -> StepResult:
     error = np.hypot(error, line.values[1] * late[kept])  # when a contact began is not known exactly either
     influence = _influence(offs, duration, pull, line, kept)
     weighted = line.weights[:, None] * np.column_stack([np.ones_like(duration), duration])
-    from_before = np.linalg.solve(influence.information.sum(axis=0), weighted.T @ film.drawn[:, kept].T).T
+    shared = weighted * film.drawn[:, kept, None]
+    influence = replace(influence, shared=shared)
+    from_before = np.linalg.solve(influence.information.sum(axis=0), shared.sum(axis=1).T).T
     drawn = line.free + scattered(influence, seed) + from_before
     _, samples, reached = within(line.values, drawn, BOUNDS)
 

@@ -32,7 +32,8 @@ class Influence:
 
     paths (p,); information (n, p, p) and score (n, p) of each part; units (p,): size of one unit of the numbers here
     [SI], for those that are estimated by their logarithm the value itself; levels: number (n,) of the group that each
-    part is of, by level; covariates: by what they are, (n,), NaN for a part that has none.
+    part is of, by level; covariates: by what they are, (n,), NaN for a part that has none; shared (draws, n, p): what
+    all that earlier steps do not know does to the scores, where that is known.
     """
 
     paths: tuple[str, ...]
@@ -41,6 +42,7 @@ class Influence:
     units: Floats
     levels: Mapping[str, NDArray[np.intp]]
     covariates: Mapping[str, Floats]
+    shared: Floats | None = None
 
     def at(self, level: str) -> tuple[Floats, Floats]:
         """Information (g, p, p) and score (g, p) of the groups of a level."""

@@ -50,9 +50,7 @@ class OneMore:
         return np.random.default_rng([seed, 23]).random(draws) < self.weight
 
 
-def one_more(
-    information: Floats, score: Floats, seed: int, value: float | None = None
-) -> OneMore | None:
+def one_more(information: Floats, score: Floats, seed: int, value: float | None = None) -> OneMore | None:
     """Judge the last unknown; None of fewer than four groups, or of data that do not feel it.
 
     Parameters

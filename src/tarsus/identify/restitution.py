@@ -193,18 +193,23 @@ def _result(
     def ratio(speeds: Floats) -> RobustRatio:
         return robust_ratio(speeds[:, 0], -speeds[:, 1], covariance, events)
 
-    def again(values: Floats) -> Floats:
-        return np.array([ratio(zeros.moved(bounces.moved(known.model(values), fitted), zeros.values)).value])
-
-    def shifted(values: Floats) -> Floats:
-        return np.array([ratio(zeros.moved(fitted.speeds, values)).value])
-
     speeds = zeros.moved(fitted.speeds, zeros.values)
     found, departure, approach = ratio(speeds), speeds[:, 0], -speeds[:, 1]
+
+    def told(speeds: Floats) -> Floats:
+        return np.concatenate([[ratio(speeds).value], speeds @ np.array([1.0, found.value])])
+
+    def again(values: Floats) -> Floats:
+        return told(zeros.moved(bounces.moved(known.model(values), fitted), zeros.values))
+
+    def shifted(values: Floats) -> Floats:
+        return told(zeros.moved(fitted.speeds, values))
+
     like = np.abs(found.off) < _OUTSIDE
     influence = _influence(bounces, events, found)
-    samples = found.value + scattered(influence, seed) + carried(again, known.values, known.samples)
-    samples += carried(shifted, zeros.values.ravel(), zeros.samples.reshape(len(samples), -1))
+    shared = carried(again, known.values, known.samples)
+    shared += carried(shifted, zeros.values.ravel(), zeros.samples.reshape(len(shared), -1))
+    samples = found.value + scattered(influence, seed) + shared[:, :1]
     values, samples, reached = within(np.array([found.value]), samples, (BOUNDS,))
     noise = np.sqrt(variance_of(covariance, found.value))
     panels = points_and_line(
@@ -224,7 +229,9 @@ def _result(
             f"It is that of impacts at {slow:.3g} to {fast:.3g} mm/s.",
         ),
         checks=(_departing_more(found, events),), bounds={PATH: reached[0]},
-        influence=replace(influence, score=found.clipped[:, None]),
+        influence=replace(
+            influence, score=found.clipped[:, None], shared=(found.weight * shared[:, 1:])[:, :, None]
+        ),
     )  # fmt: skip
     return step, like
 

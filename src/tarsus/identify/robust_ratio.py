@@ -40,8 +40,9 @@ _NORMAL = float(np.sum(norm.pdf(_GRID) * _weight(_GRID) * _GRID**2) * (_GRID[1] 
 class RobustRatio:
     """value; scatter: standard deviation of the ratio from event to event, beyond noise; of pairs (n,): left: ratio of
     its event less the value; off: the same, in its standard deviations; information, score: of the value, each pair as
-    it has part in its event; clipped: score in which no event pulls by more than `_CLIPPED` deviations; support: x of a
-    pair, free of the noise that its residual has."""
+    it has part in its event; clipped: score in which no event pulls by more than `_CLIPPED` deviations; weight: by
+    how much a score changes with y less the ratio times x; support: x of a pair, free of the noise that its residual
+    has."""
 
     value: float
     scatter: float
@@ -50,6 +51,7 @@ class RobustRatio:
     information: Floats
     score: Floats
     clipped: Floats
+    weight: Floats
     support: Floats
 
 
@@ -88,7 +90,8 @@ def robust_ratio(y: Floats, x: Floats, covariance: Floats, events: NDArray[np.in
     own = part * residual / support
     clip = np.minimum(_CLIPPED / np.maximum(np.abs(off), 1e-300), 1.0)
     return RobustRatio(
-        value, float(np.sqrt(scatter)), left[of], off[of], slope * part, student[of] * own, clip[of] * own, support
+        value, float(np.sqrt(scatter)), left[of], off[of], slope * part, student[of] * own, clip[of] * own,
+        part / support, support,
     )  # fmt: skip
 
 

@@ -164,6 +164,13 @@ class _Number:
         p) of all numbers' scores; weights (n, k)."""
         return self.by_event(weights * score[:, None]) - sums @ (self.by.T @ weights)
 
+    def pushed(self, weights: Floats) -> Floats:
+        """Weighted sums (nd, k) of what earlier steps do not know, as often as signs are exchanged; weights (n, k)."""
+        if self.one.shared is None:
+            return np.zeros((_EXCHANGED, weights.shape[1]))
+        out = self.one.shared[:, :, self.j] @ weights - self.one.shared.sum(axis=1) @ (self.by.T @ weights)
+        return np.resize(out - out.mean(axis=0), (_EXCHANGED, weights.shape[1]))
+
     def slope(self, along: str, signs: Floats) -> tuple[Surprise, Floats] | None:
         """Over a covariate; None where it would be another number of the same influence."""
         at = self.one.covariates[along]
@@ -184,11 +191,13 @@ class _Number:
         if freedom < _FREEDOM:
             return None
 
+        unknown = self.pushed(away)[:, 0]
+
         def student(total: Floats, across: Floats) -> Floats:
             """Squares of slopes over their errors, by what they leave of the events."""
             slope = total / told.sum()
             rest = size - 2.0 * slope * across + slope**2 * float(np.sum(told**2))
-            return np.asarray(total**2 / np.maximum(rest, _SAME * size), dtype=np.float64)
+            return np.asarray(total**2 / (np.maximum(rest, _SAME * size) + unknown.var()), dtype=np.float64)
 
         def normal(square: Floats) -> Floats:
             """The normal deviation that is as rare as Student's (Wallace 1959)."""
@@ -203,7 +212,7 @@ class _Number:
         # without the slope, which is no chance if it is one; an event that tells much of it has taken it along
         left = (left - told * float(left.sum()) / float(told.sum())) / (1.0 - told / told.sum())
         size = float(np.sum(left**2))
-        return found, normal(student(signs @ left, signs @ (left * told)))
+        return found, normal(student(signs @ left + unknown, signs @ (left * told)))
 
     def apart(self, level: str, signs: Floats) -> tuple[Surprise, Floats] | None:
         """From group to group of a level; None where no exchange of signs moves them."""
@@ -224,7 +233,7 @@ class _Number:
 
         between = np.sum(left.sum(axis=0) ** 2 / told)
         strength = normal(between)
-        by_chance = np.sum((signs @ left) ** 2 / told, axis=1)
+        by_chance = np.sum((signs @ left + self.pushed(weights)) ** 2 / told, axis=1)
         chance = normal(by_chance)
         if not chance.std() > _SAME:
             return None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import binom
@@ -88,6 +90,16 @@ def test_what_drifts_through_a_session_is_told_with_its_slope():
     assert drift.half == pytest.approx(0.5 * 17 * drift.slope)
     assert drift.sentence("N").startswith(f"{PATHS[0]} rises with the order of recording: ")
     assert "at the end of the session" in drift.record
+
+
+def test_what_earlier_steps_do_not_know_is_no_surprise():
+    """A drift that an earlier number's error makes as often as not, and one of ten times what such an error makes."""
+    random = np.random.default_rng(2)
+    one = line(random, drift=0.2)
+    draws = random.standard_normal((400, 1, 1)) * one.information[:, :, 0] * one.covariates[ORDER][:, None]
+    for size, said in ((0.2, False), (0.02, True)):
+        found = surprises([replace(one, shared=size * draws)], 1)
+        assert ((PATHS[0], ORDER) in told(found)) is said
 
 
 def test_a_line_that_bends_is_told_over_what_it_bends():
