@@ -10,7 +10,7 @@ from example_laws import EXAMPLES, OWN
 from scene_files import scene
 from tarsus.files.toml import parse_scene, scene_text
 from tarsus.model.laws import AdhesionLaw, DampingLaw, FrictionLaw, ImpactLaw, Law, SmoothLaw
-from tarsus.solve.acting import value
+from tarsus.solve.motion import law_value as value
 
 GAPS = np.concatenate([[0.0], np.geomspace(1e-12, 1e-2, 60)])
 SPEEDS = np.geomspace(1e-9, 10.0, 40)

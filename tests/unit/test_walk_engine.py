@@ -16,7 +16,7 @@ from tarsus.core.nodes import TAU
 from tarsus.model.laws import Friction, SmoothLaw
 from tarsus.model.scene import Initial, Standing
 from tarsus.model.structure import Walker
-from tarsus.solve import batch as batches
+from tarsus.solve import simulation
 from tarsus.solve.codes import ResultCode
 from walking_devices import creeping_millipede
 from walking_scenes import GRAVITY, block, moving, sticky, trotter
@@ -180,7 +180,7 @@ def test_a_run_does_not_know_of_the_others_in_its_batch(monkeypatch: pytest.Monk
     wanted = [events_of(ts.simulate_batch(scene, {PATH: [value]}, 0.05), 0) for value in values]
     assert all(len(events) > 10 for events in wanted)
     for chunk in (256, 2):
-        monkeypatch.setattr(batches, "_CHUNK", chunk)
+        monkeypatch.setattr(simulation, "_CHUNK", chunk)
         for order in (range(5), range(4, -1, -1)):
             batch = ts.simulate_batch(scene, {PATH: values[list(order)]}, 0.05, threads=1)
             assert [events_of(batch, n) for n in range(5)] == [wanted[i] for i in order]

@@ -30,7 +30,6 @@ from tarsus.measure.walking import measures_of
 from tarsus.model.drive.lower import lower
 from tarsus.plan.lowering import Rows, lower_scene, marked_period, rows_of
 from tarsus.plan.slots import Courses, Floats, rows_for, slot
-from tarsus.solve.acting import Acting
 from tarsus.solve.codes import (
     CLOSED,
     ResultCode,
@@ -40,7 +39,7 @@ from tarsus.solve.codes import (
     without_marks,
 )
 from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, Log
-from tarsus.solve.motion import RunMotion
+from tarsus.solve.motion import RunLaws, RunMotion
 
 if TYPE_CHECKING:
     import xarray
@@ -488,7 +487,7 @@ def motion_of(
     engine, rows = prepared(
         variant, {path: np.array([given[path]]) for path in values if path in data}, duration, shared
     )
-    return RunMotion(Acting(engine.plan, rows), engine, accuracy or SINGLE_RUN, track)
+    return RunMotion(RunLaws(engine.plan, rows), engine, accuracy or SINGLE_RUN, track)
 
 
 def prepared(

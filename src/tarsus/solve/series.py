@@ -18,7 +18,7 @@ from tarsus.files.series import Variable
 from tarsus.measure.path import path_of
 from tarsus.model.laws.base import AdhesionLaw, Law
 from tarsus.model.structure.walker import TURNS
-from tarsus.solve import acting
+from tarsus.solve.motion import contact_strength, law_value
 from tarsus.solve.outputs import Output, output_rows
 
 if TYPE_CHECKING:
@@ -213,7 +213,7 @@ def along_the_way(run: Run, way: Way, strength: Floats, margin: Floats) -> dict[
             for bound in run.motion.acting.on("friction").values():
                 # the margin is below 0 by rounding where a foot has just let go
                 given = {"margin": np.maximum(margin, 0.0), "strength": strength, "speed": of.speed}
-                most = acting.value(bound, *(given[name][slides] for name in bound.leading))
+                most = law_value(bound, *(given[name][slides] for name in bound.leading))
                 out[slides] = -of.sense[slides] * most
         return out
 
@@ -252,7 +252,7 @@ def strength_of(run: Run, time: Floats, held: NDArray[np.bool_]) -> Floats:
             continue
         present = np.clip(np.searchsorted(begun, time, side="right") - 1, 0, None)
         ages = np.maximum(time - begun[present], 0.0) + brought[present]
-        strength[i, held[i]] = acting.strength(laws[0], ages[held[i]], volts[i, held[i]])
+        strength[i, held[i]] = contact_strength(laws[0], ages[held[i]], volts[i, held[i]])
     return strength
 
 
@@ -266,7 +266,7 @@ def _contacts(events: NDArray[np.void], law: Law) -> tuple[Floats, Floats]:
     ended = events["time"][events["kind"] == EventKind.RELEASE]
     for k in range(1, len(begun)):
         end = ended[np.searchsorted(ended, begun[k - 1])]
-        brought[k] = acting.value(law, end - begun[k - 1] + brought[k - 1], begun[k] - end, hook="remaining")
+        brought[k] = law_value(law, end - begun[k - 1] + brought[k - 1], begun[k] - end, hook="remaining")
     return begun, brought
 
 

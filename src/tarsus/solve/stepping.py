@@ -25,12 +25,11 @@ from tarsus.model.structure import Walker
 from tarsus.plan.channels import gait_waves, with_columns
 from tarsus.plan.lowering import lines_below, pack
 from tarsus.plan.slots import BY_RUN, Rows
-from tarsus.solve.acting import Acting
 from tarsus.solve.codes import ResultCode, structured_events, without_marks
 from tarsus.solve.commands import Command, asked_of, held
 from tarsus.solve.contacts import CARRIED
 from tarsus.solve.engine import Accuracy, Advanced
-from tarsus.solve.motion import account_of
+from tarsus.solve.motion import RunLaws, account_of
 from tarsus.solve.run import Shared
 from tarsus.solve.trajectories import Trajectories
 
@@ -237,7 +236,7 @@ class SteppedRobots:
 
         assert self.spent is not None
         own = self.row(robot)
-        acting = Acting(self.runs.plan, own)
+        acting = RunLaws(self.runs.plan, own)
         shares = sum(max(len(acting.on(hook)) - 1, 0) for hook in ("momentum", "force"))
         energy = self.spent[robot] if self.spent.size else np.zeros(ENERGIES + shares)
         account = account_of(acting, energy)

@@ -14,10 +14,10 @@ import numpy.typing as npt
 from tarsus.base.events import EventKind, FootState
 from tarsus.core.states import SampledStates
 from tarsus.plan.slots import Rows, rows_of
-from tarsus.solve.acting import Acting
 from tarsus.solve.codes import EVENT_TYPE, ResultCode, event_places, structured_events, without_marks
 from tarsus.solve.contacts import APEX, CONTACT, Contacts
 from tarsus.solve.engine import SINGLE_RUN, Accuracy, Tables, book_of, settings_of, tables_of
+from tarsus.solve.motion import RunLaws
 from tarsus.solve.window_gradients import WindowGradients
 from tarsus.solve.window_run import WindowStart, WindowStarts, run_windows
 
@@ -49,7 +49,7 @@ class Window:
     for.
     """
 
-    acting: Acting
+    acting: RunLaws
     times: Floats
     states: SampledStates
     code: ResultCode
@@ -134,7 +134,7 @@ class WindowBatch(Sequence[Window]):
         slopes = None if self.slopes is None else self.slopes.part(w, at, events)
         source, row = self.sources[w].tolist()
         own = self.data[source].taken(slice(row, row + 1))
-        acting = Acting(self.plan, own.starting(np.asarray(self.starts[w].state, dtype=float)))
+        acting = RunLaws(self.plan, own.starting(np.asarray(self.starts[w].state, dtype=float)))
         return Window(
             acting, self.times[at], self.states.part(at), self.codes[w], self.rows[events], self.ends[w], self.feet[w],
             slopes,

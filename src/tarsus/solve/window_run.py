@@ -13,7 +13,6 @@ import numpy.typing as npt
 from tarsus.base.errors import InputError
 from tarsus.core.states import SampledStates, states_of
 from tarsus.plan.slots import Rows
-from tarsus.solve.acting import Acting
 from tarsus.solve.contacts import CARRIED, MOMENTS, Contacts
 from tarsus.solve.engine import Continuations, Tables, Times, advance_many
 
@@ -231,14 +230,14 @@ def run_windows(
 
 def _walked(plan: Plan, starts: WindowStarts, data: Sequence[Rows], samples: Floats) -> SampledStates:
     """States of a walker by its samples, window by window on data of its own."""
-    from tarsus.solve.motion import unpacked
+    from tarsus.solve.motion import RunLaws, unpacked
 
     sources, of = np.unique(starts.sources, axis=0, return_inverse=True)
     of = np.repeat(of.ravel(), np.diff(starts.first))
     parts, order = [], []
     for k, (source, row) in enumerate(sources.tolist()):
         own = np.flatnonzero(of == k)
-        acting = Acting(plan, data[source].taken(slice(row, row + 1)))
+        acting = RunLaws(plan, data[source].taken(slice(row, row + 1)))
         parts.append(unpacked(acting, samples[own], starts.times[own])[0])
         order.append(own)
     return parts[0] if len(parts) == 1 else end_to_end(parts).part(np.argsort(np.concatenate(order)))
