@@ -95,6 +95,14 @@ inline Bearing bearing_at(Modal& m, const Moment& at, int foot) {
   return {m.laws, foot, breaking_now(m, foot) - at.pull[foot], m.strength_now(foot), at.along[foot]};
 }
 
+// `pull_without_own_friction` of one of several feet whose contacts give way at one moment, without the friction of all of them.
+inline double pull_without_their_friction(Modal& m, const std::vector<int>& feet, int foot) {
+  FootSet set = m.mode->feet;
+  for (int i : feet) set.set(m.sizes.feet + i, false);
+  const double pull = in_mode(m, m.book.require(set), [&] { return moment_of(m).pull[foot]; });
+  return m.laws.has(foot, HAS_FORCE) ? pull + m.force_now(foot, 0.0, 0.0) : pull;
+}
+
 // The pulls on these feet exceed the strengths of their contacts, normal to the ground or along it; leaves, by foot: along the normal. Where a pull on a
 // foot that sticks does so along the normal only because the foot sticks, the foot slides: without friction its contact holds it. Where friction bears that
 // pull along the ground, it leaves.
@@ -112,7 +120,7 @@ TARSUS_APART inline void let_go(Modal& m, std::vector<int> feet, std::vector<uin
     }
     const Bearing bears = bearing_at(m, at, i);
     const double none = no_margin(m, i);
-    if (bears.margin < -none) leaves[k] = bears.holds(0.0) || m.strength_now(i) - pull_without_own_friction(m, i) < none;
+    if (bears.margin < -none) leaves[k] = bears.holds(0.0) || m.strength_now(i) - pull_without_their_friction(m, feet, i) < none;
     if (leaves[k]) {
       parting.leaving.push_back(i);
     } else {
