@@ -283,6 +283,12 @@ class Simulator:
         """f_a of a foot, by its age unless another is given."""
         return self.laws.strength(t - self.since[i] if age is None else age, self.foot_volts(i, t))
 
+    def no_force(self, i: int) -> float:
+        """What is no force [N] on a foot, by the scales of the scene and the rounding of its sum."""
+        normal = self.robot.normals[:, i]
+        scale = self.length * self.rate**2 / float(normal @ self.inverse @ normal)
+        return 1e-13 * scale + 1e-12 * self.parts(i)
+
     def parts(self, i: int) -> float:
         """What the pull on a foot is summed of [N], in size."""
         x, v = np.abs(self.z[: self.n]), np.abs(self.z[self.n :])
@@ -451,10 +457,8 @@ class Simulator:
             self.note(i, RELEASE)
             self.contact[i], self.sense[i], self.fresh[i] = AIR, 0.0, True
             if slid:  # what takes it off may be its own friction
-                normal = self.robot.normals[:, i]
                 pressed = self.strength(i, self.time) - self.pull_if_held(i)
-                none = 1e-13 * self.length * self.rate**2 / (normal @ self.inverse @ normal)
-                self.out.jammed = pressed > 1e-9 * self.parts(i) + none
+                self.out.jammed = pressed > 1e-9 * self.parts(i) + self.no_force(i)
             return None
         if what in ("stop", "slip") and len(resting := self.resting(i)) > 1:
             return self.settle(resting)
@@ -542,7 +546,7 @@ class Simulator:
         """What a foot that sticks does: it slides where it is pulled off only because it sticks, and leaves where
         nothing pulls it along as its margin, and friction with it, ends."""
         pulls = self.reactions(self.time, self.z)
-        small = 1e-12 * max(abs(f) for f in pulls.values())
+        small = 1e-12 * max(abs(f) for f in pulls.values()) + self.no_force(i)
         if self.margin(i, self.time, pulls[i, False]) >= -small:
             return "leave" if abs(pulls[i, True]) <= small else what
         if self.spare(i, self.time, self.z) >= 0.0:
