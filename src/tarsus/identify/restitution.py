@@ -230,7 +230,8 @@ def _result(
         ),
         checks=(_departing_more(found, events),), bounds={PATH: reached[0]},
         influence=replace(
-            influence, score=found.clipped[:, None], shared=(found.weight * shared[:, 1:])[:, :, None]
+            influence, information=found.told[:, None, None], score=found.clipped[:, None],
+            shared=(found.weight * shared[:, 1:])[:, :, None],
         ),
     )  # fmt: skip
     return step, like

@@ -54,6 +54,11 @@ class RobustRatio:
     weight: Floats
     support: Floats
 
+    @property
+    def told(self) -> Floats:
+        """Information (n,) of the clipped scores: what they change by with the value."""
+        return self.weight * self.support
+
 
 def robust_ratio(y: Floats, x: Floats, covariance: Floats, events: NDArray[np.intp]) -> RobustRatio:
     """The ratio y / x of pairs (n,) with known noise in both, of numbered events.
