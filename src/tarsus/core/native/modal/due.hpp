@@ -178,14 +178,6 @@ TARSUS_APART inline void happen(Modal& m) {
   if (!loose.empty()) return let_go(m, std::move(loose), std::move(leaves));
   m.note_parts();
   add_film_momenta(m);
-  // where one has just begun to slide, and cannot, all that have come nowhere are asked again
-  const bool again = std::any_of(stopped.begin(), stopped.end(), [&](int i) { return m.feet[i].slide == FROM_REST; });
-  for (int i : m.braked) {
-    if (!again || std::find(stopped.begin(), stopped.end(), i) != stopped.end()) continue;
-    if (std::fabs(m.along(m.mode->slide_rate, i)) > no_slide(m, i)) continue;
-    m.feet[i].slide = UNDER_WAY;
-    stopped.push_back(i);
-  }
   std::sort(stopped.begin(), stopped.end());
   stop(m, std::move(stopped));
 }
