@@ -12,7 +12,7 @@ import tarsus as ts
 from tarsus.base.events import EventKind
 from tarsus.base.spec import with_values
 from tarsus.plan.lowering import lower_scene
-from tarsus.plan.slots import rows_of
+from tarsus.plan.rows import rows_of
 from tarsus.solve.codes import ResultCode, structured_events
 from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, execute, walk
 from tarsus.solve.run import Shared

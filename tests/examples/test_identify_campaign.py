@@ -10,7 +10,7 @@ from example_files import load
 from tarsus.base.spec import float_paths
 
 
-# Slow: 58 records are identified. unit/identify/test_chain.py asks the same of a smaller campaign by default.
+# Slow: 83 records are identified. unit/identify/test_chain.py asks the same of a smaller campaign by default.
 @pytest.mark.full
 def test_identify_campaign():
     example = load("identify_campaign")
@@ -21,6 +21,6 @@ def test_identify_campaign():
     for path, limit in limits.items():
         assert values[path] == pytest.approx(true[path].value, rel=limit)
     assert np.abs([one.error("peak") for one in found.comparisons]).mean() < 0.03
-    assert found.files_used == len(found.readings) == 58
+    assert found.files_used == len(found.readings) == 83
     assert ts.simulate(story.device, 0.01).ok
     assert example.text(story).count("determined") == len(example.SHOWN)

@@ -9,7 +9,7 @@ import tarsus as ts
 from scene_files import scene as scene_of
 from tarsus.orbits.returns import return_map
 from tarsus.plan.lowering import lower_scene
-from tarsus.plan.slots import rows_of
+from tarsus.plan.rows import rows_of
 from tarsus.solve.contacts import Contacts
 from tarsus.solve.window import simulate_window
 from walking_scenes import sticky, trotter

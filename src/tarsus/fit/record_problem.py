@@ -27,7 +27,7 @@ from tarsus.fit.normal_equations import Descent, Minimum, NormalEquations, desce
 from tarsus.fit.unknowns import Prior
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan, lower_scene, slot
-from tarsus.plan.slots import Rows
+from tarsus.plan.rows import Rows
 from tarsus.solve import (
     Contacts,
     Direction,

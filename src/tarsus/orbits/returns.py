@@ -22,7 +22,8 @@ from tarsus.model.drive.waveforms import Constant
 from tarsus.orbits.differences import return_slopes
 from tarsus.orbits.sequence import sequence
 from tarsus.plan.lowering import Plan, lower_scene
-from tarsus.plan.slots import Rows, rows_for, rows_of, slot
+from tarsus.plan.rows import Rows, rows_of
+from tarsus.plan.slots import rows_for, slot
 from tarsus.solve import (
     EVENT_TYPE,
     Accuracy,

@@ -28,7 +28,7 @@ from tarsus.orbits.returns import (
     varied,
 )
 from tarsus.plan.lowering import Plan, level_only, lower_scene
-from tarsus.plan.slots import rows_of
+from tarsus.plan.rows import rows_of
 from tarsus.solve import Contacts, ResultCode, Window, contacts_of, follow_contact, tables_of
 
 if TYPE_CHECKING:

@@ -21,37 +21,29 @@ from tarsus.base.spec import Description, float_paths, get_value, with_values
 from tarsus.model.drive.pieces import Channels
 from tarsus.plan.channels import Course, drive_courses
 from tarsus.plan.lowering import (
-    BY_RUN,
     Kind,
     Place,
     Plan,
-    Rows,
     distinct,
     gravity_on,
     idle_forces,
     lower_profile,
-    marked_period,
-    pack,
-    rows_of,
     slot,
     started,
 )
+from tarsus.plan.rows import Rows, marked_period, marked_rows, pack, rows_of
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
 
 __all__ = [
-    "BY_RUN",
     "Courses",
     "Kind",
     "Place",
-    "Rows",
     "bears",
     "check_bounds",
     "courses_of_all",
-    "marked_period",
     "rows_for",
-    "rows_of",
     "slot",
     "slots",
     "unit_of",
@@ -136,7 +128,7 @@ def rows_for(
         Where a run would start below the ground or does not stand, and for drives that cannot be lowered.
     """
     if not values:
-        return rows_of(plan, count, float(marked_period(plan.periods, duration)))
+        return marked_rows(plan, count, duration)
     base = rows_of(plan, len(next(iter(values.values()))))
     by_kind: dict[Kind, dict[str, tuple[int, Floats]]] = {kind: {} for kind in Kind}
     for path, column in values.items():

@@ -17,7 +17,7 @@ from tarsus.core import _native
 from tarsus.core import arrays as a
 from tarsus.core.modes import NODES, ModeBook, contact_mode
 from tarsus.plan.lowering import Plan, without_native
-from tarsus.plan.slots import Rows, rows_of
+from tarsus.plan.rows import Rows, rows_of
 from tarsus.solve.contacts import CARRIED, mask_of
 
 if TYPE_CHECKING:

@@ -27,7 +27,7 @@ from tarsus.solve.sliders import Lattice, Slider, lattice_of, sliders_of
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
-    from tarsus.plan.slots import Rows
+    from tarsus.plan.rows import Rows
 
 DEFINITIONS = {**WALK, **PER_WINDOW, **WHOLE_RUN}
 """Measures of runs by name."""

@@ -14,7 +14,8 @@ from tarsus.base.events import FootState
 from tarsus.core import _native
 from tarsus.core import arrays as a
 from tarsus.core.states import SampledStates, states_of
-from tarsus.plan.lowering import Plan, Rows, program_of, without_native
+from tarsus.plan.lowering import Plan, program_of, without_native
+from tarsus.plan.rows import Rows
 from tarsus.solve.engine import Accuracy, Engine, RawRuns
 
 if TYPE_CHECKING:

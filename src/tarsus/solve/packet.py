@@ -15,7 +15,7 @@ from tarsus.core.modes import ModeBook, unbiased_mode
 from tarsus.model.drive.pieces import Channels
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan, idle_forces, level_only
-from tarsus.plan.slots import Rows
+from tarsus.plan.rows import Rows
 from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, settings_arrays, step_lengths
 from tarsus.solve.run import Shared, prepared
 

@@ -28,7 +28,8 @@ from tarsus.measure.measure import Measure, Measures
 from tarsus.measure.periods import scene_period
 from tarsus.measure.walking import measures_of
 from tarsus.model.drive.lower import lower
-from tarsus.plan.lowering import Rows, lower_scene, marked_period, rows_of
+from tarsus.plan.lowering import lower_scene
+from tarsus.plan.rows import Rows, marked_rows
 from tarsus.plan.slots import Courses, Floats, rows_for, slot
 from tarsus.solve.codes import (
     CLOSED,
@@ -516,7 +517,7 @@ def prepared(
     engine = shared.get(("resident", duration), made) if scene is shared.resident else made()
     plan = engine.plan
     if not values:
-        return engine, rows_of(plan, count, float(marked_period(plan.periods, duration)))
+        return engine, marked_rows(plan, count, duration)
     return engine, rows_for(scene, plan, values, duration, courses=courses)
 
 

@@ -19,7 +19,7 @@ from tarsus.base.workers import spread
 from tarsus.measure.history import RESOLUTION, Counting
 from tarsus.measure.periods import by_window, scene_period
 from tarsus.plan.lowering import lower_scene
-from tarsus.plan.slots import rows_of
+from tarsus.plan.rows import rows_of
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy, book_of, execute
 from tarsus.solve.results import Batch, Part

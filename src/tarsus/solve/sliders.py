@@ -18,13 +18,14 @@ from tarsus.measure.switching import squares_per_period
 from tarsus.model.drive.lower import lower
 from tarsus.model.drive.pieces import Channels
 from tarsus.plan.channels import drive_courses, felt
-from tarsus.plan.slots import Kind, Place, marked_period, slots, unit_of
+from tarsus.plan.rows import marked_period
+from tarsus.plan.slots import Kind, Place, slots, unit_of
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
     from tarsus.plan.channels import Course
     from tarsus.plan.lowering import Plan
-    from tarsus.plan.slots import Rows
+    from tarsus.plan.rows import Rows
 
 WIDER = 4.0
 """Factor to either side of a number of which nothing is known."""

@@ -14,7 +14,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
 from tarsus.model.drive.signal import Signal
 from tarsus.plan.lowering import Kind, lower_scene, slot
-from tarsus.plan.slots import Rows
+from tarsus.plan.rows import Rows
 from tarsus.solve.commands import Command
 from tarsus.solve.differences import directions_of
 from tarsus.solve.window import Window, simulate_window

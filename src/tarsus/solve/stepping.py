@@ -23,8 +23,8 @@ from tarsus.model.drive.waveforms.constant import Constant
 from tarsus.model.profile import gaps_above
 from tarsus.model.structure import Walker
 from tarsus.plan.channels import gait_waves, with_columns
-from tarsus.plan.lowering import lines_below, pack
-from tarsus.plan.slots import BY_RUN, Rows
+from tarsus.plan.lowering import lines_below
+from tarsus.plan.rows import BY_RUN, Rows, pack
 from tarsus.solve.codes import ResultCode, structured_events, without_marks
 from tarsus.solve.commands import Command, asked_of, held
 from tarsus.solve.contacts import CARRIED

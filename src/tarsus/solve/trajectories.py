@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from tarsus.base.workers import Workers
     from tarsus.model.scene import Scene
     from tarsus.plan.lowering import Plan
-    from tarsus.plan.slots import Rows
+    from tarsus.plan.rows import Rows
 
 Floats = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from tarsus.base.events import EventKind, FootState
 from tarsus.core.states import SampledStates
-from tarsus.plan.slots import Rows, rows_of
+from tarsus.plan.rows import Rows, rows_of
 from tarsus.solve.codes import EVENT_TYPE, ResultCode, event_places, structured_events, without_marks
 from tarsus.solve.contacts import APEX, CONTACT, Contacts
 from tarsus.solve.engine import SINGLE_RUN, Accuracy, Tables, book_of, settings_of, tables_of

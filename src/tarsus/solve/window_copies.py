@@ -13,7 +13,7 @@ import numpy.typing as npt
 from tarsus.base.errors import InputError
 from tarsus.core import _native
 from tarsus.plan.lowering import Plan
-from tarsus.plan.slots import Rows
+from tarsus.plan.rows import Rows
 from tarsus.solve.differences import ROUNDED, STEP
 from tarsus.solve.engine import Tables, book_of, structure_key, tables_of
 from tarsus.solve.slopes import Differenced, Lane, Wanted, WindowSpan, weights_of

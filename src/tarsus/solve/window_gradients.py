@@ -13,7 +13,8 @@ import numpy.typing as npt
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.plan.lowering import Plan, lower_scene
-from tarsus.plan.slots import Rows, rows_for, rows_of, slot
+from tarsus.plan.rows import Rows, rows_of
+from tarsus.plan.slots import rows_for, slot
 from tarsus.solve.differences import Direction, Stencil, directions_of
 
 if TYPE_CHECKING:

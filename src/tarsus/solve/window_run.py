@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from tarsus.base.errors import InputError
 from tarsus.core.states import SampledStates, states_of
-from tarsus.plan.slots import Rows
+from tarsus.plan.rows import Rows
 from tarsus.solve.contacts import CARRIED, MOMENTS, Contacts
 from tarsus.solve.engine import Continuations, Tables, Times, advance_many
 

@@ -31,7 +31,7 @@ from tarsus.model.laws import Adhesion, Film, Restitution
 from tarsus.model.scene import Drive, Foot, Ground, PointLoad, Robot, Scene
 from tarsus.model.structure import Lumped
 from tarsus.plan.lowering import Plan, lower_scene
-from tarsus.plan.slots import rows_of
+from tarsus.plan.rows import rows_of
 from tarsus.solve import Accuracy, book_of, execute, simulate_batch
 
 SIZES = (2, 6, 32)

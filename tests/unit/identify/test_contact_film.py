@@ -73,7 +73,7 @@ def test_restitution_hangs_on_the_film_and_the_impacts_tell_both(truth, bounces,
     assert abs(before.value(PATH) / true - 1.0) > 0.03
     assert after.value(PATH) == pytest.approx(true, rel=0.02)
     low, high = after.interval(PATH)
-    assert low < true < high and high - low < 0.08 * true
+    assert low < true < high and high - low < 0.1 * true  # of four impacts, however they scatter
 
 
 def test_the_film_is_told_as_an_impact_sees_it(truth, told):
