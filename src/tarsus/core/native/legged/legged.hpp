@@ -188,7 +188,7 @@ struct Legged {
   double lowest_body, highest_body;  // since the last mark [m]
   Energies energy;
   std::vector<double> shares;        // work [J] of single laws, see ActingLaws::shares
-  int step_class = 0, launch_class[STICK_BEGINS + 1] = {}, launched = 0;  // by the kind of event, 0 for a kink
+  int step_class = 0, launch_class[AVERAGED_CONTACT + 1] = {}, launched = 0;  // by the kind of event, 0 for a kink
   bool launching = false;
 
   // of uneven ground: its lines (profile_of), or null, and legs and gains in the robot's own directions
