@@ -208,7 +208,7 @@ TARSUS_APART inline Row logarithm(const Row& a) {
     const Bits tiny = given < 2.2250738585072014e-308;
     const Vector x = tiny ? given * 18014398509481984.0 : given;  // 2^54
     const long long root = 0x3fe6a09e00000000LL, one = 0x3ff0000000000000LL;
-    const Bits raised = reinterpret_cast<Bits>(x) + (one - root);
+    const Bits raised = reinterpret_cast<Bits>(reinterpret_cast<Words>(x) + static_cast<unsigned long long>(one - root));  // of NaN as well
     const Bits exponent = (raised >> 52) - 1023 - (tiny & 54);
     const Vector f = reinterpret_cast<Vector>((raised & 0x000fffffffffffffLL) + root) - 1.0;
     const Vector k = reinterpret_cast<Vector>(exponent + reinterpret_cast<Bits>(WHOLE - Vector{})) - WHOLE;

@@ -35,6 +35,7 @@ constexpr int PARTS = N / WIDTH;
 typedef double Vector __attribute__((vector_size(8 * WIDTH)));
 typedef double Loose __attribute__((vector_size(8 * WIDTH), aligned(8)));
 typedef long long Bits __attribute__((vector_size(8 * WIDTH)));
+typedef unsigned long long Words __attribute__((vector_size(8 * WIDTH)));  // whose sums wrap around
 
 struct Row {
   Vector part[PARTS];
