@@ -61,12 +61,17 @@ inline double in_mode(Modal& m, const ContactMode& other, Ask&& ask) {
   return out;
 }
 
+// Pull on a foot in another contact mode, smooth force at contact included.
+inline double pull_in(Modal& m, const ContactMode& mode, int foot) {
+  const double pull = in_mode(m, mode, [&] { return moment_of(m).pull[foot]; });
+  return m.laws.has(foot, HAS_FORCE) ? pull + m.force_now(foot, 0.0, 0.0) : pull;
+}
+
 // `pull_if_held` where feet slide or stick, of a foot that has no sense of sliding: friction at the others goes by the pulls on
 // them once the foot is held. Its own friction does not count: whether a foot is held does not depend on a force that its
 // contact bears.
 inline double pull_without_own_friction(Modal& m, int foot) {
-  const double pull = in_mode(m, m.book.with_foot(*m.mode, foot, true, false), [&] { return moment_of(m).pull[foot]; });
-  return m.laws.has(foot, HAS_FORCE) ? pull + m.force_now(foot, 0.0, 0.0) : pull;
+  return pull_in(m, m.book.with_foot(*m.mode, foot, true, false), foot);
 }
 
 // Structure's pull on a free foot if it were stopped on the ground now, smooth force at contact included. Film forces at the

@@ -99,8 +99,7 @@ inline Bearing bearing_at(Modal& m, const Moment& at, int foot) {
 inline double pull_without_their_friction(Modal& m, const std::vector<int>& feet, int foot) {
   FootSet set = m.mode->feet;
   for (int i : feet) set.set(m.sizes.feet + i, false);
-  const double pull = in_mode(m, m.book.require(set), [&] { return moment_of(m).pull[foot]; });
-  return m.laws.has(foot, HAS_FORCE) ? pull + m.force_now(foot, 0.0, 0.0) : pull;
+  return pull_in(m, m.book.require(set), foot);
 }
 
 // The pulls on these feet exceed the strengths of their contacts, normal to the ground or along it; leaves, by foot: along the normal. Where a pull on a
