@@ -101,7 +101,28 @@ def gradients(folder: Path) -> Names:
         "times": [1e-3, 2e-3],
         "paths": paths,
         "vary": vary,
+        "sliding": sliding(),
     }
+
+
+def sliding() -> ts.Scene:
+    """A structure of two modes whose tip slides along the ground."""
+    structure = ts.Modal(
+        frequencies=(400.0, 2300.0),
+        damping_ratios=(0.01, 0.02),
+        modal_masses=(2e-9, 2e-9),
+        shapes={"tip": (1.0, -0.9), "tip_x": (0.25, 0.7)},
+    )
+    drive = ts.Drive(load=ts.PointLoad(weights={"tip": -1.0, "tip_x": 0.6}), law=ts.LinearForce(gain=5e-7))
+    feet = {"tip": ts.Foot(point="tip", gap=1e-6, along="tip_x")}
+    ground = ts.Ground(restitution=ts.Restitution(coefficient=0.5), friction=ts.Friction(coefficient=0.3))
+    return ts.Scene(
+        name="tip that slides",
+        robot=ts.Robot(structure=structure, feet=feet, drives={"d": drive}),
+        ground=ground,
+        signals={"d": ts.Sine(amplitude=8.0, offset=2.0, frequency=200.0)},
+        duration=0.01,
+    )
 
 
 def determined(folder: Path) -> Names:
