@@ -15,6 +15,7 @@ from tarsus.model.scene import (
     Foot,
     Ground,
     Initial,
+    InertiaLoad,
     ModalLoad,
     PointLoad,
     Provenance,
@@ -62,6 +63,21 @@ def test_loads_are_generalised_forces() -> None:
     load = PointLoad(weights={"middle": 2.0, "tip": -1.0})
     np.testing.assert_allclose(load.vector(structure), [0.0, 1.0])
     np.testing.assert_allclose(ModalLoad(participation=[0.3, 0.4]).vector(structure), [0.3, 0.4])
+    both = chain(upward=[1.0, 1.0], forward=[0.0, 0.5])
+    per_acceleration = InertiaLoad(upward=-1.0, forward=2.0).vector(both)
+    np.testing.assert_allclose(per_acceleration, both.matrices().mass @ [-1.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("load", "said"),
+    [
+        (InertiaLoad(), "load: an inertia load needs a share"),
+        (InertiaLoad(forward=1.0), "load.forward: needs the structure's own 'forward'"),
+    ],
+)
+def test_an_inertia_load_needs_a_way(load: InertiaLoad, said: str) -> None:
+    drive = Drive(load=load, law=LinearForce(gain=1.0))
+    assert said in problems(lambda: robot(drives={"table": drive}))[0]
 
 
 def places(build) -> list[str]:  # type: ignore[no-untyped-def]

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
+from tarsus.base.linear import product
 from tarsus.base.messages import PathErrors, nearest
 from tarsus.base.spec import Amount, Amounts, Description, FrozenDict, MaybeAmount, Named, quantity
 from tarsus.base.units import format_quantity
@@ -50,6 +51,40 @@ class ModalLoad(Description):
         return [point for point, share in zip(walker.foot_points, shares, strict=True) if share != 0.0]
 
 
+class InertiaLoad(Description):
+    """A drive that shakes the frame in which the robot is described: every mass feels it in proportion.
+
+    Its law gives an acceleration [m/s^2], so that the gain counts in m/s^2/V. With ``upward = -1`` it is that of a
+    table under the robot, whose displacements are then those against the table.
+    """
+
+    kind: Literal["inertia"] = "inertia"
+    upward: Amount = quantity("1", "acceleration of every mass upward per unit of the law", default=0.0)
+    forward: Amount = quantity("1", "the same forward along the ground", default=0.0)
+
+    def vector(self, structure: Structure) -> Array:
+        """Generalised force (n,) [kg] per unit of acceleration."""
+        mass = structure.matrices().mass
+        ways = ((self.upward, structure.vertical()), (self.forward, structure.horizontal()))
+        moves = [share * way for share, way in ways if way is not None]
+        return product(mass, np.sum(moves, axis=0)) if moves else np.zeros(structure.size)
+
+    def foot_points(self, walker: Walker) -> list[str]:
+        """None: no leg by itself."""
+        return []
+
+    def faults(self, structure: Structure) -> list[tuple[str, str]]:
+        """What it needs and does not have, as (field, sentence)."""
+        if self.upward == 0.0 and self.forward == 0.0:
+            return [("", "an inertia load needs a share: give upward, such as -1 for a table, or forward")]
+        ways = (("upward", structure.vertical()), ("forward", structure.horizontal()))
+        return [
+            (name, f"needs the structure's own '{name}', the coordinates of a unit translation {name}")
+            for name, way in ways
+            if way is None and getattr(self, name) != 0.0
+        ]
+
+
 class Drive(Description):
     """An actuator: where its force acts, and the law from volts to force with its history.
 
@@ -57,7 +92,7 @@ class Drive(Description):
     amplifier.
     """
 
-    load: Annotated[PointLoad | ModalLoad, Field(discriminator="kind")]
+    load: Annotated[PointLoad | ModalLoad | InertiaLoad, Field(discriminator="kind")]
     law: ForceLaw
     history: Amounts = quantity("V", "volts visited before the start, such as poling", default=())
     amplifier: Amplifier = Field(
@@ -147,6 +182,9 @@ class Robot(Description):
                 faults.append((path, f"expected {n} values, one a coordinate, got {len(load.participation)}"))
             elif isinstance(load, PointLoad) and not load.weights:
                 faults.append((f"drives.{name}.load.weights", "expected at least one point, got none"))
+            elif isinstance(load, InertiaLoad):
+                at = f"drives.{name}.load"
+                faults += [(f"{at}.{key}" if key else at, text) for key, text in load.faults(self.structure)]
         if isinstance(self.structure, Walker):
             faults += _walker_faults(self.structure, self.feet)
         if faults:

@@ -34,7 +34,7 @@ from tarsus.model.drive.waveforms import Constant, Waveform
 from tarsus.model.ground import Ground
 from tarsus.model.laws import ImpactMap, MassWeighted, PullAsPrinted
 from tarsus.model.laws.impact_map import Body
-from tarsus.model.robot import Drive, Foot, ModalLoad, PointLoad, Robot, reference_faults
+from tarsus.model.robot import Drive, Foot, InertiaLoad, ModalLoad, PointLoad, Robot, reference_faults
 from tarsus.model.structure import Walker
 from tarsus.model.structure.base import Array
 from tarsus.model.structure.walker import STRAIGHT_AHEAD
@@ -44,6 +44,7 @@ __all__ = [
     "Drive",
     "Foot",
     "Ground",
+    "InertiaLoad",
     "Initial",
     "ModalLoad",
     "PointLoad",
