@@ -123,9 +123,9 @@ def _fit(film: FilmFit, contacts: ContactDurations, seed: int) -> StepResult:
     _, samples, reached = within(line.values, drawn, BOUNDS)
 
     rest = pull - line.values[0] - line.values[1] * duration
-    panels = points_and_line(
-        ("pull-off force over contact time", "what the line leaves"), ("contact time", "s", "force", "N"),
-        ("detachments", "line"), (duration, pull), tuple(line.values.tolist()), (error, error),
+    panel = points_and_line(
+        "pull-off force over contact time", ("contact time", "s", "force", "N"),
+        ("detachments", "line"), (duration, pull), tuple(line.values.tolist()), error,
     )  # fmt: skip
     return StepResult(
         "adhesion",
@@ -135,7 +135,7 @@ def _fit(film: FilmFit, contacts: ContactDurations, seed: int) -> StepResult:
         residuals=(Residual.of("pull-off forces about the line", "N", rest, error),),
         used=(Used("detachments", int(kept.sum()), len(kept)),),
         left_out=left,
-        panels=panels,
+        panels=(panel,),
         bounds=dict(zip(PULLS, reached, strict=True)),
         files=offs.files(kept),
         influence=influence,

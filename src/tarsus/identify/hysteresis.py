@@ -333,10 +333,7 @@ def _shown(model: FootModel, fit: LoopFit) -> tuple[tuple[Panel, ...], tuple[Res
             label, noise = f"{trace.file}, {point} in the air", float(trace.noise_x[k])
             residuals.append(Residual.of(label, "m", rest - rest.mean(), noise))
             if number == 0:
-                volts = trace.volts[index]
-                for title, shown, axis in (
-                    (f"{point}, foot in the air", fitted, f"{point} from rest"),
-                    (f"{point}, what the fit leaves", 0.0 * fitted, point),
-                ):
-                    panels.append(measured_and_fitted(title, ("voltage", "V", axis, "m"), volts, shown, rest))
+                axes = ("voltage", "V", f"{point} from rest", "m")
+                title = f"{point}, foot in the air"
+                panels.append(measured_and_fitted(title, axes, trace.volts[index], fitted, rest))
     return tuple(panels), tuple(residuals)

@@ -212,17 +212,16 @@ def _result(
     samples = found.value + scattered(influence, seed) + shared[:, :1]
     values, samples, reached = within(np.array([found.value]), samples, (BOUNDS,))
     noise = np.sqrt(variance_of(covariance, found.value))
-    panels = points_and_line(
-        ("velocity after over velocity before an impact", "what e times approach leaves"),
-        ("approach", "m/s", "departure", "m/s"), ("impacts", "e times approach"), (approach, departure),
-        (0.0, found.value), (np.sqrt(covariance[:, 0, 0]), noise),
+    panel = points_and_line(
+        "velocity after over velocity before an impact", ("approach", "m/s", "departure", "m/s"),
+        ("impacts", "e times approach"), (approach, departure), (0.0, found.value), np.sqrt(covariance[:, 0, 0]),
     )  # fmt: skip
     rest = (departure - found.value * approach)[like]
     slow, fast = 1e3 * approach.min(), 1e3 * approach.max()
     step = StepResult(
         "restitution", (PATH,), values, samples,
         residuals=(Residual.of("departure velocities", "m/s", rest, noise[like]),),
-        used=(Used("impacts", int(like.sum()), total),), files=bounces.files(), panels=panels,
+        used=(Used("impacts", int(like.sum()), total),), files=bounces.files(), panels=(panel,),
         left_out=(*left, *(_unlike(bounces, departure / approach, int(r)) for r in np.flatnonzero(~like))),
         notes=(
             f"The scatter of e from impact to impact, beyond noise, is {found.scatter:.2g}.",

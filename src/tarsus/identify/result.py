@@ -18,6 +18,7 @@ from tarsus.identify.assessment import assessed
 from tarsus.identify.step import NotDone, Shift, StepResult
 from tarsus.identify.tables import (
     alternatives_table,
+    checks_of,
     checks_table,
     identification_table,
     open_table,
@@ -156,7 +157,7 @@ def summary_of(found: Identification) -> dict[str, Any]:
         "remarks": list(found.remarks),
         "open": _rows(open_table(found)),
         "alternatives": _rows(alternatives_table(found)),
-        "checks": _rows(checks_table(found)),
+        "checks": _rows(checks_table(checks_of(found))),
         "landing": None if found.landing is None else _landing(found.landing),
         "left_out": [str(one) for one in found.left_out],
         "validation": [_compared(one) for one in found.comparisons],

@@ -80,22 +80,18 @@ class Panel:
 
 
 def points_and_line(
-    titles: tuple[str, str],
+    title: str,
     axes: tuple[str, str, str, str],
     names: tuple[str, str],
     points: tuple[Floats, Floats],
     line: tuple[float, float],
-    errors: tuple[Floats, Floats],
-) -> tuple[Panel, Panel]:
-    """Points (n,) with a line (at zero, slope) through them, and what the line leaves of them; errors (n,) of both."""
+    error: Floats,
+) -> Panel:
+    """Points (n,) with their errors (n,), and a line (at zero, slope) through them."""
     x, y = points
     ends = np.array([0.0, float(x.max())])
-    shown = (y, line[0] + line[1] * ends), (y - line[0] - line[1] * x, np.zeros(2))
-    first, second = (
-        Panel(title, *axes, (Curve(names[0], x, a, joined=False, error=e), Curve(names[1], ends, b)))
-        for title, (a, b), e in zip(titles, shown, errors, strict=True)
-    )
-    return first, second
+    fitted = Curve(names[1], ends, line[0] + line[1] * ends)
+    return Panel(title, *axes, (Curve(names[0], x, y, joined=False, error=error), fitted))
 
 
 def measured_and_fitted(

@@ -1,5 +1,5 @@
-"""An identification as tables: every number with its interval and verdict, what is open and what to record for it,
-alternatives and checks, and the account of the data. Console, notebook and page show these and no others."""
+"""An identification as tables. Console and notebook show every number with its interval and verdict, what is open, what
+to record for it, and the checks that fail; the page shows alternatives, all checks and the account of the data too."""
 
 from __future__ import annotations
 
@@ -29,14 +29,17 @@ MOST_CHANGES = 3
 
 
 def identification_table(found: Identification) -> Table:
-    """Every number, and below it what is open, the alternatives, the checks, and what the data were used for."""
-    numbers, parts = numbers_table(found), (open_table(found), alternatives_table(found), checks_table(found))
+    """Every number, and below it what is open and the checks that fail."""
+    numbers, checks = numbers_table(found), checks_of(found)
+    failed = [one for one in checks if not one.passed]
+    parts = (open_table(found), checks_table(failed, "Checks that fail"))
+    passed = f"{len(checks) - len(failed)} of {len(checks)} checks of the model passed; the report has all"
     return Table(
         numbers.title,
         numbers.columns,
         numbers.rows,
-        numbers.notes,
-        [*(one for one in parts if one.rows), account_table(found)],
+        [*numbers.notes, *_held_out(found), *([passed] if checks else [])],
+        [one for one in parts if one.rows],
         units=numbers.units,
         flagged=numbers.flagged,
     )
@@ -59,12 +62,10 @@ def numbers_table(found: Identification) -> Table:
             if path in slopes and words[path] in ("determined", PREFERRED) and half is not None:
                 alike.setdefault((path.rpartition(".")[0], words[path]), []).append(half)
                 continue
-            shown = f"{percent(half, 2)} of slope" if path in slopes else half
-            rows.append((path, value, ends, shown, words[path]))
+            rows.append((path, value, ends, half, words[path]))
             of.append(units[path].unit)
         for (law, word), halves in alike.items():
-            slope = f"{percent(max(halves), 2)} of slope"
-            rows.append((f"{law} ({len(halves)})", None, None, slope, word))
+            rows.append((f"{law} ({len(halves)})", None, None, max(halves), word))
             of.append("1")
         doubted = any(words[path] == PREFERRED for path in step.paths)
         for name, (value, draws, unit) in step.combinations.items():
@@ -80,7 +81,8 @@ def numbers_table(found: Identification) -> Table:
         Column("half-width", "%", 2),
     )
     flagged = [(i, 4) for i, row in enumerate(rows) if row[4] != "determined"]
-    return Table(summary_line(found), (*columns, "verdict"), rows, units=of, flagged=flagged)
+    notes = ["half-widths of weights are parts of the slope of the whole law"] if slopes else []
+    return Table(summary_line(found), (*columns, "verdict"), rows, notes, units=of, flagged=flagged)
 
 
 def summary_line(found: Identification) -> str:
@@ -178,9 +180,8 @@ def checks_of(found: Identification) -> list[Check]:
     return [one for step in found.steps.values() for one in step.checks]
 
 
-def checks_table(found: Identification) -> Table:
-    """Every check, those that fail flagged."""
-    checks = checks_of(found)
+def checks_table(checks: Sequence[Check], title: str = "Checks") -> Table:
+    """Checks, those that fail flagged."""
     rows = [
         (
             one.name,
@@ -192,26 +193,25 @@ def checks_table(found: Identification) -> Table:
     ]
     failed = [(i, 3) for i, one in enumerate(checks) if not one.passed]
     columns = ("check", Column("value", ROW, 3), "limit", "passed")
-    return Table("Checks", columns, rows, units=[one.unit for one in checks], flagged=failed)
+    return Table(title, columns, rows, units=[one.unit for one in checks], flagged=failed)
 
 
-def account_table(found: Identification, reasons: bool = False) -> Table:
-    """What each step found, used and excluded, with reasons where asked, and how held-out records are predicted."""
+def account_table(found: Identification) -> Table:
+    """What each step found, used and excluded, with reasons."""
     rows = []
     for step in found.steps.values():
-        used = "; ".join(str(one) for one in step.used)
-        left = (
-            "; ".join(f"{count}: {why}" for count, why in by_reason(step.left_out))
-            if reasons
-            else step.unused
-        )
-        rows.append((step.name, used, left if step.left_out else None))
-    notes = []
-    if found.comparisons:
-        peak, contact = (_errors(found, which) for which in ("peak", "contact"))
-        errors = f"absolute error of peaks {peak}, of contact durations {contact}"
-        notes = [f"held-out signals: {len(found.comparisons)}; {errors}"]
-    return Table("Data", ("step", "used", "excluded"), rows, notes)
+        left = "; ".join(f"{count}: {why}" for count, why in by_reason(step.left_out))
+        rows.append((step.name, "; ".join(str(one) for one in step.used), left or None))
+    return Table("Data", ("step", "used", "excluded"), rows)
+
+
+def _held_out(found: Identification) -> list[str]:
+    """How well records that no step has seen are predicted."""
+    if not found.comparisons:
+        return []
+    peak, contact = (_errors(found, which) for which in ("peak", "contact"))
+    errors = f"absolute error of peaks {peak}, of contact durations {contact}"
+    return [f"held-out signals: {len(found.comparisons)}; {errors}"]
 
 
 _NUMBER = re.compile(r"(?<![\w'-])-?\d[\d.]*(e[+-]?\d+)?\b")
@@ -225,11 +225,14 @@ def by_reason(left: Sequence[Excluded]) -> list[tuple[int, str]]:
     return [(count, reason) for reason, count in counts.most_common()]
 
 
-def residuals_table(step: StepResult) -> Table:
-    """What a step leaves unexplained, beside what noise alone would leave."""
-    rows = [(one.label, one.rms, one.noise, one.count) for one in step.residuals]
-    columns = ("residual", Column("rms", ROW, 3), Column("of noise alone", ROW, 3), "values")
-    return Table("", columns, rows, units=[one.unit for one in step.residuals])
+def residual_line(step: StepResult) -> str:
+    """What a step leaves unexplained over what noise alone would leave, in a sentence, or nothing."""
+    over = {one.label: one.rms / one.noise for one in step.residuals if one.noise > 0.0}
+    if not over:
+        return ""
+    worst = max(over, key=over.__getitem__)
+    of = f"; the most of {len(over)} is {over[worst]:.3g}, of {worst.partition(', over')[0]}" if len(over) > 1 else ""
+    return f"The fit leaves {float(np.median(list(over.values()))):.3g} times the noise{of}."
 
 
 def _errors(found: Identification, which: str) -> str:

@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import fill
 
 import numpy as np
 from markupsafe import Markup
+from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 
 from tarsus.identify.heldout import Comparison
 from tarsus.identify.step import Curve, Panel
 from tarsus.identify.verdict import Assessment
 from tarsus.records.excluded import evenly
-from tarsus.report.charts import Charts, side_by_side, with_room
 from tarsus.report.pages import Plate
-from tarsus.report.sheet import Sheet, plate
+from tarsus.report.sheet import QUARTER, Sheet, few_ticks, name_axes, plate
 from tarsus.report.style import BLUE, INK, ON_DARK, ON_LIGHT, VERMILION, decimate
 from tarsus.tables.numbers import number, path_end
 from tarsus.tables.table import Column, Table
 
-MOST_PANELS = 6
-"""Panels of one figure; of more, the first ones."""
+MOST_PANELS = 4
+"""Panels of one figure, a row of a wide page; of more, the first ones."""
 
 MOST_HELD_OUT = 4
 """Held-out records that are drawn: a row."""
@@ -28,8 +29,11 @@ MOST_HELD_OUT = 4
 PERIODS = 1.0
 """Drive periods of a held-out record that are drawn, after transients."""
 
-_POINTS = 600
-"""Points of a curve that are kept: three to a pixel of its panel, so that a zoom of three shows all that pixels can."""
+_POINTS = 250
+"""Points of a curve that are drawn: one to a pixel of its panel."""
+
+_LETTERS = 32
+"""Letters of a line of a panel's title."""
 
 _TOLD = 0.3
 
@@ -41,8 +45,14 @@ OPPOSED = LinearSegmentedColormap.from_list("opposed", (VERMILION, "#f4f5f7", BL
 
 
 def panels(shown: Sequence[Panel], caption: str) -> Plate:
-    """Panels: measured as points, fitted as lines."""
-    return side_by_side(((one.title, _drawn(one)) for one in shown[:MOST_PANELS]), caption, small=True)
+    """Panels: measured as points with two standard errors to either side, fitted as lines."""
+    kept = shown[:MOST_PANELS]
+
+    def draw(sheet: Sheet) -> None:
+        for axes, one in zip(sheet.grid(len(kept), 1.7, width=QUARTER), kept, strict=True):
+            _draw(axes, one)
+
+    return plate(draw, caption)
 
 
 def held_out(comparisons: Sequence[Comparison]) -> Plate:
@@ -97,25 +107,19 @@ def _last_period(one: Comparison) -> Panel:
     )
 
 
-def _drawn(panel: Panel) -> Charts:
-    """A panel: lines below, points above them, with two standard errors to either side."""
-    ends = [(float(one.x.min()), float(one.x.max())) for one in panel.curves if len(one.x)]
-    window = with_room(min(low for low, _ in ends), max(high for _, high in ends))
-    charts = Charts([0.95], panel.x_label, panel.x_unit, window)
-    (axes,) = charts.panels
+def _draw(axes: Axes, panel: Panel) -> None:
+    """A panel: lines below, points above them."""
     for one in panel.curves:
-        x, y, error = one.x, one.y, one.error
+        x, y, every = one.x, one.y, slice(None, None, -(-len(one.x) // _POINTS) or 1)
         if one.joined and len(x) > _POINTS and np.all(np.diff(x) > 0.0):
-            axes.plot(*decimate(x, y, _POINTS // 2), color=BLUE, label=one.label)
-            continue
-        every = slice(None, None, -(-len(x) // _POINTS))
-        x, y = x[every], y[every]
-        if one.joined:
-            axes.plot(x, y, color=BLUE, label=one.label)
-        elif error is None:
-            axes.dots(x, y, color=INK, label=one.label, sparse=True)
+            axes.plot(*decimate(x, y, _POINTS // 2), color=BLUE)
+        elif one.joined:
+            axes.plot(x[every], y[every], color=BLUE)
+        elif one.error is None:
+            axes.plot(x[every], y[every], ".", ms=2.5, mew=0.0, color=INK, zorder=3.0)
         else:
-            bar = 2.0 * error[every]
-            axes.dots(x, y, color=INK, label=one.label, low=y - bar, high=y + bar)
-    axes.set_ylabel(panel.y_label, panel.y_unit)
-    return charts
+            bar = 2.0 * one.error[every]
+            axes.errorbar(x[every], y[every], bar, fmt=".", ms=3.0, mew=0.0, lw=0.6, color=INK, zorder=3.0)
+    axes.set_title(fill(panel.title, _LETTERS))
+    name_axes(axes, (panel.x_label, panel.x_unit), (panel.y_label, panel.y_unit))
+    few_ticks(axes, x=4, y=4)

@@ -27,27 +27,22 @@ NO_ERROR, NO_CHANGE = 1e-6, 1e-5
 
 _BESIDE = "Measured (points, bars two standard errors to either side) and fitted (lines)."
 
-MOST_LISTED = 60
-"""Excluded data listed one by one; of more, the first ones and how many there are."""
-
 
 def identify_html(found: Identification) -> str:
     """The page of a result, as text."""
     name = found.opened.campaign.name
     judged = assessed(found)
-    left, failed = found.all_left_out, failures(tables.checks_of(found))
-    listed = [(one.file, one.channel or None, one.count, one.reason) for one in left[:MOST_LISTED]]
+    checks = tables.checks_of(found)
+    failed = failures(checks)
     notes = sorted({note for one in found.readings if one.record is not None for note in one.record.notes})
     body = rendered(
         "identify.html", found=found, name=name, remarks=[one for one in found.remarks if one not in failed],
         summary=tables.summary_line(found).removeprefix(f"{name}: "),
         values=tables.numbers_table(found).bare(), open=tables.open_table(found),
-        alternatives=tables.alternatives_table(found).bare(), checks=tables.checks_table(found).bare(),
+        alternatives=tables.alternatives_table(found).bare(), checks=tables.checks_table(checks).bare(),
         correlations=identify_figures.correlations(judged) if judged and len(judged.names) > 1 else None,
         steps=[_step(found, step) for step in found.steps.values()], held_out=_held_out(found.comparisons),
-        in_air=_in_air(found), zero=_zero(found), account=tables.account_table(found, reasons=True).bare(),
-        sets=_sets(found), left_out=Table("", ("file", "channel", "how many", "reason"), listed),
-        left=len(left), unlisted=max(0, len(left) - MOST_LISTED), notes=notes,
+        zero=_zero(found), account=tables.account_table(found).bare(), purposes=_purposes(found), notes=notes,
         took=amount(found.seconds, "s", 2) if found.seconds < 100.0 else f"{found.seconds / 60.0:.0f} min",
     )  # fmt: skip
     return page(f"{name} – identification", body)
@@ -58,10 +53,10 @@ def _step(found: Identification, step: StepResult) -> dict[str, Any]:
     modal = []
     if step.name == "resonances" and found.resonances is not None:
         fit = found.resonances.fit
-        modal = [modal_figures.stabilisation(fit), modal_figures.synthesis(fit), modal_figures.nyquist(fit)]
+        modal = [modal_figures.synthesis(fit), modal_figures.nyquist(fit)]
     return {
         "step": step, "modal": modal, "beside": bool(modal) or len(step.panels) in (1, 2),
-        "residuals": tables.residuals_table(step),
+        "left": tables.residual_line(step),
         "plate": identify_figures.panels(step.panels, _BESIDE) if step.panels else None,
     }  # fmt: skip
 
@@ -119,12 +114,6 @@ def _summary(comparisons: Sequence[Comparison]) -> Table:
     return Table("", columns, rows)
 
 
-def _in_air(found: Identification) -> Table:
-    points = next(iter(found.in_air.values()), {})
-    rows = [(name, *(off[point] for point in points)) for name, off in found.in_air.items()]
-    return Table("", ("records", *(Column(point, "%", 2) for point in points)), rows)
-
-
 def _zero(found: Identification) -> Table:
     """The ground's numbers again, with the zero position elsewhere."""
     known = float_paths(found.model.scene)
@@ -143,10 +132,14 @@ def _zero(found: Identification) -> Table:
     return Table("", columns, rows, units=[known[row[0]].unit for row in rows])
 
 
-def _sets(found: Identification) -> Table:
+def _purposes(found: Identification) -> Table:
+    """What was recorded for each purpose."""
     rows = []
-    for name, one in found.opened.campaign.records.items():
-        mine = [reading for reading in found.readings if reading.set == name]
-        good = [reading.record for reading in mine if reading.record is not None]
-        rows.append((name, one.purpose.value, f"{len(good)} of {len(mine)}", sum(one.count for one in good)))
-    return Table("", ("set", "serves", "files read", "samples"), rows)
+    sets = found.opened.campaign.records
+    for purpose in dict.fromkeys(one.purpose for one in sets.values()):
+        names = [name for name, one in sets.items() if one.purpose is purpose]
+        files = [reading for reading in found.readings if reading.set in names]
+        good = [reading.record for reading in files if reading.record is not None]
+        samples = sum(record.count for record in good)
+        rows.append((purpose.value, len(names), f"{len(good)} of {len(files)}", samples))
+    return Table("", ("purpose", "sets", "files read", "samples"), rows)

@@ -7,7 +7,6 @@ import numpy as np
 from tarsus.modes.modal import ModalFit
 from tarsus.modes.mode import IdentifiedMode, ModeVerdict
 from tarsus.records.measurement import Quantity
-from tarsus.report.charts import Charts
 from tarsus.report.pages import Plate
 from tarsus.report.sheet import QUARTER, Sheet, few_ticks, name_axes, plate
 from tarsus.report.style import BLUE, INK, MUTED, ON_DARK, ON_LIGHT, ORANGE, VERMILION, decimate
@@ -30,21 +29,25 @@ def stabilisation(fit: ModalFit) -> Plate:
     pole = np.concatenate(list(fit.poles.values()))
     inside = (pole.imag / (2.0 * np.pi) > frequency[0]) & (pole.imag / (2.0 * np.pi) < frequency[-1])
 
-    charts = Charts([1.45], "frequency", "Hz", (float(frequency[0]), float(frequency[-1])))
-    (panel,) = charts.panels
-    x, grey = decimate(frequency, height * top)
-    panel.fill_between(x, 0.0, grey, color=MUTED)
-    for chosen, color, label in ((pole.real >= 0.0, MUTED, "growing"), (pole.real < 0.0, BLUE, "decaying")):
-        hertz = pole[inside & chosen].imag / (2.0 * np.pi)
-        panel.dots(hertz, order[inside & chosen], color=color, label=label, sparse=True)
-    for verdict, color, label in ((True, VERMILION, "mode"), (False, ORANGE, "mode, not determined")):
-        found = [m.frequency.value for m in fit.modes if (m.verdict is ModeVerdict.DETERMINED) is verdict]
-        panel.bars([(one, one) for one in found], 0.0, top + 1.0, color=color, label=label if found else "")
-    panel.set_ylim(0.0, top + 1.0)
-    panel.set_ylabel("order of the model")
-    return charts.plate(
+    def draw(sheet: Sheet) -> None:
+        (axes,) = sheet.grid(1, 1.6)
+        x, grey = decimate(frequency, height * top)
+        axes.fill_between(x, 0.0, grey, color=MUTED, alpha=0.3, lw=0.0)
+        for chosen, color, label in ((pole.real >= 0.0, MUTED, "growing"), (pole.real < 0.0, BLUE, "decaying")):
+            hertz = pole[inside & chosen].imag / (2.0 * np.pi)
+            axes.plot(hertz, order[inside & chosen], ".", ms=3.0, mew=0.0, color=color, label=label)
+        for verdict, color, label in ((True, VERMILION, "mode"), (False, ORANGE, "mode, not determined")):
+            found = [m.frequency.value for m in fit.modes if (m.verdict is ModeVerdict.DETERMINED) is verdict]
+            if found:
+                axes.vlines(found, 0.0, top + 1.0, color=color, lw=1.0, label=label)
+        axes.set(xlim=(frequency[0], frequency[-1]), ylim=(0.0, top + 1.0))
+        name_axes(axes, ("frequency", "Hz"), ("order of the model", "1"))
+        sheet.legend(axes, markerscale=3.0)
+
+    return plate(
+        draw,
         "Poles of models of every order over the size of the response (grey, logarithmic); vertical lines are the "
-        "modes found."
+        "modes found.",
     )
 
 
@@ -80,13 +83,16 @@ def synthesis(fit: ModalFit) -> Plate:
         )
     ]
 
-    charts = Charts([1.45], "frequency", "Hz", (float(fit.frf.frequency[0]), float(fit.frf.frequency[-1])))
-    (panel,) = charts.panels
-    for size, label, color in curves:
-        panel.plot(fit.frf.frequency, size, color=color, lw=0.9, label=label)
-    panel.set_yscale("log")
-    panel.set_ylabel("response per unit of drive", fit.frf.quantity.unit)
-    return charts.plate(
+    def draw(sheet: Sheet) -> None:
+        (axes,) = sheet.grid(1, 1.6)
+        for size, label, color in curves:
+            axes.plot(*decimate(fit.frf.frequency, size), color=color, lw=0.9, label=label)
+        axes.set_yscale("log")
+        name_axes(axes, ("frequency", "Hz"), ("response per unit of drive", fit.frf.quantity.unit))
+        sheet.legend(axes)
+
+    return plate(
+        draw,
         f"All responses together: measured, synthesised from {len(fit.modes)} modes and a smooth background, and their "
         f"difference, {100.0 * fit.misfit:.2g} % of the measured ones in root mean square."
     )

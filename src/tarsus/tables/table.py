@@ -193,6 +193,10 @@ class Table:
     __html__ = html
 
 
+LETTERS = 120
+"""Width of what `print` shows: words of wider tables are folded, as a console of that width would break their lines."""
+
+
 class Tabled:
     """What prints as its table, in consoles and in notebooks."""
 
@@ -201,7 +205,7 @@ class Tabled:
         raise NotImplementedError
 
     def __str__(self) -> str:
-        return self.table().text()
+        return self.table().text(LETTERS)
 
     def _repr_html_(self) -> str:
         return self.table().html()

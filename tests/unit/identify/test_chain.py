@@ -24,6 +24,7 @@ from tarsus.identify.tables import (
     account_table,
     alternatives_table,
     by_reason,
+    checks_of,
     checks_table,
     numbers_table,
     open_table,
@@ -192,11 +193,20 @@ def report() -> str:
 
 def test_the_report_shows_every_step():
     page = report()
-    for word in ("Alternatives", "Account", "Held-out", *(name.capitalize() for name in identified().steps)):
+    for word in ("Account", "Held-out", *(name.capitalize() for name in identified().steps)):
         assert re.search(f"<h2[^>]*>{word}", page)
+    assert all(f"<summary>{word}" in page for word in ("Checks of the model", "Alternatives", "Files and events"))
     assert page.count("<svg") >= 8
     assert "http" not in page.split("</style>")[1].replace("http://www.w3.org", "")
     assert "real part (" in page and "imaginary part (" in page
+
+
+def test_the_result_is_short():
+    """A page of at most 1,500 words without the account, and a terminal of 60 lines with 120 columns."""
+    page = re.sub(r"<(script|style|svg)\b.*?</\1>|<details>.*?</details>", "", report(), flags=re.DOTALL)
+    assert 300 < len(re.sub(r"<[^>]+>", " ", page).split()) < 1500
+    lines = str(identified()).splitlines()
+    assert len(lines) <= 60 and max(map(len, lines)) <= 120
 
 
 def test_what_a_step_excluded_is_all_that_it_did_not_use():
@@ -206,7 +216,7 @@ def test_what_a_step_excluded_is_all_that_it_did_not_use():
         assert sum(one.found - one.used for one in step.used if one.what != "files") == step.unused, name
         assert sum(count for count, _ in by_reason(step.left_out)) == step.unused
     assert sum(step.unused for step in steps.values()) > 0
-    account = {row[0]: row[2] for row in account_table(identified(), reasons=True).rows}
+    account = {row[0]: row[2] for row in account_table(identified()).rows}
     assert str(steps["hysteresis"].unused) in account["hysteresis"]
 
 
@@ -270,7 +280,7 @@ def test_alternatives_and_checks_of_any_step_are_shown_from_data():
     doubted = replace(found, steps={**found.steps, "adhesion": step})
     assert alternatives_table(doubted).rows[-1][:3] == ("exponent", "2", 0.3)
     assert alternatives_table(doubted).rows[-1][-1] == f"{path} +27 %"
-    shown = checks_table(doubted)
+    shown = checks_table(checks_of(doubted))
     own = [row[0] for row in shown.rows].index("left in the air")
     assert [row[-1] for row in shown.rows[own : own + 2]] == [False, True]
     assert (own, 3) in shown.flagged and (own + 1, 3) not in shown.flagged
