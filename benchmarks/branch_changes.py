@@ -26,10 +26,10 @@ from scipy.optimize import brentq
 import tarsus as ts
 from tarsus.orbits.returns import FINE, drive_period
 from tarsus.orbits.sequence import kept_events
+from tarsus.solve import Shared
 from tarsus.solve.contacts import earlier
-from tarsus.solve.run import Shared
 from tarsus.solve.trajectories import Trajectories
-from tarsus.solve.window import simulate_window
+from tarsus.solve.window import WindowStart, simulate_windows
 
 SCENES = Path(__file__).parents[1] / "tests" / "scenes"
 RANGES: dict[str, tuple[Any, str, float, float]] = {
@@ -133,9 +133,8 @@ class Plain:
         returns, n2 = orbit.map, len(runs.state[0])
         held = getattr(returns, "contacts_at", lambda state: returns.contacts)(orbit.state)
         end = (np.ceil(orbit.start / orbit.map.period - PHASE + 1e-9) + PHASE) * orbit.map.period
-        window = simulate_window(
-            runs.plan, orbit.state[:n2], orbit.start, [end], held, rows=runs.rows, shared=runs.tables, accuracy=FINE
-        )
+        start = WindowStart(orbit.state[:n2], orbit.start, [end], held)
+        window = simulate_windows(runs.plan, [start], rows=runs.rows, shared=runs.tables, accuracy=FINE)[0]
         return Motion(at, window.end, earlier(window.feet, end), None)
 
     def settled(self, motion: Motion, at: float) -> Motion:

@@ -13,6 +13,7 @@ import argparse
 import math
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,8 +21,9 @@ import tarsus as ts
 from tarsus.base.events import EventKind
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import lower_scene
+from tarsus.plan.rows import rows_of
+from tarsus.solve import SINGLE_RUN, Engine
 from tarsus.solve.codes import structured_events
-from tarsus.solve.engine import SINGLE_RUN, book_of, execute, tables_of, walk
 from tarsus_reproduce.walkers import many_legs
 
 TOLERANCE = 1e-9  # of event times [s] between the two engines
@@ -40,9 +42,9 @@ def best(call: Callable[[], object], repeats: int) -> float:
 def second(scene: Scene, duration: float, repeats: int) -> tuple[float, float, int]:
     """CPU seconds of a second of model time: of the engine alone, and of `simulate` with all it prepares; events."""
     plan = lower_scene(scene)
-    tables = tables_of(plan, duration)
-    events = len(walk(plan, duration, tables=tables, accuracy=SINGLE_RUN).events)
-    engine = best(lambda: walk(plan, duration, tables=tables, accuracy=SINGLE_RUN), repeats) / duration
+    made, rows = Engine(plan, duration), rows_of(plan)
+    events = len(made.run(rows, SINGLE_RUN).events)
+    engine = best(lambda: made.run(rows, SINGLE_RUN), repeats) / duration
     return engine, best(lambda: ts.simulate(scene, duration), repeats) / duration, events
 
 
@@ -50,13 +52,13 @@ def beside_modes(scene: Scene, duration: float, repeats: int) -> tuple[float, fl
     """CPU seconds a second of both engines on a walker without friction, after comparing every event."""
     smooth = ts.with_values(scene, {"ground.friction": None})
     plan = lower_scene(smooth)
-    tables, book = tables_of(plan, duration), book_of(plan, duration)
+    legged, modal = Engine(plan, duration), Engine(replace(plan, legs=None), duration)
 
     def by_legs() -> np.ndarray:
-        return structured_events(walk(plan, duration, tables=tables, accuracy=SINGLE_RUN).events)
+        return structured_events(legged.run(rows_of(plan), SINGLE_RUN).events)
 
     def by_modes() -> np.ndarray:
-        return structured_events(execute(plan, duration, book=book, accuracy=SINGLE_RUN).events)
+        return structured_events(modal.run(rows_of(plan), SINGLE_RUN).events)
 
     one, two = (events[events["kind"] != EventKind.PERIOD_MARK] for events in (by_legs(), by_modes()))
     same = one[["kind", "foot"]].tolist() == two[["kind", "foot"]].tolist()

@@ -14,7 +14,6 @@ from tarsus.calibrate.prediction import Miss
 from tarsus.files.library import changed
 from tarsus.model.drive.waveforms import Sine, Square
 from tarsus.model.scene import Scene
-from tarsus.solve import Statistics, foot_statistics
 from tarsus_reproduce.ensembles import packaged_members, packaged_misses, packaged_told
 from tarsus_reproduce.forecast import (
     CALIBRATED,
@@ -38,6 +37,7 @@ from tarsus_reproduce.rows import (
     relative_error,
     relative_errors,
 )
+from tarsus_reproduce.seeds import Statistics, foot_statistics
 
 SEEDS = 32
 """Initial states of every row, shared out over the members of an ensemble; the packaged one has more: one each."""

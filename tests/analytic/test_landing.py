@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,8 +14,9 @@ from tarsus.core.modes import contact_mode
 from tarsus.measure.history import PERIOD_MARK
 from tarsus.model.drive.laws import LinearForce
 from tarsus.plan.lowering import lower_scene
+from tarsus.plan.rows import rows_of
 from tarsus.solve.codes import structured_events
-from tarsus.solve.engine import SINGLE_RUN, execute
+from tarsus.solve.engine import SINGLE_RUN, Engine
 from tarsus_reproduce.forces import point_matrices
 from walking_scenes import sticky, trotter
 
@@ -205,7 +208,8 @@ def test_a_robot_on_three_legs_lands_as_printed_in_both_engines():
     electrostatic = ts.Electrostatic(coefficient=1e-19, offset=1e-6)
     walking = trotter(ground=sticky(friction=None, landing=RULES["printed"], electrostatic=electrostatic))
     run = ts.simulate(walking)
-    other = structured_events(execute(lower_scene(walking), walking.duration, accuracy=SINGLE_RUN).events)
+    plan = replace(lower_scene(walking), legs=None)
+    other = structured_events(Engine(plan, walking.duration).run(rows_of(plan), SINGLE_RUN).events)
     other = other[other["kind"] != PERIOD_MARK]
     assert run.ok and run.ledger.closure < 1e-8
     assert run.events[["kind", "foot"]].tolist() == other[["kind", "foot"]].tolist()

@@ -402,7 +402,7 @@ def by_margins(run: ts.Run) -> tuple[np.ndarray, np.ndarray]:
     on = [name for name, events in of_feet(run).items() if len(events) and events["kind"][-1] != RELEASE]
     normal = np.array([structure.weights[name] for name in on])
     way = np.array([structure.weights[run.scene.robot.feet[name].along] for name in on])
-    _, velocity = np.split(run.motion.log.state, 2)  # `at` shows those before the impact
+    _, velocity = np.split(run.motion.last, 2)  # `at` shows those before the impact
     np.testing.assert_allclose(normal @ velocity, 0.0, atol=1e-14)
     slip = way @ velocity
     assert np.all(np.abs(slip) > 1e-4)

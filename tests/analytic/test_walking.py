@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,8 +14,9 @@ from tarsus.measure.history import PERIOD_MARK
 from tarsus.model.laws import Friction
 from tarsus.model.scene import Ground, Initial
 from tarsus.plan.lowering import lower_scene
+from tarsus.plan.rows import rows_of
 from tarsus.solve.codes import structured_events
-from tarsus.solve.engine import SINGLE_RUN, execute
+from tarsus.solve.engine import SINGLE_RUN, Engine
 from walking_devices import creeping_millipede
 from walking_scenes import GRAVITY, block, moving, sticky, trotter
 
@@ -142,7 +144,8 @@ def test_overdamped_legs_are_the_same_by_contact_modes():
     )  # fmt: skip
     scene = trotter(ground=ground, damping=1e-3)
     run = ts.simulate(scene)
-    other = structured_events(execute(lower_scene(scene), scene.duration, accuracy=SINGLE_RUN).events)
+    plan = replace(lower_scene(scene), legs=None)
+    other = structured_events(Engine(plan, scene.duration).run(rows_of(plan), SINGLE_RUN).events)
     other = other[other["kind"] != PERIOD_MARK]
     assert run.ok and run.ledger.closure < 1e-10
     assert run.events[["kind", "foot"]].tolist() == other[["kind", "foot"]].tolist()

@@ -13,7 +13,8 @@ from scene_files import SCENES, scene
 from tarsus.core.arrays import E_FOOT, E_KIND
 from tarsus.files.toml import parse_scene
 from tarsus.plan.lowering import lower_scene
-from tarsus.solve.engine import Accuracy, execute
+from tarsus.plan.rows import rows_of
+from tarsus.solve.engine import Accuracy, Engine
 from tarsus.study import bench
 
 BENCH = Path(str(bench._data()))
@@ -147,7 +148,7 @@ def test_a_scene_ends_with_its_account_closed(name):
 def test_reference_problems_step_for_step(n, steps, rejected):
     """P1: no impact wrong, few steps tried too long: 843 and 407 where a film grows as over its last node interval."""
     chained = bench.TimedChain(n)
-    found = execute(chained.plan, chained.duration, book=chained.book, accuracy=chained.accuracy, track=False)
+    found = chained.engine.run(chained.rows, chained.accuracy, track=False)
     times = found.events[np.isin(found.events[:, E_KIND], (1, 2, 4)), 0]
     assert bench.wrong_impacts(times, bench.reference_impacts(n)) == 0
     np.testing.assert_allclose(found.finish[0, 1:], (steps, rejected), rtol=0.01)
@@ -157,8 +158,9 @@ def test_more_feet_than_a_word_has_bits():
     """A plate on 70 feet comes to rest on the feet at its edges; every contact mode has a name."""
     made = bed_of_feet(70, duration=0.012)
     plan = lower_scene(made)
-    raw = execute(plan, made.duration, accuracy=LOOSE)
+    engine = Engine(plan, made.duration)
+    raw = engine.run(rows_of(plan), LOOSE)
     assert raw.codes[0] == 0
     touched = set(raw.events[np.isin(raw.events[:, E_KIND], (1, 2, 4)), E_FOOT].astype(int))
-    assert touched and max(mode.mask for mode in raw.tables.modes) >= 0
+    assert touched and max(mode.mask for mode in engine.tables.modes) >= 0
     assert all(0 <= foot < 70 for foot in touched)

@@ -14,8 +14,7 @@ from tarsus.base.spec import with_values
 from tarsus.plan.lowering import lower_scene
 from tarsus.plan.rows import rows_of
 from tarsus.solve.codes import ResultCode, structured_events
-from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, execute, walk
-from tarsus.solve.run import Shared
+from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, Shared
 from walking_scenes import sticky, trotter
 
 
@@ -34,8 +33,8 @@ def test_an_account_and_samples_change_no_bit_of_a_run(name: str) -> None:
 
 def test_a_run_that_may_not_take_so_many_steps_ends_where_it_is() -> None:
     plan = lower_scene(trotter(ground=sticky()))
-    short = walk(plan, 0.02, accuracy=dataclasses.replace(Accuracy(), steps=40))
-    whole = walk(plan, 0.02)
+    engine, rows = Engine(plan, 0.02), rows_of(plan)
+    short, whole = engine.run(rows, dataclasses.replace(Accuracy(), steps=40)), engine.run(rows)
     assert ResultCode.of(int(short.codes[0])) is ResultCode.STEP_LIMIT
     assert 0 < len(short.events) < len(whole.events)
     np.testing.assert_array_equal(short.events, whole.events[: len(short.events)])
@@ -44,6 +43,7 @@ def test_a_run_that_may_not_take_so_many_steps_ends_where_it_is() -> None:
 def test_both_engines_find_both_feet_of_the_millipede_on_the_ground_at_once() -> None:
     """By contact modes the second was captured at 2e-17 s with 5e-15 m/s: rounding of its film's momentum."""
     plan = lower_scene(with_values(ts.load_scene("millipede"), {"ground.friction": None}))
-    for log in (walk(plan, 0.2, accuracy=SINGLE_RUN), execute(plan, 0.2, accuracy=SINGLE_RUN)):
+    for own in (plan, dataclasses.replace(plan, legs=None)):
+        log = Engine(own, 0.2).run(rows_of(own), SINGLE_RUN)
         first = structured_events(log.events)[:2]
         assert list(first["kind"]) == [EventKind.CONTACT_AT_START] * 2 and not first["time"].any()

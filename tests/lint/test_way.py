@@ -69,7 +69,7 @@ def test_a_scene_enters_each_stage_once(name: str, most: int) -> None:
     way = Way(lambda: ts.simulate(given, duration))
     stages, met = dict(way.stages()), 0
     if name != "millipede":  # the engine asks for each contact mode that the run is the first to meet
-        met = len(way.found.motion.log.tables.modes)
+        met = len(way.found.motion.engine.tables.modes)
         assert met >= 2
         assert [stages.pop(file) for file in MODES] == [1 + met, met]
     assert stages == dict.fromkeys(PREPARED, 1) and list(stages) == PREPARED

@@ -365,7 +365,7 @@ def spread(names: Names) -> None:
 
 def a_session(names: Names) -> None:
     assert names["first"].ok and names["second"].scene.robot.feet["tip"].gap == 65e-6
-    assert names["second"].motion.log.tables.native is names["first"].motion.log.tables.native
+    assert names["second"].motion.engine.tables.native is names["first"].motion.engine.tables.native
     assert len(names["batch"]) == 3
     assert {"robot.feet.tip.gap", "signals.pzt.phase", "ground.film.coefficient"} <= set(
         names["session"].slots

@@ -13,7 +13,10 @@ from tarsus.base.spec import get_value, with_values
 from tarsus.model.drive.laws import PrandtlIshlinskii
 from tarsus.model.drive.lower import evaluate, lower
 from tarsus.plan.lowering import lower_scene
+from tarsus.solve import channels
+from tarsus.solve.channels import POINT, RunChannel
 from tarsus.solve.engine import Accuracy
+from tarsus.solve.explored import Explored
 from tarsus.solve.outputs import Output, output_rows, output_slopes
 from tarsus.solve.window import WindowGradients, WindowStart, simulate_windows
 from walking_scenes import trotter
@@ -44,7 +47,7 @@ def test_a_capacitor_alone_takes_c_v() -> None:
     np.testing.assert_allclose(charge, F * np.array([1.6, 6.4, 4.0, 0.0]), rtol=1e-12, atol=1e-24)
     np.testing.assert_allclose(current, F * 1600.0 * np.array([1.0, 1.0, -1.0, 0.0]), rtol=1e-12, atol=1e-24)
     series = run.series
-    np.testing.assert_allclose(series.charge, F * series.volts, rtol=1e-12, atol=1e-24)
+    np.testing.assert_allclose(series["charge"], F * series["volts"], rtol=1e-12, atol=1e-24)
 
 
 def test_motional_current_at_resonance_is_g_squared_v_over_c() -> None:
@@ -73,7 +76,7 @@ def supplied(run: ts.Run, panels: int) -> float:
 
 def test_the_energy_that_electrodes_take_is_that_of_capacitance_springs_and_dampers() -> None:
     run = ts.simulate(oscillator(ts.Sine(amplitude=0.5, frequency=900.0)), 0.0207)
-    volts, ledger = run.series.volts[0, [0, -1]], run.ledger
+    volts, ledger = run.series["volts"][0, [0, -1]], run.ledger
     stored = 0.5 * F * (volts[1] ** 2 - volts[0] ** 2)
     balance = stored + ledger.kinetic + ledger.elastic + ledger.damping
     assert abs(stored) > 0.01 * abs(balance)
@@ -210,3 +213,31 @@ def test_what_a_robot_has_not_is_refused() -> None:
             [Output(Q.CHARGE, "leg9"), Output(Q.ANGLE, "surge"), Output(Q.VELOCITY, "roll")],
             [0.0],
         )
+
+
+def test_another_output_is_one_row_of_the_table(monkeypatch, tmp_path) -> None:
+    """All users of the table have it: series, datasets, folders, figures, instruments, stepped robots, pages."""
+    double = RunChannel(
+        "double", "m", "2x", POINT, "displacement of a point, twice", None, Q.DISPLACEMENT,
+        lambda r, at: r.place(at)._replace(x_gain=2.0), motional=True,
+    )  # fmt: skip
+    monkeypatch.setattr(channels, "CHANNELS", (*channels.CHANNELS, double))
+    scene = scene_of("p1_n2")
+    run, times = ts.simulate(scene, 0.002), np.array([0.0005, 0.001])
+    points = list(scene.robot.structure.points)
+    seen = run.outputs([Output(Q.DISPLACEMENT, name, motional=True) for name in points], times)
+    expected = 2.0 * run.at(times)["displacement"]
+    assert np.abs(expected).max() > 0.0
+    np.testing.assert_array_equal(seen, expected)
+    np.testing.assert_array_equal(run.at(times)["double"], expected)
+    kept = run.to_dataset(times)["double"]
+    assert (kept.attrs["units"], kept.attrs["long_name"]) == ("m", "displacement of a point, twice")
+    np.testing.assert_array_equal(kept.sel(time=times), expected)
+    assert "double" in ts.load_run(run.save(tmp_path / "run")).variables()
+    assert len(run.plot("double").lines) == len(points)
+    stepped = ts.Session(scene)
+    stepped.reset()
+    state = stepped.step(dt=0.001)
+    found = state.seen([Output(Q.DISPLACEMENT, points[0], motional=True)])
+    np.testing.assert_allclose(found, 2.0 * state.displacement(points[0]), rtol=1e-15)
+    assert Explored.of(scene, 0.002).unit("double") == "m"

@@ -195,7 +195,7 @@ def test_a_session_keeps_its_tables():
     session = ts.Session(chain())
     first = session.run(duration=0.05)
     second = session.run({"robot.feet.tip.gap": 5e-5, "signals.pull.amplitude": 9.0}, 0.05)
-    assert second.motion.log.tables.native is first.motion.log.tables.native
+    assert second.motion.engine.tables.native is first.motion.engine.tables.native
     alone = ts.simulate(second.scene, 0.05)
     assert second.ok and alone.ok
     np.testing.assert_array_equal(second.all_events, alone.all_events)
@@ -204,7 +204,7 @@ def test_a_session_keeps_its_tables():
     assert second.at(times).state.gap[0, 0] == pytest.approx(5e-5)
     assert second.ledger.closure < 1e-8
     other = session.run({"robot.structure.stiffness.1.1": 425.0}, 0.05)
-    assert other.motion.log.tables.native is not first.motion.log.tables.native
+    assert other.motion.engine.tables.native is not first.motion.engine.tables.native
     batch = session.batch({"signals.pull.phase": [0.0, 1.0]}, 0.05, threads=1)
     np.testing.assert_array_equal(batch.run(0).events, ts.simulate(chain(), 0.05, Accuracy()).events)
     assert repr(session) == f"Session({chain().name!r})" and "robot.feet.tip.gap" in session.slots

@@ -11,7 +11,7 @@ from tarsus.orbits.returns import return_map
 from tarsus.plan.lowering import lower_scene
 from tarsus.plan.rows import rows_of
 from tarsus.solve.contacts import Contacts
-from tarsus.solve.window import simulate_window
+from tarsus.solve.window import WindowStart, simulate_windows
 from walking_scenes import sticky, trotter
 
 
@@ -33,9 +33,8 @@ def test_a_window_from_the_middle_of_a_run_goes_on_as_the_run(name, duration):
     assert states.held.any() or name == "ball"
     for k in (0, 97, 200):
         start = np.concatenate([states.x[:, k], states.v[:, k]])
-        window = simulate_window(
-            plan, start, times[k], times[k:], contacts_at(run, states.held[:, k], times[k])
-        )
+        given = WindowStart(start, times[k], times[k:], contacts_at(run, states.held[:, k], times[k]))
+        window = simulate_windows(plan, [given])[0]
         later = run.events[run.events["time"] > times[k]]
         assert list(window.events["kind"]) == list(later["kind"])
         np.testing.assert_allclose(window.events["time"], later["time"], rtol=0, atol=1e-9 * duration)
@@ -56,9 +55,8 @@ def test_a_window_of_a_walker_goes_on_as_its_run():
         states = series.state
         for k in (0, 66, 130):
             start = np.concatenate([states.x[:, k], states.v[:, k]])
-            window = simulate_window(
-                plan, start, times[k], times[k:], contacts_at(run, states.held[:, k], times[k])
-            )
+            given = WindowStart(start, times[k], times[k:], contacts_at(run, states.held[:, k], times[k]))
+            window = simulate_windows(plan, [given])[0]
             assert len(window.events) == np.sum(run.events["time"] > times[k])
             np.testing.assert_allclose(
                 window.states.x, states.x[:, k:], rtol=0, atol=1e-9 * np.abs(states.x).max()
@@ -78,8 +76,8 @@ def test_a_foot_that_is_leaving_flies_though_its_contact_would_hold_it():
     assert states.held[0, 0] and states.pull[0, 0] > 0.0
     start = np.concatenate([states.x[:, 0], states.v[:, 0]])
     times = at + np.linspace(0.0, 5e-8, 5)
-    stays = simulate_window(plan, start, at, times)
-    leaves = simulate_window(plan, start, at, times, Contacts(leaving=(0,)))
+    stays = simulate_windows(plan, [WindowStart(start, at, times)])[0]
+    leaves = simulate_windows(plan, [WindowStart(start, at, times, Contacts(leaving=(0,)))])[0]
     assert stays.states.held.all() and stays.events["kind"][0] == 5
     assert not leaves.states.held.any()
 
@@ -87,9 +85,8 @@ def test_a_foot_that_is_leaving_flies_though_its_contact_would_hold_it():
 def test_what_does_not_fit_a_plan_is_reported_at_once():
     plan = lower_scene(scene_of("p1_n2"))
     with pytest.raises(ts.InputError) as caught:
-        simulate_window(
-            plan, [0.0, np.nan], -1.0, [0.3, 0.1], Contacts(held=(0, 3), since=(0.0,), leaving=(0,))
-        )
+        held = Contacts(held=(0, 3), since=(0.0,), leaving=(0,))
+        simulate_windows(plan, [WindowStart([0.0, np.nan], -1.0, [0.3, 0.1], held)])
     text = str(caught.value)
     for part in (
         "state: expected 4 finite",
@@ -107,7 +104,7 @@ def test_a_window_leaves_the_callers_rows_as_they_are():
     plan = lower_scene(scene)
     rows = rows_of(plan)
     before = rows.initial.copy()
-    simulate_window(plan, before[0] + 1e-3, 0.0, [0.1], rows=rows)
+    simulate_windows(plan, [WindowStart(before[0] + 1e-3, 0.0, [0.1])], rows=rows)[0]
     assert np.array_equal(rows.initial, before)
 
 
@@ -126,7 +123,7 @@ def test_a_window_from_the_start_is_the_run_to_the_last_bit():
     scene = scene_of("three_feet")
     plan = lower_scene(scene)
     run = ts.simulate(scene, 0.03)
-    window = simulate_window(plan, plan.initial, 0.0, [0.03])
+    window = simulate_windows(plan, [WindowStart(plan.initial, 0.0, [0.03])])[0]
     assert len(run.events) > 20
     assert np.array_equal(window.events["time"], run.events["time"])
     assert np.array_equal(window.events["energy"], run.events["energy"])

@@ -16,7 +16,7 @@ from tarsus.model.scene import Scene
 from tarsus.plan.lowering import lower_scene
 from tarsus.solve.contacts import Contacts
 from tarsus.solve.engine import Accuracy
-from tarsus.solve.window import WindowBatch, WindowGradients, WindowStart, simulate_window, simulate_windows
+from tarsus.solve.window import WindowBatch, WindowGradients, WindowStart, simulate_windows
 from walking_scenes import sticky, trotter
 
 FINE = Accuracy(gap=1e-13, drive=1e-13)
@@ -191,7 +191,9 @@ def test_one_window_is_that_of_many() -> None:
     by = WindowGradients.of(scene, plan, ["ground.film.coefficient"])
     many = simulate_windows(plan, starts, gradients=by)
     for one, start in zip(many, starts, strict=True):
-        alone = simulate_window(plan, start.state, start.t0, start.times, start.contacts, gradients=by)
+        alone = simulate_windows(
+            plan, [WindowStart(start.state, start.t0, start.times, start.contacts)], gradients=by
+        )[0]
         assert one.slopes is not None and alone.slopes is not None
         np.testing.assert_allclose(one.states.x, alone.states.x, rtol=0, atol=1e-9 * plan.length)
         off = 10.0 * (one.slopes.state_errors.x + alone.slopes.state_errors.x)
@@ -204,7 +206,7 @@ def test_a_ball_lands_later_by_its_start_as_in_closed_form() -> None:
     scene = scene_of("ball")
     plan = lower_scene(scene)
     assert plan.initial.size == 2
-    start = simulate_window(plan, plan.initial, 0.25, [3.0], gradients=WindowGradients())
+    start = simulate_windows(plan, [WindowStart(plan.initial, 0.25, [3.0])], gradients=WindowGradients())[0]
     assert start.slopes is not None and start.slopes.names == ("state.0", "state.1", "t0")
     event, slopes = start.events[0], start.event_slopes("time")[0]
     fall = float(event["time"]) - 0.25

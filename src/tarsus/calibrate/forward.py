@@ -22,7 +22,7 @@ from tarsus.calibrate.scenes import Row, Variant
 from tarsus.fit.case import Case
 from tarsus.measure.periods import scene_period
 from tarsus.model.scene import Scene
-from tarsus.solve import Accuracy, Shared, random_velocities, simulate_batch
+from tarsus.solve import Accuracy, Shared, simulate_batch
 
 Ints = NDArray[np.intp]
 
@@ -254,6 +254,16 @@ class Forward:
             moved = motion_of(scene, foot, runs.settle, runs.window, period, accuracy)
             for i, name in enumerate(self.channels):
                 out[n, m, i] = moved.get(name, np.nan)
+
+
+def random_velocities(scene: Scene, foot: str, seed: int, speed: float) -> tuple[float, ...]:
+    """Initial velocities (n,) [m/s] of seed number ``seed``: the same kinetic energy in every mode on average, ``v = c
+    M^{-1/2} z`` with standard normal ``z``; speed [m/s]: standard deviation of the foot's own."""
+    structure = scene.robot.structure
+    factor = np.linalg.cholesky(structure.matrices().mass)
+    shape = np.random.default_rng(seed).normal(size=structure.size)
+    spread = np.linalg.solve(factor, structure.row(scene.robot.feet[foot].point))
+    return tuple((np.linalg.solve(factor.T, shape) * speed / np.linalg.norm(spread)).tolist())
 
 
 def _starts(template: Scene, foot: str, sampling: TableSampling) -> dict[str, Floats]:

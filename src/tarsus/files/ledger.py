@@ -29,7 +29,7 @@ class Ledger:
     impacts, adhesion: losses. ``adhesion`` is the kinetic energy of feet that were captured and would have bounced
     without adhesion. closure: \\|residual\\| over the largest term; where every term is below 1e-20 of the plan's force
     times length, over that, for then all are rounding. Where resistive laws act on feet that move less than 0.05 of the
-    plan's length, it is over as much more as the account is less exact: see `tarsus.solve.series.SETTLED`.
+    plan's length, it is over as much more as the account is less exact: see `tarsus.solve.motion.RESOLVED`.
     """
 
     work_in: float

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,16 +28,13 @@ from tarsus.solve import (
     EVENT_TYPE,
     Accuracy,
     Contacts,
-    ModeBook,
+    Engine,
     ResultCode,
     Shared,
     Window,
     WindowStart,
-    book_of,
     follow_contact,
-    simulate_window,
     simulate_windows,
-    structure_key,
     structured_events,
 )
 
@@ -141,7 +138,7 @@ class ReturnMap:
     """
 
     plan: Plan
-    book: ModeBook
+    tables: Any
     rows: Rows
     period: float
     start: float
@@ -177,7 +174,7 @@ class ReturnMap:
         end, n2 = self.start + multiple * self.period, 2 * len(self.plan.system.mass)
         starts = [WindowStart(one[:n2], self.start, [end], self.contacts_at(one)) for one in states]
         windows = simulate_windows(
-            self.plan, starts, rows=self.rows, shared=self.book, accuracy=self.accuracy
+            self.plan, starts, rows=self.rows, shared=self.tables, accuracy=self.accuracy
         )
         return [self.returned(one, window) for one, window in zip(states, windows, strict=True)]
 
@@ -198,9 +195,10 @@ class ReturnMap:
         return self._window(state[: 2 * len(self.plan.system.mass)], times, self.contacts_at(state))
 
     def _window(self, state: Floats, times: ArrayLike, contacts: Contacts) -> Window:
-        return simulate_window(
-            self.plan, state, self.start, times, contacts, rows=self.rows, shared=self.book, accuracy=self.accuracy
-        )  # fmt: skip
+        starts = [WindowStart(state, self.start, times, contacts)]
+        return simulate_windows(
+            self.plan, starts, rows=self.rows, shared=self.tables, accuracy=self.accuracy
+        )[0]
 
     def derivative(
         self, state: Floats, multiple: int = 1, own: Returned | None = None, *, fine: bool = True
@@ -220,8 +218,8 @@ class ReturnMap:
         """The map with the same feet on the ground at a phase in drive periods, of a scene with values in place of some
         of its own. Raises InputError as `lower_scene` does."""
         plan, rows, period, horizon = varied(scene, values, shared)
-        book = shared.get(structure_key(plan, horizon), lambda: book_of(plan, horizon))
-        return replace(self, plan=plan, book=book)._on(rows, period, phase)
+        tables = Engine(plan, horizon, shared).tables
+        return replace(self, plan=plan, tables=tables)._on(rows, period, phase)
 
     def at_each(self, scene: Scene, phase: float, path: str, values: Floats, shared: Shared) -> list[Self]:
         """The same at each of some values of one number, which are looked up together where they are data."""
@@ -314,8 +312,7 @@ def return_map(
     shared = shared or Shared()
     plan, rows, period, horizon = varied(scene, values or {}, shared)
     check_memory(plan)
-    book = shared.get(structure_key(plan, horizon), lambda: book_of(plan, horizon))
-    return ReturnMap(plan, book, rows, period, start * period, contacts)
+    return ReturnMap(plan, Engine(plan, horizon, shared).tables, rows, period, start * period, contacts)
 
 
 def varied(scene: Scene, values: Mapping[str, float], shared: Shared) -> tuple[Plan, Rows, float, float]:

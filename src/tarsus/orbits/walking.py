@@ -9,10 +9,9 @@ its contact remembers, when it began, is part of the state.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,15 +24,14 @@ from tarsus.orbits.returns import (
     check_memory,
     drive_period,
     end_of,
-    varied,
 )
 from tarsus.plan.lowering import Plan, level_only, lower_scene
 from tarsus.plan.rows import rows_of
-from tarsus.solve import Contacts, ResultCode, Window, contacts_of, follow_contact, tables_of
+from tarsus.solve import Contacts, Engine, ResultCode, Window, contacts_of, follow_contact
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
-    from tarsus.solve import Run, Shared
+    from tarsus.solve import Run
 
 Floats = NDArray[np.float64]
 
@@ -48,15 +46,6 @@ class WalkMap(ReturnMap):
 
     stuck: tuple[int, ...] = ()
     aging: tuple[int, ...] = ()
-
-    def at_values(self, scene: Scene, phase: float, values: Mapping[str, float], shared: Shared) -> Self:
-        """The map with the same feet on the ground, of a scene with values in place of some of its own."""
-        plan, rows, period, horizon = varied(scene, values, shared)
-        assert plan.legs is not None
-        tables: Any = shared.get(
-            ("legs", plan.legs.blocks.tobytes(), horizon), lambda: tables_of(plan, horizon)
-        )
-        return replace(self, plan=plan, book=tables)._on(rows, period, phase)
 
     def later(self, state: Floats, events: NDArray[np.void], multiple: int) -> tuple[WalkMap, Floats]:
         """The map with its section in the middle of the longest time without an event of a gait, and the state there.
@@ -170,7 +159,7 @@ def walk_map(scene: Scene, run: Run, count: int) -> tuple[WalkMap, Floats]:
     at = run.states(np.array([start]))
     renewed = (run.events["kind"] == EventKind.RELEASE) & (run.events["time"] > start)
     anew = set(run.events["foot"][renewed].tolist())
-    tables: Any = tables_of(plan, HORIZON * period)
+    tables = Engine(plan, HORIZON * period).tables
     first = WalkMap(plan, tables, rows_of(plan), period, start, Contacts())
     place = np.concatenate([at.x[:, 0], at.v[:, 0]])
     return first.at_section(start, held, place, anew, bool(run.scene.ground.acting_on("strength")))

@@ -22,7 +22,7 @@ from tarsus.core import _native
 from tarsus.core.arrays import Body as LeggedBody
 from tarsus.core.modes import Floats, LinearSystem
 from tarsus.model.drive.lower import lower
-from tarsus.model.drive.pieces import Channels, Pieces
+from tarsus.model.drive.pieces import Pieces
 from tarsus.model.laws.base import Law, SmoothLaw
 from tarsus.model.laws.impact_map import Body, MassWeighted
 from tarsus.model.laws.landing import PullAsPrinted
@@ -30,7 +30,7 @@ from tarsus.model.laws.translate import translate
 from tarsus.model.profile import heights_of
 from tarsus.model.standing import Stance, stance_of
 from tarsus.model.structure.walker import STRAIGHT_AHEAD, Walker
-from tarsus.plan.rows import Rows
+from tarsus.plan.rows import Rows, pack
 
 if TYPE_CHECKING:
     from tarsus.model.laws.program import Program
@@ -162,7 +162,7 @@ class Plan:
     @cached_property
     def signals(self) -> _native.Signals:
         """The drive channels as the engine holds them."""
-        return _native.Signals(Channels.of(self.channels).arrays)
+        return pack(self.channels)
 
     @cached_property
     def rules(self) -> _native.StartRules:

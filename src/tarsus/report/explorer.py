@@ -219,7 +219,7 @@ class Explorer:
             "sliders": [_slider(each) for each in one.sliders], "seconds": one.seconds,
             "feet": list(one.scene.robot.feet),
             "drives": list(one.scene.robot.drives), "legs": shown.legs, "tracks": shown.tracks, "panels": shown.panels,
-            "body": list(shown.coordinates), "points": shown.points, "plays": not small,
+            "body": list(shown.coordinates), "columns": one.columns, "points": shown.points, "plays": not small,
             "kinds": [EVENT_WORDS.get(kind, "") for kind in range(max(EventKind) + 1)],
             "impacts": [int(kind) for kind in IMPACTS],
             "codes": list(SENTENCES), "faults": [REFUSALS[word] for word in one.faults],
@@ -327,7 +327,7 @@ class Shown:
         repeats = period < one.seconds
         whole = int(one.seconds / period * (1.0 + 1e-9))
         last = (max(whole - 8, 0) * period, whole * period) if repeats else (0.0, one.seconds)
-        seen = one.sights(np.linspace(*last, FILM))
+        seen = one.seen(np.linspace(*last, FILM))
         hips = (
             [[leg.x, leg.y, leg.z] for leg in structure.legs.values()]
             if self.walks
@@ -340,12 +340,12 @@ class Shown:
             return np.stack([series[foot] if foot >= 0 else none for foot in self.legs])
 
         return Motion(
-            time=seen.time, body=dict(zip(self.coordinates, seen.body, strict=True)),
+            time=seen["time"], body=dict(zip(self.coordinates, seen["body"], strict=True)),
             legs=tuple(self.leg_names), hips=places,
-            foot_x=of_legs(seen.along) + places[:, :1], foot_z=of_legs(seen.gap),
-            state=of_legs(seen.state).astype(np.uint8),
-            normal=of_legs(seen.ground), friction=of_legs(seen.friction),
-            drives=tuple(one.scene.robot.drives), volts=seen.volts,
+            foot_x=of_legs(seen["foot_x"]) + places[:, :1], foot_z=of_legs(seen["gap"]),
+            state=of_legs(seen["contact"]).astype(np.uint8),
+            normal=of_legs(seen["contact_force"]), friction=of_legs(seen["friction_force"]),
+            drives=tuple(one.scene.robot.drives), volts=seen["volts"],
             period=period if repeats else None,
         )  # fmt: skip
 
@@ -361,58 +361,42 @@ class Shown:
     @cached_property
     def charts(self) -> Charts:
         """Figures of the whole run; `panels` says what their lines are."""
-        seen = self.explored.sights(np.linspace(0.0, self.explored.seconds, 2 * self.points // 3))
+        seen = self.explored.seen(np.linspace(0.0, self.explored.seconds, 2 * self.points // 3))
         heights = [0.55, *([1.0] if self.walks else []), 1.5, 0.9, 1.0]
         charts = Charts(heights, window=(0.0, self.explored.seconds))
         free = iter(charts.panels)
 
-        def panel(words: str, unit: str, lines: Sequence[tuple[str, int | None, str, str, bool]]) -> Any:
+        def panel(words: str, of_unit: str, lines: Sequence[tuple[str, int | None, str, str, bool]]) -> Any:
             here, own = next(free), []
             for of, k, label, color, frozen in lines:
-                values = getattr(seen, of) if k is None else getattr(seen, of)[k]
-                values = np.full(len(seen.time), np.nan) if frozen else values
-                here.plot(seen.time, values, color=color, label=label, lw=1.0, ls=GROUND if frozen else "-")
+                values = seen[of] if k is None else seen[of][k]
+                values = np.full(len(seen["time"]), np.nan) if frozen else values
+                here.plot(
+                    seen["time"], values, color=color, label=label, lw=1.0, ls=GROUND if frozen else "-"
+                )
                 own.append([of, k, frozen])
-            here.set_ylabel(words, unit)
+            here.set_ylabel(words, self.explored.unit(of_unit))
             self.panels.append({"lines": own})
             return here
 
         drives, few = distinct_drives(self.motion), range(min(len(self.feet), MOST_FEET))
         colors = [INK] if len(drives) == 1 else CYCLE
-        panel(
-            "drive",
-            "V",
-            [
-                ("volts", row, drive_label(names), colors[k % len(colors)], False)
-                for k, (names, row) in enumerate(drives)
-            ],
-        )
+        volts = [(drive_label(names), row, colors[k % len(colors)]) for k, (names, row) in enumerate(drives)]
+        panel("drive", "volts", [("volts", row, label, color, False) for label, row, color in volts])
         if self.walks:
-            panel("travel", "m", [("body", 0, "body", BLUE, False), ("body", 0, "A", MUTED, True)])
+            panel("travel", "foot_x", [("body", 0, "body", BLUE, False), ("body", 0, "A", MUTED, True)])
         feet = [(k, self.feet[k], CYCLE[k % len(CYCLE)]) for k in few]
-        gaps = panel(
-            "gap",
-            "m",
-            [
-                *(("gap", k, name, color, False) for k, name, color in feet),
-                *([("gap", 0, "A", MUTED, True)] if feet else []),
-            ],
-        )
+        frozen = [("gap", 0, "A", MUTED, True)] if feet else []
+        gaps = panel("gap", "gap", [*(("gap", k, name, color, False) for k, name, color in feet), *frozen])
         if len(self.feet) == 1:
             gaps.shade([])
             gaps.sign("contact", CONTACT, area=True)
-        panel(
-            "force of ground",
-            "N",
-            [("ground", k, name if len(feet) > 1 else "", color, False) for k, name, color in feet],
-        )
-        panel(
-            "energy",
-            "J",
-            [
-                ("kinetic", None, "kinetic", VERMILION, False),
-                ("elastic", None, "elastic", GREEN, False),
-                ("lost", None, "lost at impacts", PURPLE, False),
-            ],
-        )
+        named = [(k, name if len(feet) > 1 else "", color) for k, name, color in feet]
+        forces = [("contact_force", k, name, color, False) for k, name, color in named]
+        panel("force of ground", "contact_force", forces)
+        energies = (
+            ("kinetic_energy", "kinetic", VERMILION), ("elastic_energy", "elastic", GREEN),
+            ("lost", "lost at impacts", PURPLE),
+        )  # fmt: skip
+        panel("energy", "kinetic_energy", [(of, None, label, color, False) for of, label, color in energies])
         return charts

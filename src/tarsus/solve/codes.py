@@ -50,7 +50,9 @@ class ResultCode(Enum):
     def number(self) -> int:
         """The kernel's return code for it: that of its end where its account is open, one of those of motion that grew
         without bound."""
-        own = {ResultCode.LEDGER_OPEN: ResultCode.DONE, ResultCode.DIVERGED: ResultCode.NOT_FINITE}.get(self, self)
+        own = {ResultCode.LEDGER_OPEN: ResultCode.DONE, ResultCode.DIVERGED: ResultCode.NOT_FINITE}.get(
+            self, self
+        )
         return next(code for code, result in _CODES.items() if result is own)
 
 

@@ -172,7 +172,13 @@ def cut_off(size: Floats, change: Floats, bent: Floats | float, places: Floats) 
 
 
 def slopes_of(
-    places: Floats, step: float, bent: float, own: Floats, finer: Floats, beside: Sequence[Floats], scale: float = 0.0
+    places: Floats,
+    step: float,
+    bent: float,
+    own: Floats,
+    finer: Floats,
+    beside: Sequence[Floats],
+    scale: float = 0.0,
 ) -> Slopes:
     """Derivatives of values of a run from those of its two copies at places in steps, and of the run in other steps.
 
@@ -305,7 +311,9 @@ class Differences:
         if self.values.of_events:
             size, noise = self.values.so_far(np.abs(self.slope)), self.off
         else:
-            size, noise = (self.values.rows(one) / self.values.weights[:, None] for one in (self.scale, self.noise))
+            size, noise = (
+                self.values.rows(one) / self.values.weights[:, None] for one in (self.scale, self.noise)
+            )
         return (self.change > np.maximum(BENT * size, SURE * noise)) & ~self.same
 
     @cached_property

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -16,12 +18,16 @@ from tarsus.base.workers import Workers, spread, workers
 from tarsus.core import _native
 from tarsus.core import arrays as a
 from tarsus.core.modes import NODES, ModeBook, contact_mode
+from tarsus.model.drive.lower import lower
 from tarsus.plan.lowering import Plan, without_native
-from tarsus.plan.rows import Rows, rows_of
+from tarsus.plan.rows import Rows
 from tarsus.solve.contacts import CARRIED, mask_of
 
 if TYPE_CHECKING:
-    from tarsus.solve.run import Shared
+    from tarsus.model.drive.law import VoltageLaw
+    from tarsus.model.drive.pieces import Pieces
+    from tarsus.model.drive.signal import Signal
+    from tarsus.model.scene import Scene
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -82,16 +88,11 @@ def step_lengths(horizon: float) -> np.ndarray:
     return 2.0 ** (math.ceil(math.log2(horizon)) - np.arange(CLASSES))
 
 
-def book_of(plan: Plan, duration: float) -> ModeBook:
-    """Contact modes of a plan's structure for runs of one duration: of all plans of equal `structure_key`."""
-    return ModeBook(plan.system, step_lengths(duration), plan.laws.use_rates)
-
-
-def structure_key(plan: Plan, duration: float) -> tuple[object, ...]:
-    """What the tables of a plan's structure depend on: all of it but rest gaps and gravity."""
+def structure_key(plan: Plan) -> tuple[object, ...]:
+    """All of a plan's linear structure but rest gaps and gravity."""
     system = plan.system
     arrays = ((name, np.asarray(array, dtype=float).tobytes()) for name, array in system.arrays.items())
-    return (float(step_lengths(duration)[0]), system.normals.shape, plan.laws.use_rates, *arrays)
+    return (system.normals.shape, plan.laws.use_rates, *arrays)
 
 
 @dataclass(frozen=True)
@@ -269,93 +270,16 @@ class RawRuns(Log):
     """What runs left. samples: a row for each time, of a walker as `LeggedMarch::put_sample` has them, else as
     `tarsus.core.states.states_of` takes them; energies up to then come last.
 
-    Of the last run: state (2n,), displacements and velocities at its end; energies (ENERGIES + np,) [J], see
-    `tarsus.core.arrays`, with works of laws that act together, all but the last of each kind, None where nobody asked;
-    of contact modes gap_range (m,) [m]: between the lowest and the highest gap of each foot at the starts of steps;
-    pending: mask of the contact mode in which it would go on from its end, None where it is in that; tables: contact
-    modes, whose own may be of other sources (m + 2,): rest gaps [m] and gravity [m/s^2].
+    Of the last run: last (2n,), displacements and velocities at its end, events of that moment included; energies
+    (ENERGIES + np,) [J], see `tarsus.core.arrays`, with works of laws that act together, all but the last of each kind,
+    None where nobody asked; of contact modes gap_range (m,) [m]: between the lowest and the highest gap of each foot at
+    the starts of steps.
     """
 
     samples: Floats = field(kw_only=True)
-    state: Floats = field(kw_only=True)
+    last: Floats = field(kw_only=True)
     energies: Floats | None = field(kw_only=True)
     gap_range: Floats | None = None
-    pending: int | None = None
-    tables: ModeBook | None = None
-    sources: Floats | None = None
-
-    @property
-    def last(self) -> Floats:
-        """Displacements and velocities (2n,) at the end of the last run, events at its last moment included."""
-        if self.pending is None:
-            return self.state
-        assert self.tables is not None and self.sources is not None
-        system = self.tables.system.at(self.sources)
-        mode = contact_mode(system, self.pending)  # a contact was made or broken and not yet moved on from
-        return mode.at_rest_there(system.tangents, self.state)
-
-
-def run_rows(
-    plan: Plan,
-    tables: Tables,
-    settings: _native.Settings,
-    rows: Rows,
-    times: np.ndarray | None = None,
-    *,
-    account: bool = False,
-) -> RawRuns:
-    """Run all rows of a plan's data. times (ns,) [s], increasing: when to sample motion and contacts, of a single run;
-    account: integrate energies."""
-    asked = None if times is None else Times(np.array(times, dtype=float), np.array([0, len(times)]))
-    found = advance(plan, tables, settings, [rows], times=asked, account=account)
-    left = {"samples": found.samples, "state": found.states[-1], "energies": found.energies[-1] if account else None}
-    if not isinstance(tables, ModeBook):
-        return RawRuns(*found.log, **left)
-    pending = mask_of(found.feet[-1]) if found.changed else None
-    return RawRuns(
-        *found.log, **left, gap_range=found.gap_range, pending=pending, tables=tables, sources=rows.sources[0]
-    )  # fmt: skip
-
-
-def execute(
-    plan: Plan,
-    duration: float,
-    *,
-    rows: Rows | None = None,
-    book: ModeBook | None = None,
-    accuracy: Accuracy | None = None,
-    period: float = math.inf,
-    track: bool = True,
-) -> RawRuns:
-    """Run a plan by contact modes for ``duration`` [s], as it is or for many rows of its data.
-
-    period [s]: events mark the highest gap of every drive period, that of the rows where they are given; track: find
-    the apex of every flight.
-    """
-    rows = rows_of(plan, 1, period) if rows is None else rows
-    book = book_of(plan, duration) if book is None else book
-    return run_rows(plan, book, settings_of(plan, duration, accuracy, track=track), rows)
-
-
-def walk(
-    plan: Plan,
-    duration: float,
-    *,
-    tables: _native.LegTables | None = None,
-    accuracy: Accuracy | None = None,
-    period: float = math.inf,
-) -> RawRuns:
-    """Run a walker's plan as it is for ``duration`` [s]. period [s]: marks note the way at the end of every drive
-    period."""
-    tables = tables if tables is not None else tables_of(plan, duration)
-    return run_rows(plan, tables, settings_of(plan, duration, accuracy), rows_of(plan, 1, period))
-
-
-def tables_of(plan: Plan, duration: float) -> _native.LegTables:
-    """Step tables of a plan's legs for runs of one duration."""
-    assert plan.legs is not None
-    mass, stiffness, damping = np.ascontiguousarray(plan.legs.blocks.T)
-    return _native.LegTables(NODES, mass, stiffness, damping, step_lengths(duration))
 
 
 def settings_of(
@@ -381,6 +305,52 @@ def settings_arrays(
     }  # fmt: skip
 
 
+MOST_KEPT = 32
+"""So many tables of structures and drives are kept for later runs."""
+
+
+class Shared:
+    """What engines have made that others can use, by what it depends on: tables of structures, drives; those last used.
+
+    resident: a scene that is run again and again, whose plans are kept as well. Safe between threads.
+    """
+
+    def __init__(self, resident: Scene | None = None, most: int = MOST_KEPT) -> None:
+        self.resident = resident
+        self._most = most
+        self._made: OrderedDict[Any, Any] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """In another process everything is made again."""
+        return Shared, (self.resident, self._most)
+
+    @property
+    def keys(self) -> list[Any]:
+        """What is kept, by what it depends on; the last one used comes last."""
+        with self._lock:
+            return list(self._made)
+
+    def drive(self, signal: Signal, law: VoltageLaw, history: tuple[float, ...]) -> tuple[Pieces, Pieces]:
+        """Pieces of a drive, lowered once."""
+        return self.get((signal, law, history), lambda: lower(signal, law, history))
+
+    def get(self, key: Any, make: Callable[[], Any]) -> Any:
+        """What belongs to a key; made if it is not there, outside of the lock: of two the first made stays."""
+        with self._lock:
+            found = self._made.get(key)
+            if found is not None:
+                self._made.move_to_end(key)
+                return found
+        made = make()
+        with self._lock:
+            made = self._made.setdefault(key, made)
+            self._made.move_to_end(key)
+            while len(self._made) > self._most:
+                self._made.popitem(last=False)
+        return made
+
+
 @dataclass(frozen=True)
 class Engine:
     """Runs a plan over ``duration`` [s] for rows of its data: a walker leg by leg, everything else by contact modes.
@@ -390,16 +360,25 @@ class Engine:
 
     plan: Plan
     duration: float
-    shared: Shared
+    shared: Shared = field(default_factory=Shared)
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """What the tables of the plan's structure depend on: all of it but rest gaps and gravity."""
+        plan, longest = self.plan, float(step_lengths(self.duration)[0])
+        return (longest, *(structure_key(plan) if plan.legs is None else (plan.legs.blocks.tobytes(),)))
 
     @cached_property
     def tables(self) -> Tables:
         """Step tables of a walker's legs, or contact modes with theirs."""
-        plan, duration = self.plan, self.duration
+        return self.shared.get(self.key, self._made)
+
+    def _made(self) -> Tables:
+        plan, lengths = self.plan, step_lengths(self.duration)
         if plan.legs is None:
-            return self.shared.get(structure_key(plan, duration), lambda: book_of(plan, duration))
-        key = (float(step_lengths(duration)[0]), plan.legs.blocks.tobytes())
-        return self.shared.get(key, lambda: tables_of(plan, duration))
+            return ModeBook(plan.system, lengths, plan.laws.use_rates)
+        mass, stiffness, damping = np.ascontiguousarray(plan.legs.blocks.T)
+        return _native.LegTables(NODES, mass, stiffness, damping, lengths)
 
     def __getstate__(self) -> dict[str, Any]:
         return without_native(self)
@@ -407,12 +386,23 @@ class Engine:
     def run(
         self,
         rows: Rows,
-        accuracy: Accuracy | None,
-        track: bool,
+        accuracy: Accuracy | None = None,
+        track: bool = True,
         times: np.ndarray | None = None,
         *,
         account: bool = False,
     ) -> RawRuns:
-        """All rows of the plan's data; track: find the apex of every flight; times, account: see `run_rows`."""
-        settings = settings_of(self.plan, self.duration, accuracy, track=track)
-        return run_rows(self.plan, self.tables, settings, rows, times, account=account)
+        """All rows of the plan's data. track: find the apex of every flight; times (ns,) [s], increasing: when to
+        sample motion and contacts, of a single run; account: integrate energies."""
+        plan, tables = self.plan, self.tables
+        settings = settings_of(plan, self.duration, accuracy, track=track)
+        asked = None if times is None else Times(np.array(times, dtype=float), np.array([0, len(times)]))
+        found = advance(plan, tables, settings, [rows], times=asked, account=account)
+        last = found.states[-1]
+        if found.changed:  # a contact was made or broken and not yet moved on from
+            system = plan.system.at(rows.sources[0])
+            last = contact_mode(system, mask_of(found.feet[-1])).at_rest_there(system.tangents, last)
+        energies = found.energies[-1] if account else None
+        return RawRuns(
+            *found.log, samples=found.samples, last=last, energies=energies, gap_range=found.gap_range
+        )

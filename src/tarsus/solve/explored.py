@@ -20,9 +20,10 @@ from tarsus.measure.walking import WALK
 from tarsus.measure.whole import WHOLE_RUN
 from tarsus.model.structure import Walker
 from tarsus.plan.lowering import gravity_on
-from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine
+from tarsus.solve.channels import BODY, DRIVE, FOOT, ON_A_PAGE, channel
+from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, Shared
 from tarsus.solve.packet import on_a_page, packed, packet_arrays
-from tarsus.solve.run import Shared, prepared
+from tarsus.solve.run import prepared
 from tarsus.solve.sliders import Lattice, Slider, lattice_of, sliders_of
 
 if TYPE_CHECKING:
@@ -33,25 +34,6 @@ DEFINITIONS = {**WALK, **PER_WINDOW, **WHOLE_RUN}
 """Measures of runs by name."""
 FEW, FEW_DRIVES = 5, 2
 """Sliders of a small explorer, and those of them that are of the drives."""
-
-
-@dataclass(frozen=True)
-class Sights:
-    """What a page shows of a run at times (nt,) [s]: volts (nd, nt); of feet (m, nt) gap [m], force of the
-    ground upward and along it [N], state as in `tarsus.base.events.FootState` and place along the ground
-    [m]; coordinates of a body (nb, nt); kinetic and elastic energy, and that lost at impacts (nt,) [J]."""
-
-    time: Floats
-    volts: Floats
-    gap: Floats
-    ground: Floats
-    friction: Floats
-    state: Floats
-    along: Floats
-    body: Floats
-    kinetic: Floats
-    elastic: Floats
-    lost: Floats
 
 
 @dataclass(frozen=True)
@@ -142,18 +124,32 @@ class Explored:
         found: tuple[int, Floats, Floats, Floats] = _native.Packaged(packet).show(times)
         return found
 
-    def sights(self, times: Floats) -> Sights:
-        """What the page shows of the scene's own run, at times (nt,) [s]."""
+    @property
+    def columns(self) -> list[tuple[str, int, bool]]:
+        """Names of the channels that a page shows, how many columns each has in the rows of `shown`, and whether it has
+        a row for each of several things."""
+        counts = {
+            "": 1,
+            DRIVE: len(self.scene.robot.drives),
+            FOOT: len(self.scene.robot.feet),
+            BODY: self.body,
+        }
+        each = [(name, channel(name).over) for name in ON_A_PAGE]
+        return [(name, counts[over], bool(over)) for name, over in each]
+
+    def unit(self, name: str) -> str:
+        """Unit of what a page shows."""
+        return channel(name).unit
+
+    def seen(self, times: Floats) -> dict[str, Floats]:
+        """What the page shows of the scene's own run at times (nt,) [s], by name of the channel, and ``lost`` [J]: at
+        impacts up to then."""
         _, events, rows, _ = self.shown(times)
-        m, nd = len(self.scene.robot.feet), len(self.scene.robot.drives)
-        sizes = [1, nd, m, m, m, m, m, self.body, 1]
-        parts = np.split(rows.T, np.cumsum(sizes))
-        time, volts, gap, ground, friction, state, along, body, kinetic, elastic = parts
+        names, counts, many = zip(*self.columns, strict=True)
+        parts = zip(names, many, np.split(rows.T, np.cumsum(counts)[:-1]), strict=True)
         passed = np.searchsorted(np.maximum.accumulate(events[:, a.E_TIME]), rows[:, 0], side="right")
         lost = np.concatenate([[0.0], np.cumsum(events[:, a.E_ENERGY])])[passed]
-        return Sights(
-            time[0], volts, gap, ground, friction, state, along, body, kinetic[0], elastic[0], lost
-        )  # fmt: skip
+        return {name: of if each else of[0] for name, each, of in parts} | {"lost": lost}
 
     def place(self, values: Mapping[str, float]) -> int:
         """Number of the combination of the drives' stops with values by path in place of the scene's own.

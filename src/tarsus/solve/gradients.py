@@ -23,9 +23,9 @@ from tarsus.measure.whole import WHOLE_RUN
 from tarsus.plan.slots import rows_for, slot
 from tarsus.solve.codes import EVENT_TYPE, event_rows, structured_marks
 from tarsus.solve.differences import MOST, ROUNDED, STEP, Direction, Slopes, Stencil, directions_of, slopes_of
-from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine
+from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, Shared
 from tarsus.solve.results import Batch
-from tarsus.solve.run import Run, Shared, changed_run, increasing
+from tarsus.solve.run import Run, changed_run, increasing
 from tarsus.solve.slopes import (
     Differenced,
     Lane,
@@ -111,7 +111,14 @@ class GradientRun(Run):
         span = WindowSpan(np.zeros(1), np.full(1, np.inf), times)
         own, finer = ran_of(self, times), ran_of(self._finer, times)
         return Differenced(
-            own, finer, span, partial(self._lanes, times), weights_of(self.plan), enough=0.0, tries=TRIES, farthest=MOST
+            own,
+            finer,
+            span,
+            partial(self._lanes, times),
+            weights_of(self.plan),
+            enough=0.0,
+            tries=TRIES,
+            farthest=MOST,
         )
 
     def _lanes(self, times: Floats, wanted: Sequence[Wanted]) -> list[Lane]:
@@ -129,7 +136,9 @@ class GradientRun(Run):
         for ((number, factor, every), one), both in zip(stencils, runs, strict=True):
             steps, rounded = np.array([one.step]), np.array([ROUNDED / one.part])
             near, far = (ran_of(run, times) for run in both)
-            out.append(Lane(number, factor, every, one.places / one.step, steps, rounded, (near, far), runs=both))
+            out.append(
+                Lane(number, factor, every, one.places / one.step, steps, rounded, (near, far), runs=both)
+            )
         return out
 
     def _runs_at(self, stencils: Sequence[Stencil]) -> list[tuple[Run, ...]]:
@@ -230,7 +239,8 @@ class GradientRun(Run):
         runs: list[Run] = [self, self._finer, *(run for one in best for run in one.lane.runs)]
         own, finer, *copies = np.asarray(numbers(runs), dtype=float)
         found = [
-            _slopes(one, own, finer, copies[2 * k : 2 * k + 2], self._scale(unit)) for k, one in enumerate(best)
+            _slopes(one, own, finer, copies[2 * k : 2 * k + 2], self._scale(unit))
+            for k, one in enumerate(best)
         ]
         nothing = np.zeros((0, *np.shape(own)))
         if not found:
@@ -339,7 +349,9 @@ class GradientRun(Run):
         return Gradient(plain, errors, flags, one_sided)
 
 
-def _slopes(best: LaneSlopes, own: Floats, finer: Floats, beside: Sequence[Floats], scale: float = 0.0) -> Slopes:
+def _slopes(
+    best: LaneSlopes, own: Floats, finer: Floats, beside: Sequence[Floats], scale: float = 0.0
+) -> Slopes:
     """Derivatives of what a run, the same in other steps, and the two beside it came to."""
     lane = best.lane
     return slopes_of(lane.places, float(lane.steps[0]), float(best.bent[0]), own, finer, beside, scale)
@@ -348,9 +360,13 @@ def _slopes(best: LaneSlopes, own: Floats, finer: Floats, beside: Sequence[Float
 def ran_of(run: Run, times: Floats) -> Ran:
     """A run as a window, sampled at times (nt,) [s]."""
     rows = event_rows(run.events)
-    states = run.states(times) if len(times) else no_states(run.scene.robot.structure.size, len(run.foot_names))
+    states = (
+        run.states(times) if len(times) else no_states(run.scene.robot.structure.size, len(run.foot_names))
+    )
     nothing = np.zeros((1, 0))
-    return Ran(run.log.codes, rows, np.array([0, len(rows)]), states, np.array([0, len(times)]), nothing, nothing)
+    return Ran(
+        run.log.codes, rows, np.array([0, len(rows)]), states, np.array([0, len(times)]), nothing, nothing
+    )
 
 
 _TERMS = ("work_in", "kinetic", "elastic", "damping", "friction", "impacts", "adhesion")

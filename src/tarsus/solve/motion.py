@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
 from tarsus.base.events import FootState
 from tarsus.core import _native
 from tarsus.core import arrays as a
 from tarsus.core.states import SampledStates, states_of
+from tarsus.files.ledger import Ledger
 from tarsus.plan.lowering import Plan, program_of, without_native
 from tarsus.plan.rows import Rows
 from tarsus.solve.engine import Accuracy, Engine, RawRuns
 
 if TYPE_CHECKING:
+    from tarsus.core.modes import LinearSystem
     from tarsus.model.laws.base import Law
+    from tarsus.solve.run import Run
 
 Floats = NDArray[np.float64]
 
@@ -273,3 +277,91 @@ class RunMotion:
         """Energies of the whole run."""
         assert self.log.energies is not None
         return account_of(self.acting, self.log.energies)
+
+
+NOTHING = 1e-20
+"""Part of the plan's force times length below which energies are rounding, and an account of nothing else is closed:
+motion of 1e-10 of the length, which is what a step may err by."""
+RESOLVED = 1.5e-5
+"""Way of a foot in a resistive law, as part of the plan's length, below which its account closes less exactly. Where a
+foot lands the powers of time of its momentum P leave 3e-13 P of rounding (as measured), and a way x through a film as
+thick as the length changes P by 2 x of itself: 1.5e-13 / x is 1e-8, what counts as closed, at 1.5e-5."""
+LEAST = 1e-12
+"""Way of a foot, as part of the plan's length, below which it is rounding."""
+
+
+def ledger_of_run(run: Run) -> Ledger:
+    """Where the energy of a whole run went."""
+    row, first, last = run.motion.acting.rows, run.motion.acting.rows.initial[0], run.motion.last
+    lost = (float(run.events["energy"].sum()), float(run.events["adhesion_energy"].sum()))
+    resolved = _unresolved(run, first, last)
+    return ledger_of(run.plan.system, row.scales[0], first, last, run.motion.account, lost, resolved)
+
+
+def ledger_of(
+    system: LinearSystem,
+    scales: Floats,
+    first: Floats,
+    last: Floats,
+    account: Account,
+    lost: Sequence[float] | Floats,
+    resolved: float = 1.0,
+) -> Ledger:
+    """That of a motion from a state to another (2n,), with its account; scales: length [m] and force [N]; lost [J]: in
+    impacts, and of that to adhesion; resolved: how exactly the account can close."""
+    terms, works = ({name: float(one) for name, one in some.items()} for some in account)
+    n = len(system.mass)
+    kinetic = [float(0.5 * z[n:] @ system.mass @ z[n:]) for z in (first, last)]
+    elastic = [float(0.5 * z[:n] @ system.stiffness @ z[:n]) for z in (first, last)]
+    adhesion = float(lost[1])
+    impacts = float(lost[0]) - adhesion
+    change_k, change_e = kinetic[1] - kinetic[0], elastic[1] - elastic[0]
+    gained = terms["work_in"] + sum(works.values())
+    spent = terms["damping"] + terms["friction"] + impacts + adhesion
+    residual = gained - spent - change_k - change_e
+    sizes = (*terms.values(), *works.values(), impacts, adhesion, change_k, change_e, *kinetic, *elastic)
+    length, force = scales[:2]
+    largest = max(map(abs, sizes))
+    moved = largest > NOTHING * force * length
+    return Ledger(
+        **terms, kinetic=change_k, elastic=change_e, impacts=impacts, adhesion=adhesion, laws=works, residual=residual,
+        closure=abs(residual) / (resolved * largest) if moved else 0.0,
+    )  # fmt: skip
+
+
+def electrical_energy(run: Run) -> float:
+    """Energy [J] that the electrodes of all drives take in a run, the integral of V dq from just after its start; NaN
+    where a law has a memory.
+
+    What capacitances store and gains that go with the volts hold of the motion, and the work of the drives, which is
+    all of the ledger's but that of the weight (docs/conventions.md, Charge and current).
+    """
+    drives = run.scene.robot.drives
+    if any(drive.law.has_memory for drive in drives.values()):
+        return np.nan
+    row, system = run.motion.acting.rows, run.plan.system
+    n = len(system.mass)
+    ends = np.array([row.initial[0], run.motion.last])[:, :n]
+    weight = float((ends[1] - ends[0]) @ system.weight @ row.sources[0, -2:])
+    taken, times = run.ledger.work_in - weight, np.array([0.0, run.end_time])
+    for drive, signal, load in zip(
+        drives.values(), run.scene.actuator_volts.values(), system.loads.T, strict=True
+    ):
+        volts = signal.volts(times)
+        gain = polyval(volts, drive.law.small_signal_gain())
+        held = 0.5 * (drive.capacitance or 0.0) * volts**2 + (volts * gain - drive.law.force(volts)) * (
+            ends @ load
+        )
+        taken += float(held[1] - held[0])
+    return taken
+
+
+def _unresolved(run: Run, first: Floats, last: Floats) -> float:
+    """How many times less exactly than others the account closes where feet hardly move in a resistive law."""
+    gap_range, row = run.motion.log.gap_range, run.motion.acting.rows
+    if gap_range is None or not gap_range.size or not run.motion.acting.on("momentum"):
+        return 1.0
+    normals = run.plan.system.normals
+    ends = np.ptp([z[: len(normals)] @ normals for z in (first, last)], axis=0)
+    way = float(max(gap_range.max(), ends.max()))
+    return max(1.0, RESOLVED / max(way / row.scales[0, 0], LEAST))

@@ -7,7 +7,7 @@ given, and that of a walker's body without them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -22,6 +22,7 @@ from tarsus.base.quantities import Quantity
 from tarsus.model.drive.lower import evaluate, lower
 from tarsus.model.structure.walker import TURNS
 from tarsus.plan.lowering import lower_system
+from tarsus.solve.channels import BODY, DRIVE, POINT, measured_by
 from tarsus.solve.differences import STEP, Stencil, directions_of
 
 if TYPE_CHECKING:
@@ -30,23 +31,20 @@ if TYPE_CHECKING:
     from tarsus.model.drive.pieces import Pieces
     from tarsus.model.scene import Scene
     from tarsus.plan.lowering import Plan
+    from tarsus.solve.channels import RunChannel
     from tarsus.solve.differences import Direction
     from tarsus.solve.slopes import WindowSlopes
 
 Floats = NDArray[np.float64]
 
-_MOTION = {
-    Quantity.DISPLACEMENT: 0, Quantity.ANGLE: 0, Quantity.VELOCITY: 1, Quantity.ANGULAR_VELOCITY: 1,
-    Quantity.ACCELERATION: 2,
-}  # fmt: skip
-"""Which derivative by time of a place or an angle a quantity is."""
+_KINEMATIC = (Quantity.DISPLACEMENT, Quantity.ANGLE, Quantity.VELOCITY, Quantity.ANGULAR_VELOCITY)
+"""What depends on the state alone, not on forces or volts."""
 _SPRINGS = ("stiffness_v", "damping_v", "stiffness_l", "damping_l", "acceleration")
 """Ends of paths on which rows depend through forces alone: of what is no acceleration none does."""
-_TURNS = (Quantity.ANGLE, Quantity.ANGULAR_VELOCITY)
 
 
 class Output(NamedTuple):
-    """One thing that an instrument sees.
+    """One thing that an instrument sees: a channel of `tarsus.solve.channels` at one place.
 
     quantity: what; at: of which point of the structure, coordinate of a walker's body (surge, heave, roll, pitch) or
     drive. motional: of a charge or a current the part by motion alone, as behind a bridge that takes off that of the
@@ -56,6 +54,11 @@ class Output(NamedTuple):
     quantity: Quantity
     at: str
     motional: bool = False
+
+    @property
+    def channel(self) -> RunChannel:
+        """What the table says of it."""
+        return measured_by(self.quantity, self.motional)
 
     @property
     def name(self) -> str:
@@ -88,13 +91,12 @@ class OutputRows:
         """The outputs (nc, nt) in these states; friction (m, nt) [N]: that of the states unless given, which those of a
         walker do not have. Raises InputError for an output that needs friction where there is none."""
         ground = np.where(states.held, -states.pull, states.resistive + states.smooth)
-        out = self.x_gain * (self.x @ states.x) + self.v_gain * (self.v @ states.v)
-        return (
-            out
-            + self.normal @ ground
-            + self._along(states.friction if friction is None else friction)
-            + self.known
-        )
+        along = self._along(states.friction if friction is None else friction)
+        return self.free(states.x, states.v) + self.normal @ ground + along
+
+    def free(self, x: Floats, v: Floats) -> Floats:
+        """The same but for the ground's forces, at displacements and velocities (n, nt)."""
+        return self.x_gain * (self.x @ x) + self.v_gain * (self.v @ v) + self.known
 
     def slopes(self, states: SampledStates) -> Floats:
         """Their derivatives (nc, nt, P) by what the states have derivatives by, with the rows as they are. Raises
@@ -121,6 +123,138 @@ class OutputRows:
         return 0.0
 
 
+class Weights(NamedTuple):
+    """How one output is read from states: weights (n,) of displacements and velocities with their gains, one or (nt,),
+    weights (m,) of the ground's forces on the feet along their normals and along the way, and what is known (nt,) by
+    the volts and the weight; None is zero."""
+
+    x: Floats | None = None
+    v: Floats | None = None
+    x_gain: Floats | float = 1.0
+    v_gain: Floats | float = 1.0
+    normal: Floats | None = None
+    tangent: Floats | None = None
+    known: Floats | None = None
+
+
+class Readings:
+    """How outputs of a scene's robot are read from its states at times (nt,) [s]; or from those of nt robots that are
+    under some volts (nt,) by drive, which do not change."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        times: Floats,
+        volts: Mapping[str, Floats] | None = None,
+        system: LinearSystem | None = None,
+    ) -> None:
+        self.scene, self.times, self._volts = scene, times, volts
+        self.system = lower_system(scene) if system is None else system
+        self._lowered: dict[str, tuple[Pieces, Pieces]] = {}
+
+    def rows(self, outputs: Sequence[Output]) -> OutputRows:
+        """All of them side by side. Raises InputError as `output_rows`."""
+        problems = _faults(self.scene, outputs)
+        if problems:
+            raise InputError(problems)
+        each = [one.channel.linear(self, one.at) for one in outputs if one.channel.linear is not None]
+        n, m = self.system.normals.shape
+        gains = [gain for one in each for gain in (one.x_gain, one.v_gain)]
+        wide = len(self.times) if any(map(np.ndim, gains)) else 1
+
+        def whole(name: str, width: int) -> Floats:
+            out = np.zeros((len(each), width))
+            for row, one in zip(out, each, strict=True):
+                if (value := getattr(one, name)) is not None:
+                    row[:] = value
+            return out
+
+        return OutputRows(
+            tuple(outputs), whole("x", n), whole("v", n), whole("x_gain", wide), whole("v_gain", wide),
+            whole("normal", m), whole("tangent", m), whole("known", len(self.times)),
+        )  # fmt: skip
+
+    def place(self, at: str) -> Weights:
+        """Displacement of a point, or a coordinate of the body."""
+        return Weights(x=self._row(at))
+
+    def speed(self, at: str) -> Weights:
+        """Its rate."""
+        return Weights(v=self._row(at))
+
+    def acceleration(self, at: str) -> Weights:
+        """The rate of that."""
+        system = self.system
+        per_force = solve(system.mass, self._row(at))  # the mass matrix is its own transpose
+        forces = np.array([evaluate(self._pieces(name)[0], self.times) for name in self.scene.robot.drives])
+        known = per_force @ system.loads @ forces.reshape(-1, len(self.times)) + per_force @ system.constant
+        return Weights(
+            -per_force @ system.stiffness, -per_force @ system.damping, normal=per_force @ system.normals,
+            tangent=per_force @ self._tangents if self.scene.slides else None, known=known,
+        )  # fmt: skip
+
+    def force(self, drive: str) -> Weights:
+        """Force of a drive."""
+        return Weights(known=evaluate(self._pieces(drive)[0], self.times))
+
+    def volts(self, drive: str) -> Weights:
+        """Volts at its actuator."""
+        return Weights(known=self._level(drive))
+
+    def charge(self, drive: str, *, motional: bool = False) -> Weights:
+        """Charge that has flown into its terminal."""
+        capacitance = 0.0 if motional else self.scene.robot.drives[drive].capacitance or 0.0
+        level, gains = self._level(drive), self._gains(drive)
+        gain = np.asarray(polyval(level, gains)) if gains[1:].any() else gains[0]
+        return Weights(x=self._load(drive), x_gain=gain, known=capacitance * level)
+
+    def current(self, drive: str, *, motional: bool = False) -> Weights:
+        """The rate of that."""
+        rate = np.zeros(len(self.times))
+        if self._volts is None:
+            rate = evaluate(self._pieces(drive)[1].rate(), self.times)
+        own, gains, load = self.charge(drive, motional=motional), self._gains(drive), self._load(drive)
+        bent = polyval(self._level(drive), polyder(gains)) * rate if gains[1:].any() else 0.0
+        capacitance = 0.0 if motional else self.scene.robot.drives[drive].capacitance or 0.0
+        return Weights(load, load, bent, own.x_gain, known=capacitance * rate)
+
+    def _level(self, drive: str) -> Floats:
+        if self._volts is not None:
+            return self._volts[drive]
+        return np.asarray(self.scene.actuator_volts[drive].volts(self.times), dtype=float)
+
+    def _gains(self, drive: str) -> Floats:
+        """Coefficients of the gain of small signals by the volts."""
+        return self.scene.robot.drives[drive].law.small_signal_gain()
+
+    def _load(self, drive: str) -> Floats:
+        return self.system.loads[:, list(self.scene.robot.drives).index(drive)]
+
+    def _pieces(self, drive: str) -> tuple[Pieces, Pieces]:
+        """Force and volts of a drive as pieces, lowered once."""
+        if drive not in self._lowered:
+            own = self.scene.robot.drives[drive]
+            self._lowered[drive] = lower(self.scene.actuator_volts[drive], own.law, own.history)
+        return self._lowered[drive]
+
+    def _row(self, at: str) -> Floats:
+        """Weights (n,) of a point's displacement, or of a coordinate of the body, in the coordinates."""
+        structure = self.scene.robot.structure
+        if at in structure.points:
+            return structure.row(at)
+        row = np.zeros(structure.size)
+        row[structure.body_coordinates.index(at)] = 1.0
+        return row
+
+    @property
+    def _tangents(self) -> Floats:
+        """Rows (n, m) of the feet's places along the ground."""
+        if self.system.tangents is not None:
+            return self.system.tangents
+        row = self.scene.robot.structure.row
+        return np.stack([row(f"{foot.point}_x") for foot in self.scene.robot.feet.values()], axis=1)
+
+
 def output_rows(scene: Scene, outputs: Sequence[Output], times: ArrayLike) -> OutputRows:
     """Rows of outputs of a scene's robot on its states at times (nt,) [s], in any order.
 
@@ -133,36 +267,7 @@ def output_rows(scene: Scene, outputs: Sequence[Output], times: ArrayLike) -> Ou
     InputError
         For points, coordinates and drives that there are not, and quantities that they do not have.
     """
-    problems = _faults(scene, outputs)
-    if problems:
-        raise InputError(problems)
-    when = np.asarray(times, dtype=float)
-    system = lower_system(scene)
-    n, m = system.normals.shape
-    charged = {one.at for one in outputs if one.quantity in (Quantity.CHARGE, Quantity.CURRENT)}
-    count, drives = len(outputs), _Drives(scene, when, charged)
-    width = len(when) if drives.vary else 1  # of gains that go with the volts
-    rows = OutputRows(
-        tuple(outputs), np.zeros((count, n)), np.zeros((count, n)), np.ones((count, width)),
-        np.ones((count, width)), np.zeros((count, m)), np.zeros((count, m)), np.zeros((count, len(when))),
-    )  # fmt: skip
-    accelerated = [k for k, one in enumerate(outputs) if one.quantity is Quantity.ACCELERATION]
-    for k, one in enumerate(outputs):
-        if one.quantity not in _MOTION:
-            drives.enter(rows, k, system)
-        elif one.quantity is not Quantity.ACCELERATION:
-            (rows.x, rows.v)[_MOTION[one.quantity]][k] = _row(scene, one.at)
-    if accelerated:
-        onto = np.array([_row(scene, outputs[k].at) for k in accelerated])
-        per_force = solve(system.mass, onto.T).T  # the mass matrix is its own transpose
-        rows.x[accelerated], rows.v[accelerated] = -per_force @ system.stiffness, -per_force @ system.damping
-        rows.normal[accelerated] = per_force @ system.normals
-        if scene.slides:
-            rows.tangent[accelerated] = per_force @ _tangents(scene, system)
-        forces = np.array([evaluate(drives.lowered(name)[0], when) for name in scene.robot.drives])
-        rows.known[accelerated] = per_force @ system.loads @ forces.reshape(-1, len(when))
-        rows.known[accelerated] += (per_force @ system.constant)[:, None]
-    return rows
+    return Readings(scene, np.asarray(times, dtype=float)).rows(outputs)
 
 
 def output_slopes(
@@ -185,7 +290,7 @@ def output_slopes(
     rows = output_rows(scene, outputs, times)
     held = slopes.states
     out = rows.slopes(held)
-    own = rows.values(states)
+    own, kinematic = rows.values(states), all(one.quantity in _KINEMATIC for one in outputs)
     for name, direction in directions_of(scene, gradients).items():
         moved = {
             path: w
@@ -193,10 +298,10 @@ def output_slopes(
             if path.startswith(("robot.", "ground.gravity.", "ground.incline"))
         }
         late = [path for path in direction if path.startswith(("gait.", "signals.")) or ".amplifier." in path]
-        if late and not all(_MOTION.get(one.quantity, 2) < 2 for one in outputs):
+        if late and not kinematic:
             raise InputError([f"{path}: charges, currents, forces and accelerations are not differentiated by what "
                               "moves the jumps of volts" for path in late])  # fmt: skip
-        if all(_MOTION.get(one.quantity, 2) < 2 or one.quantity not in _MOTION for one in outputs):
+        if all(one.quantity is not Quantity.ACCELERATION for one in outputs):
             moved = {path: w for path, w in moved.items() if not path.endswith(_SPRINGS)}
         if not moved or late:
             continue
@@ -208,82 +313,19 @@ def output_slopes(
     return out
 
 
-class _Drives:
-    """Volts, forces and charges of a scene's drives at times (nt,) [s], each lowered once; charged: those of which
-    charge or current is asked, and ``vary`` whether the gain of one of them goes with its volts."""
-
-    def __init__(self, scene: Scene, times: Floats, charged: Set[str]) -> None:
-        self.drives = scene.robot.drives
-        self.signals = scene.actuator_volts
-        self.times = times
-        self.gains = {name: self.drives[name].law.small_signal_gain() for name in charged}
-        self.vary = any(gain[1:].any() for gain in self.gains.values())
-        self._lowered: dict[str, tuple[Pieces, Pieces]] = {}
-
-    def lowered(self, name: str) -> tuple[Pieces, Pieces]:
-        """Force and volts of a drive as pieces."""
-        if name not in self._lowered:
-            drive = self.drives[name]
-            self._lowered[name] = lower(self.signals[name], drive.law, drive.history)
-        return self._lowered[name]
-
-    def enter(self, rows: OutputRows, k: int, system: LinearSystem) -> None:
-        """Fill in the row of an output of a drive."""
-        one = rows.outputs[k]
-        if one.quantity is Quantity.FORCE:
-            rows.known[k] = evaluate(self.lowered(one.at)[0], self.times)
-            return
-        level = self.signals[one.at].volts(self.times)
-        if one.quantity is Quantity.VOLTAGE:
-            rows.known[k] = level
-            return
-        drive = self.drives[one.at]
-        load = system.loads[:, list(self.drives).index(one.at)]
-        capacitance = 0.0 if one.motional else drive.capacitance or 0.0
-        gains = self.gains[one.at]
-        gain = polyval(level, gains) if self.vary else gains[0]
-        rows.x[k] = load
-        if one.quantity is Quantity.CHARGE:
-            rows.x_gain[k] = gain
-            rows.known[k] = capacitance * level
-            return
-        rate = evaluate(self.lowered(one.at)[1].rate(), self.times)
-        rows.v[k], rows.v_gain[k] = load, gain
-        rows.x_gain[k] = polyval(level, polyder(gains)) * rate if self.vary else 0.0
-        rows.known[k] = capacitance * rate
-
-
-def _row(scene: Scene, at: str) -> Floats:
-    """Weights (n,) of a point's displacement, or of a coordinate of the body, in the coordinates."""
-    structure = scene.robot.structure
-    if at in structure.points:
-        return structure.row(at)
-    row = np.zeros(structure.size)
-    row[structure.body_coordinates.index(at)] = 1.0
-    return row
-
-
-def _tangents(scene: Scene, system: LinearSystem) -> Floats:
-    """Rows (n, m) of the feet's places along the ground."""
-    if system.tangents is not None:
-        return system.tangents
-    row = scene.robot.structure.row
-    return np.stack([row(f"{foot.point}_x") for foot in scene.robot.feet.values()], axis=1)
-
-
 def _faults(scene: Scene, outputs: Sequence[Output]) -> list[str]:
     """Sentences on outputs that a robot does not have."""
-    structure, drives = scene.robot.structure, tuple(scene.robot.drives)
+    structure = scene.robot.structure
     angles = tuple(name for name in structure.body_coordinates if name in TURNS)
     places = tuple(name for name in (*structure.points, *structure.body_coordinates) if name not in angles)
-    problems: list[str] = []
-    for one in outputs:
-        if one.quantity not in _MOTION:
-            known, what = drives, "drive"
-        elif one.quantity in _TURNS:
-            known, what = angles, "angle of a body"
-        else:
-            known, what = places, "point"
-        if one.at not in known:
-            problems.append(f"{one.name}: the robot has no {what} '{one.at}'{nearest(one.at, known)}")
-    return problems
+    known = {
+        DRIVE: (tuple(scene.robot.drives), "drive"),
+        BODY: (angles, "angle of a body"),
+        POINT: (places, "point"),
+    }
+    each = [(one, *known[one.channel.over]) for one in outputs]
+    return [
+        f"{one.name}: the robot has no {what} '{one.at}'{nearest(one.at, names)}"
+        for one, names, what in each
+        if one.at not in names
+    ]

@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 import os
 import sys
-import threading
 import time
-from collections import OrderedDict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from importlib import import_module
@@ -27,7 +25,6 @@ from tarsus.files.summary import run_summary
 from tarsus.measure.measure import Measure, Measures
 from tarsus.measure.periods import scene_period
 from tarsus.measure.walking import measures_of
-from tarsus.model.drive.lower import lower
 from tarsus.plan.lowering import lower_scene
 from tarsus.plan.rows import Rows, marked_rows
 from tarsus.plan.slots import Courses, Floats, rows_for, slot
@@ -39,8 +36,8 @@ from tarsus.solve.codes import (
     structured_marks,
     without_marks,
 )
-from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, Log
-from tarsus.solve.motion import RunLaws, RunMotion
+from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, Log, Shared
+from tarsus.solve.motion import RunLaws, RunMotion, electrical_energy, ledger_of_run
 
 if TYPE_CHECKING:
     import xarray
@@ -49,9 +46,6 @@ if TYPE_CHECKING:
     from tarsus.files.ledger import Ledger
     from tarsus.files.series import Variables
     from tarsus.files.store import RunArrays
-    from tarsus.model.drive.law import VoltageLaw
-    from tarsus.model.drive.pieces import Pieces
-    from tarsus.model.drive.signal import Signal
     from tarsus.model.scene import Scene
     from tarsus.plan.lowering import Plan
     from tarsus.solve.outputs import Output
@@ -66,7 +60,7 @@ SMALL = 0.3
 def increasing(times: npt.ArrayLike) -> np.ndarray:
     """Times (nt,) as seconds, of numbers [s] or texts with a unit.
 
-    Raises InputError where they are no row in order, which sampling a run needs.
+    Raises InputError where they are no row in order from 0 s on, which sampling a run needs.
     """
     given = np.asarray(times)
     if given.dtype.kind == "U":
@@ -76,6 +70,8 @@ def increasing(times: npt.ArrayLike) -> np.ndarray:
         raise InputError(f"times: expected a row of times (nt,), got an array of {when.ndim} dimensions")
     if np.any(np.diff(when) < 0.0):
         raise InputError("times: expected times in order, each at or after the one before; sort them first")
+    if len(when) and when[0] < 0.0:
+        raise InputError(f"times: a run begins at 0 s, got {when[0]:g} s")
     return when
 
 
@@ -85,52 +81,6 @@ SAME_EVENT = 1e-9
 
 RUN_FIGURES = ("motion", "impacts", "ledger")
 """Figures of a run that are made of more than one of its series."""
-
-
-MOST_KEPT = 32
-"""So many tables of structures and drives are kept for later runs."""
-
-
-class Shared:
-    """What engines have made that others can use, by what it depends on: tables of structures, drives; those last used.
-
-    resident: a scene that is run again and again, whose plans are kept as well. Safe between threads.
-    """
-
-    def __init__(self, resident: Scene | None = None, most: int = MOST_KEPT) -> None:
-        self.resident = resident
-        self._most = most
-        self._made: OrderedDict[Any, Any] = OrderedDict()
-        self._lock = threading.Lock()
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """In another process everything is made again."""
-        return Shared, (self.resident, self._most)
-
-    @property
-    def keys(self) -> list[Any]:
-        """What is kept, by what it depends on; the last one used comes last."""
-        with self._lock:
-            return list(self._made)
-
-    def drive(self, signal: Signal, law: VoltageLaw, history: tuple[float, ...]) -> tuple[Pieces, Pieces]:
-        """Pieces of a drive, lowered once."""
-        return self.get((signal, law, history), lambda: lower(signal, law, history))
-
-    def get(self, key: Any, make: Callable[[], Any]) -> Any:
-        """What belongs to a key; made if it is not there, outside of the lock: of two the first made stays."""
-        with self._lock:
-            found = self._made.get(key)
-            if found is not None:
-                self._made.move_to_end(key)
-                return found
-        made = make()
-        with self._lock:
-            made = self._made.setdefault(key, made)
-            self._made.move_to_end(key)
-            while len(self._made) > self._most:
-                self._made.popitem(last=False)
-        return made
 
 
 @dataclass(frozen=True, repr=False)
@@ -370,9 +320,9 @@ class Run(Hinted):
     @cached_property
     def series(self) -> Series:
         """States and forces on an even time grid, with energies from the start."""
-        from tarsus.solve.series import grid, sample
+        from tarsus.solve.series import Series, grid
 
-        return sample(self, grid(self))
+        return Series(self, grid(self))
 
     @property
     def time(self) -> np.ndarray:
@@ -387,16 +337,12 @@ class Run(Hinted):
     @cached_property
     def ledger(self) -> Ledger:
         """Energy ledger of the whole run."""
-        from tarsus.solve.series import ledger
-
-        return ledger(self) if self.stored is None else self.stored.ledger
+        return ledger_of_run(self) if self.stored is None else self.stored.ledger
 
     @cached_property
     def electrical_energy(self) -> float:
         """Energy [J] that the electrodes of all drives take in the run, the integral of V dq with the charge by motion;
         NaN where a drive's law has a memory, whose own charge no description says."""
-        from tarsus.solve.series import electrical_energy
-
         return electrical_energy(self) if self.stored is None else self.stored.electrical_energy
 
     def at(self, times: npt.ArrayLike) -> Series:
@@ -405,9 +351,9 @@ class Run(Hinted):
 
         Raises InputError where the times are not in order.
         """
-        from tarsus.solve.series import sample
+        from tarsus.solve.series import Series
 
-        return sample(self, increasing(times))
+        return Series(self, increasing(times))
 
     def states(self, times: npt.ArrayLike) -> SampledStates:
         """States and contact forces alone at the given times [s], increasing. At an event they are those after it."""
@@ -436,7 +382,7 @@ class Run(Hinted):
 
         if times is None and self.stored is not None:
             return self.stored.variables
-        return variables_of(self.scene, self.series if times is None else self.at(times))
+        return variables_of(self.series if times is None else self.at(times))
 
     def to_dataset(self, times: npt.ArrayLike | None = None) -> xarray.Dataset:
         """The run as an xarray Dataset, units as attributes; on an even grid unless ``times`` [s] are given."""

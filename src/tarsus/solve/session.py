@@ -20,9 +20,9 @@ from tarsus.files.library import SceneLike, as_scene
 from tarsus.files.toml import scene_text
 from tarsus.plan.slots import Place, slots
 from tarsus.solve.codes import ResultCode
-from tarsus.solve.engine import SINGLE_RUN, Accuracy
+from tarsus.solve.engine import SINGLE_RUN, Accuracy, Shared
 from tarsus.solve.results import Batch
-from tarsus.solve.run import Shared, changed_run
+from tarsus.solve.run import changed_run
 from tarsus.solve.simulation import columns, seconds_of, simulate_batch
 
 if TYPE_CHECKING:
@@ -227,7 +227,9 @@ class Session(Hinted):
             drive, dt = None, drive
         if not isinstance(drive, Mapping | None):
             name = next(iter(self.scene.robot.drives), "NAME")
-            raise InputError(f"drive: expected volts by the drives' names, such as {{'{name}': 6}}, got {drive!r:.60}")
+            raise InputError(
+                f"drive: expected volts by the drives' names, such as {{'{name}': 6}}, got {drive!r:.60}"
+            )
         with self._lock:
             now, seconds = self._robots(), self._seconds(dt)
             if not now.runs.done.all():

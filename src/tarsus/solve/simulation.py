@@ -13,13 +13,13 @@ from numpy.typing import ArrayLike, NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.spec import by_path, float_paths, one_number, paths_of, with_values
 from tarsus.base.units import parse_quantity
-from tarsus.base.workers import Workers, is_executor, places, spread
+from tarsus.base.workers import Workers, is_executor, places, spread, workers
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.plan.slots import check_bounds, courses_of_all, slot
 from tarsus.solve.codes import ResultCode
-from tarsus.solve.engine import Accuracy
+from tarsus.solve.engine import Accuracy, Shared
 from tarsus.solve.results import Batch, Part
-from tarsus.solve.run import Run, Shared, changed_run, increasing, prepared
+from tarsus.solve.run import Run, changed_run, increasing, prepared
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from tarsus.model.scene import Scene
     from tarsus.solve.gradients import Gradient, GradientRun
 
-_CHUNK = 256  # runs handed to the kernel at a time
+_CHUNK, _FEWEST = 256, 16
+"""Runs handed to the kernel at a time: at most, and at least where there are several threads."""
 
 _TOGETHER = 1024
 """Runs of a batch up to which what drives do is made once for all of its plans: of more it would fill the memory."""
@@ -304,10 +305,11 @@ def simulate_batch(
         periods[members] = rows.periods
         return Part.of(engine.run(rows, accuracy, track), members)
 
+    size = min(_CHUNK, max(_FEWEST, -(-count // workers(threads))))
     jobs = [
-        (chosen, np.array(members[first : first + _CHUNK]))
+        (chosen, np.array(members[first : first + size]))
         for chosen, members in groups.items()
-        for first in range(0, len(members), _CHUNK)
+        for first in range(0, len(members), size)
     ]
     parts = list(spread(work, jobs, threads))
     return Batch(scene, values, seconds, periods, parts, None, axes, accuracy or Accuracy(), track)

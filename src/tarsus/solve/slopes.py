@@ -255,7 +255,11 @@ class _Base:
 
     def side(self, other: Ran, doubt: NoSlope = NoSlope.OTHERWISE, since: Floats | None = None) -> _Side:
         """What other windows show of these, of samples from some moments (nw,) on."""
-        alike, states, times = EventsAlike.of(self.own, other, self.span.late, doubt), other.states, self.span.times
+        alike, states, times = (
+            EventsAlike.of(self.own, other, self.span.late, doubt),
+            other.states,
+            self.span.times,
+        )
         has = alike.place >= 0
         rows = np.where(has[:, None], _taken(other.events, alike.place), self.own.events)
         valid = (

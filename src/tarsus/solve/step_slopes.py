@@ -17,7 +17,7 @@ from tarsus.plan.lowering import Kind, lower_scene, slot
 from tarsus.plan.rows import Rows
 from tarsus.solve.commands import Command
 from tarsus.solve.differences import directions_of
-from tarsus.solve.window import Window, simulate_window
+from tarsus.solve.window import Window, WindowStart, simulate_windows
 from tarsus.solve.window_gradients import Entered, ScenePair, WindowGradients
 
 if TYPE_CHECKING:
@@ -99,11 +99,9 @@ def step_slopes(step: StepAsked, paths: Sequence[str]) -> StepSlopes:
             [f"{path}: a step has derivatives by its command, not by numbers of its signals" for path in told]
         )
     plan, end = lower_scene(scene, robots.shared.drive), float(runs.time[0] + step.seconds)
-    window = simulate_window(
-        plan, runs.state[0], float(runs.time[0]), [end], runs.feet[0],
-        gradients=WindowGradients((_entered(step, scene, plan, paths),), t0=False), shared=runs.tables,
-        accuracy=runs.accuracy,
-    )  # fmt: skip
+    start = WindowStart(runs.state[0], float(runs.time[0]), [end], runs.feet[0])
+    by = WindowGradients((_entered(step, scene, plan, paths),), t0=False)
+    (window,) = simulate_windows(plan, [start], gradients=by, shared=runs.tables, accuracy=runs.accuracy)
     slopes = window.slopes
     assert slopes is not None
     state, error = (np.concatenate([of.x[:, -1], of.v[:, -1]]) for of in (slopes.states, slopes.state_errors))

@@ -9,12 +9,12 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.events import FootState
 from tarsus.base.messages import nearest
+from tarsus.base.quantities import Quantity
 from tarsus.base.spec import get_value
 from tarsus.core.arrays import E_ADHESION, E_ENERGY, ENERGIES, EVENT_WIDTH
 from tarsus.measure.tally import TALLIED
@@ -28,13 +28,14 @@ from tarsus.plan.rows import BY_RUN, Rows, pack
 from tarsus.solve.codes import ResultCode, structured_events, without_marks
 from tarsus.solve.commands import Command, asked_of, held
 from tarsus.solve.contacts import CARRIED
-from tarsus.solve.engine import Accuracy, Advanced
-from tarsus.solve.motion import RunLaws, account_of
-from tarsus.solve.run import Shared
+from tarsus.solve.engine import Accuracy, Advanced, Shared
+from tarsus.solve.motion import RunLaws, account_of, ledger_of
+from tarsus.solve.outputs import Output, Readings
 from tarsus.solve.trajectories import Trajectories
 
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers
+    from tarsus.core.modes import LinearSystem
     from tarsus.files.ledger import Ledger
     from tarsus.model.robot import Drive
     from tarsus.model.scene import Scene
@@ -232,8 +233,6 @@ class SteppedRobots:
 
     def ledger(self, robot: int) -> Ledger:
         """Where the energy of a robot went since its reset."""
-        from tarsus.solve.series import ledger_of
-
         assert self.spent is not None
         own = self.row(robot)
         acting = RunLaws(self.runs.plan, own)
@@ -300,10 +299,9 @@ class State:
     """
 
     scene: Scene
+    system: LinearSystem
     sources: Floats
     ground: Sequence[tuple[Floats, bool, NDArray[np.intp]]]
-    normals: Floats
-    loads: Floats
     _time: Floats
     _x: Floats
     _v: Floats
@@ -337,8 +335,8 @@ class State:
     @cached_property
     def gaps(self) -> Any:
         """Gaps (nr, m) [m] of the feet, along the normals of the facets below them where the ground is uneven."""
-        m = self.normals.shape[1]
-        height = self.sources[:, :m] + self._x @ self.normals
+        normals = self.system.normals
+        height = self.sources[:, : normals.shape[1]] + self._x @ normals
         if not self.ground:
             return self._shown(height)
         walker = self.scene.robot.structure
@@ -374,25 +372,27 @@ class State:
         names = self.scene.robot.structure.body_coordinates
         return {name: self._shown(self._x[:, i]) for i, name in enumerate(names)}
 
+    def seen(self, outputs: Sequence[Output]) -> Floats:
+        """What instruments see (nr, nc) of robots now that feel no ground, under volts that do not change. Raises
+        InputError for what there is not."""
+        under = dict(zip(self.scene.robot.drives, np.atleast_2d(self._volts()).T, strict=True))
+        rows = Readings(self.scene, self._time, under, self.system).rows(outputs)
+        return rows.free(self._x.T, self._v.T).T
+
     def displacement(self, point: str) -> Any:
         """Displacement (nr,) [m] of a named point of the structure. Raises InputError where there is none."""
-        return self._shown(self._x @ self.scene.robot.structure.row(point))
+        return self._shown(self.seen([Output(Quantity.DISPLACEMENT, point)])[:, 0])
 
     def velocity(self, point: str) -> Any:
         """Its velocity (nr,) [m/s]."""
-        return self._shown(self._v @ self.scene.robot.structure.row(point))
+        return self._shown(self.seen([Output(Quantity.VELOCITY, point)])[:, 0])
 
     @cached_property
     def currents(self) -> Any:
         """Currents (nr, nd) [A] into the actuators by motion alone, the gain of a small signal about the present volts
         times the rate of what the drive acts on (`tarsus.solve.outputs`)."""
-        gains = [one.law.small_signal_gain() for one in self.scene.robot.drives.values()]
-        volts, rates = np.atleast_2d(self._volts()), self._v @ self.loads
-        return self._shown(
-            np.stack([polyval(volts[:, d], gain) * rates[:, d] for d, gain in enumerate(gains)], axis=1)
-            if gains
-            else np.zeros((len(self._time), 0))
-        )
+        drives = self.scene.robot.drives
+        return self._shown(self.seen([Output(Quantity.CURRENT, name, motional=True) for name in drives]))
 
     @cached_property
     def all_events(self) -> NDArray[np.void]:
@@ -458,7 +458,7 @@ def state_of(robots: SteppedRobots, began: Floats, parts: Advanced | None, one: 
     legs, profile = runs.plan.legs, runs.rows.profile[runs.data]
     ground = () if legs is None else tuple(lines_below(legs.body, profile))
     return State(
-        robots.scene, runs.rows.sources[runs.data], ground, system.normals, system.loads, time,
+        robots.scene, system, runs.rows.sources[runs.data], ground, time,
         runs.state[:, :n].copy(), runs.state[:, n:].copy(), runs.feet.copy(), volts, began, rows, ends,
         runs.code.copy(), one,
     )  # fmt: skip

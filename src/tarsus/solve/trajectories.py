@@ -14,8 +14,8 @@ from tarsus.base.events import FootState
 from tarsus.plan.slots import Kind, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.contacts import CARRIED, fresh_feet
-from tarsus.solve.engine import Accuracy, Advanced, Continuations, advance_many, settings_of
-from tarsus.solve.run import Shared, prepared
+from tarsus.solve.engine import Accuracy, Advanced, Continuations, Shared, advance_many, settings_of
+from tarsus.solve.run import prepared
 from tarsus.solve.window import Window, WindowStart, simulate_windows
 
 if TYPE_CHECKING:
@@ -123,9 +123,7 @@ class Trajectories:
                 self.state[r], self.feet[r] = window.end, window.feet
         return list(found)
 
-    def go_on(
-        self, until: Floats, rows: Rows, *, account: bool = False, threads: Workers = None
-    ) -> Advanced:
+    def go_on(self, until: Floats, rows: Rows, *, account: bool = False, threads: Workers = None) -> Advanced:
         """Let all runs go on to times of their own (nr,) [s], none before where it is, on rows of data (nr) that may
         have changed, and move them there, also those that end before; what happened on the way. No outputs, no
         derivatives: a step of `tarsus.Session`. account: integrate energies."""

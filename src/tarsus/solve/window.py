@@ -16,7 +16,7 @@ from tarsus.core.states import SampledStates
 from tarsus.plan.rows import Rows, rows_of
 from tarsus.solve.codes import EVENT_TYPE, ResultCode, event_places, structured_events, without_marks
 from tarsus.solve.contacts import APEX, CONTACT, Contacts
-from tarsus.solve.engine import SINGLE_RUN, Accuracy, Tables, book_of, settings_of, tables_of
+from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, Tables, settings_of
 from tarsus.solve.motion import RunLaws
 from tarsus.solve.window_gradients import WindowGradients
 from tarsus.solve.window_run import WindowStart, WindowStarts, run_windows
@@ -32,7 +32,6 @@ __all__ = [
     "WindowBatch",
     "WindowGradients",
     "WindowStart",
-    "simulate_window",
     "simulate_windows",
 ]
 
@@ -141,32 +140,6 @@ class WindowBatch(Sequence[Window]):
         )  # fmt: skip
 
 
-def simulate_window(
-    plan: Plan,
-    state: npt.ArrayLike,
-    t0: float,
-    times: npt.ArrayLike,
-    contacts: Contacts | Floats | None = None,
-    *,
-    rows: Rows | None = None,
-    gradients: WindowGradients | None = None,
-    shared: Tables | None = None,
-    accuracy: Accuracy = SINGLE_RUN,
-) -> Window:
-    """Run a plan from a given state, with all its laws, drives and rules, and give outputs at any times: the case of
-    one of `simulate_windows`, whose words these are.
-
-    Raises
-    ------
-    InputError
-        For states, times or contacts that do not fit the plan.
-    """
-    start = WindowStart(state, t0, times, Contacts() if contacts is None else contacts)
-    return simulate_windows(plan, [start], rows=rows, gradients=gradients, shared=shared, accuracy=accuracy)[
-        0
-    ]
-
-
 def simulate_windows(
     plan: Plan,
     starts: Sequence[WindowStart],
@@ -207,7 +180,7 @@ def simulate_windows(
     data = [one.row for one in entered] or [rows_of(plan) if rows is None else rows]
     given = WindowStarts.of(plan, starts, data)
     end = float(given.times.max(initial=0.0))
-    tables = shared or (book_of(plan, end) if plan.legs is None else tables_of(plan, end))
+    tables = shared or Engine(plan, end).tables
     settings = settings_of(plan, end, accuracy)
     if gradients is None:
         ran, states, slopes = run_windows(plan, tables, data, given, settings, threads), None, None

@@ -15,7 +15,7 @@ from tarsus.core import _native
 from tarsus.plan.lowering import Plan
 from tarsus.plan.rows import Rows
 from tarsus.solve.differences import ROUNDED, STEP
-from tarsus.solve.engine import Tables, book_of, structure_key, tables_of
+from tarsus.solve.engine import Engine, Tables, structure_key
 from tarsus.solve.slopes import Differenced, Lane, Wanted, WindowSpan, weights_of
 from tarsus.solve.window_gradients import ScenePair, WindowGradients
 from tarsus.solve.window_run import Ran, WindowStarts, run_windows
@@ -102,7 +102,9 @@ class Copies:
     def differenced(self, own: Ran, finer: Ran) -> Differenced:
         """Windows, and the same in other steps, with these beside them."""
         weights = weights_of(self.plan)
-        return Differenced(own, finer, self.span, self.lanes, weights, self.by.enough, tries=1, farthest=FARTHEST)
+        return Differenced(
+            own, finer, self.span, self.lanes, weights, self.by.enough, tries=1, farthest=FARTHEST
+        )
 
     @property
     def span(self) -> WindowSpan:
@@ -142,9 +144,7 @@ class Copies:
             out.append(Lane(number, factor, windows, way.places, steps, rounded, both, since))
         return out
 
-    def _pairs(
-        self, wanted: Sequence[Wanted], factor: float
-    ) -> list[Mapping[str, ScenePair]]:
+    def _pairs(self, wanted: Sequence[Wanted], factor: float) -> list[Mapping[str, ScenePair]]:
         """Of the numbers of a scene that are wanted at a part of the first step, by data."""
         paths = self.by.paths
         names = [paths[k] for k, of, _ in wanted if of == factor and k < len(paths)]
@@ -206,11 +206,10 @@ class Copies:
     def _call(self, calls: dict[object, _Call], plan: Plan) -> _Call:
         """That of plans of this structure."""
         legs = () if plan.legs is None else tuple(np.asarray(one).tobytes() for one in plan.legs.body)
-        key = structure_key(plan, 1.0), legs
+        key = structure_key(plan), legs
         if key not in calls:
             longest = float(np.asarray(self.tables.lengths)[0])
-            made = book_of(plan, longest) if plan.legs is None else tables_of(plan, longest)
-            calls[key] = _Call(plan, made, [])
+            calls[key] = _Call(plan, Engine(plan, longest).tables, [])
         return calls[key]
 
 

@@ -123,7 +123,9 @@ class WindowStarts:
         own, then = self.t0[:, None, None], t0[:, None, None]
         feet, moments = self.feet.copy(), self.feet[..., MOMENTS]
         feet[..., MOMENTS] = np.where(moments == own, then, np.minimum(moments, then))
-        return replace(self, t0=t0, times=np.maximum(self.times, np.repeat(t0, np.diff(self.first))), feet=feet)
+        return replace(
+            self, t0=t0, times=np.maximum(self.times, np.repeat(t0, np.diff(self.first))), feet=feet
+        )
 
 
 _TIMES = ("first", "times")

@@ -30,9 +30,9 @@ from tarsus.model.drive.waveforms import Square
 from tarsus.model.laws import Adhesion, Film, Restitution
 from tarsus.model.scene import Drive, Foot, Ground, PointLoad, Robot, Scene
 from tarsus.model.structure import Lumped
-from tarsus.plan.lowering import Plan, lower_scene
+from tarsus.plan.lowering import lower_scene
 from tarsus.plan.rows import rows_of
-from tarsus.solve import Accuracy, book_of, execute, simulate_batch
+from tarsus.solve import Accuracy, Engine, simulate_batch
 
 SIZES = (2, 6, 32)
 TIME_TOLERANCE = 1e-6
@@ -128,15 +128,12 @@ class TimedChain:
     def __init__(self, n: int, duration: float | None = None, accuracy: Accuracy = ACCURACY) -> None:
         self.duration = horizon(n) if duration is None else duration
         self.accuracy = accuracy
-        self.plan: Plan = lower_scene(chain(n))
-        self.book = book_of(self.plan, self.duration)
-        self.rows = rows_of(self.plan)
+        self.engine = Engine(lower_scene(chain(n)), self.duration)
+        self.rows = rows_of(self.engine.plan)
 
     def impacts(self) -> Floats:
         """Impact times [s] of one run."""
-        raw = execute(
-            self.plan, self.duration, rows=self.rows, book=self.book, accuracy=self.accuracy, track=False
-        )
+        raw = self.engine.run(self.rows, self.accuracy, track=False)
         return raw.events[_IS_IMPACT[raw.events[:, 2].astype(int)], 0]
 
 

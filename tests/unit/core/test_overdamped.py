@@ -102,7 +102,7 @@ def test_a_motion_without_stiffness_keeps_its_rates_once_a_foot_is_held():
         [3.66343618, -3.58438694, -0.0805022497, 0.00141885747, -0.00219730676], 1.25e-9,
     )  # fmt: skip
     run = ts.simulate(scene)
-    held = next(mode for mode in run.motion.log.tables.modes if mode.mask)
+    held = next(mode for mode in run.motion.engine.tables.modes if mode.mask)
     rates = np.sort(np.abs(np.concatenate([np.linalg.eigvals(block) for block in held.blocks])))
     assert rates[0] < 1e-9 and rates[1] == pytest.approx(252.4562359743402, rel=1e-9)
     # the energy is the impact's, and of the dampers all that the motions without stiffness lose

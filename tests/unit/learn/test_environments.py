@@ -98,7 +98,7 @@ def test_sensors_see_what_there_is():
     assert told["body"] == pytest.approx(told["heave"], rel=1e-5)
     assert sum(told[f"{name} contact"] for name in scene.robot.feet) == (state.contacts[0] > 0).sum()
     gain = scene.robot.drives["L1"].law.small_signal_gain()[0]
-    leg = gain * float((state.v @ state.loads)[0, 0])
+    leg = gain * float((state.v @ state.system.loads)[0, 0])
     assert told["L1 current"] == pytest.approx(1e9 * leg, rel=1e-5)
 
 

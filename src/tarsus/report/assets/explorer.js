@@ -246,20 +246,20 @@ class Explorer {
     if (parent !== window && this.settled) parent.postMessage({ tarsus: { values: this.values, measures: this.named(this.shown.measures) } }, "*");
   }
 
-  /** What was run, by column: see packet/sights.hpp for the order. */
-  read({ code, refusals, sights, seenWidth, events, measures, finish, period, times, end }) {
-    const { feet, drives, body } = this.info, count = seenWidth ? sights.length / seenWidth : 0;
+  /** What was run, by the names of its channels. */
+  read({ sights, seenWidth, ...run }) {
+    const count = seenWidth ? sights.length / seenWidth : 0, { events } = run, out = { ...run };
     let next = 0;
-    const columns = (many) => Array.from({ length: many }, () => sights.subarray(next * count, ++next * count));
-    const [time] = columns(1), volts = columns(drives.length);
-    const [gap, ground, friction, state, along] = Array.from({ length: 5 }, () => columns(feet.length));
-    const own = columns(body.length), [kinetic, elastic] = columns(2);
-    const lost = new Float64Array(count);
-    for (let n = 0, e = 0, sum = 0; n < count; n++) {
-      for (; e < events.length && events[e + TIME] <= time[n]; e += WIDTH) sum += events[e + ENERGY];
-      lost[n] = sum;
+    for (const [name, many, rows] of this.info.columns) {
+      const own = Array.from({ length: many }, () => sights.subarray(next * count, ++next * count));
+      out[name] = rows ? own : own[0];
     }
-    return { code, refusals, events, measures, finish, period, times, end, time, volts, gap, ground, friction, state, along, body: own, kinetic, elastic, lost };
+    out.lost = new Float64Array(count);
+    for (let n = 0, e = 0, sum = 0; n < count; n++) {
+      for (; e < events.length && events[e + TIME] <= out.time[n]; e += WIDTH) sum += events[e + ENERGY];
+      out.lost[n] = sum;
+    }
+    return out;
   }
 
   draw() {
@@ -286,9 +286,9 @@ class Explorer {
 
   /** Stretches of time in which a foot is on the ground. */
   contacts(foot) {
-    const { time, state } = this.shown, out = [];
+    const { time, contact } = this.shown, out = [];
     for (let n = 0, begun = null; n <= time.length; n++) {
-      const held = n < time.length && state[foot][n] !== 0;
+      const held = n < time.length && contact[foot][n] !== 0;
       if (held && begun === null) begun = time[n];
       if (!held && begun !== null) { out.push([begun, time[Math.min(n, time.length - 1)]]); begun = null; }
     }
@@ -296,7 +296,7 @@ class Explorer {
   }
 
   /** Series of the moving picture, at its frames alone; none of a run that ended before the second. */
-  film({ time, times, period, gap, along, state, ground, friction, volts, body }) {
+  film({ time, times, period, gap, contact, volts, body, ...shown }) {
     const { hips } = this.player.walk, { legs } = this.info, at = [];
     for (let n = 0, k = 0; n < time.length && k < times.film.length; n++) if (time[n] === times.film[k]) { at.push(n); k++; }
     if (at.length < 2) return null;
@@ -307,8 +307,8 @@ class Explorer {
     return {
       frames: at.length, time: film, start: film[0], end: film[at.length - 1], period: period < film[at.length - 1] ? period : null,
       body: Object.fromEntries(this.info.body.map((name, k) => [name, taken(body[k])])),
-      footX: ofLeg(along, hips.map(([x]) => x)), footZ: ofLeg(gap), normal: ofLeg(ground), friction: ofLeg(friction),
-      state: legs.map((foot) => Uint8Array.from(at, (n) => (foot < 0 ? 0 : state[foot][n]))),
+      footX: ofLeg(shown.foot_x, hips.map(([x]) => x)), footZ: ofLeg(gap), normal: ofLeg(shown.contact_force), friction: ofLeg(shown.friction_force),
+      state: legs.map((foot) => Uint8Array.from(at, (n) => (foot < 0 ? 0 : contact[foot][n]))),
       volts: this.info.tracks.map((drive) => taken(volts[drive])),
     };
   }

@@ -60,20 +60,6 @@ Result evaluate_rows(const Code& code, const List& constants, const Table& argum
   return out;
 }
 
-Result evaluate_numbers(const Code& code, const List& constants, const Table& arguments,
-                const List& parameters) {
-  const Program program = linked(code, constants, arguments, parameters);
-  const size_t k = arguments.shape(1);
-  Result out = fresh({k});
-  std::vector<double> fixed(program.fixed()), registers(program.registers());
-  prepare(program, parameters.data(), fixed.data());
-  for (size_t j = 0; j < k; j++) {
-    for (int i = 0; i < program.arguments; i++) registers[i] = arguments.data()[i * k + j];
-    out.data()[j] = evaluate(program, fixed.data(), registers.data());
-  }
-  return out;
-}
-
 Result evaluate_slopes(const Code& code, const List& constants, const Table& arguments,
                 const List& parameters) {
   const Program program = linked(code, constants, arguments, parameters);
@@ -110,8 +96,6 @@ void bind_program(nb::module_& m) {
   m.def("evaluate", &evaluate_rows, nb::arg("code"), nb::arg("constants"), nb::arg("arguments"),
         nb::arg("parameters"),
         "Values (k,) of a law's program at arguments (na, k) and parameters (np,), eight at a time.");
-  m.def("evaluate_numbers", &evaluate_numbers, nb::arg("code"), nb::arg("constants"), nb::arg("arguments"),
-        nb::arg("parameters"), "As evaluate, one at a time.");
   m.def("evaluate_slopes", &evaluate_slopes, nb::arg("code"), nb::arg("constants"), nb::arg("arguments"),
         nb::arg("parameters"), "Derivatives (na, k) of the value by every argument.");
 }
