@@ -29,6 +29,7 @@ COMMANDS = {
     "cantilever-1-rows": ("tarsus reproduce cantilever --device cantilever-1 -o out", "reproduction.json"),
     "hexapod": ("tarsus calibrate hexapod -o fit", "calibration.json"),
     "millipede": ("tarsus reproduce millipede -o out", "reproduction.json"),
+    "validation": ("tarsus validate --all -o pages", "validation.json"),
     "speed": (
         "python benchmarks/run.py --sizes 2 6 32 --peers heyoka --members 1024 --repeats 3 --json speed.json",
         "speed.json",
@@ -86,6 +87,24 @@ def kept_millipede(found: Table, folder: Path) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def kept_validation(found: Table, folder: Path) -> dict[str, Any]:
+    """Claims of every experiment, without rows."""
+    keys = ("name", "rows", "median_error", "bias", "seen", "outcome")
+    return {
+        "numbers": found["numbers"],
+        "experiments": {
+            name: {
+                "title": one["title"], "fitted": len(one["parameters"]["fitted"]),
+                "claims": [
+                    {"of": one["columns"][claim["column"]]["words"], **{key: claim[key] for key in keys}}
+                    for claim in one["claims"]
+                ],
+            }
+            for name, one in found["experiments"].items()
+        },
+    }  # fmt: skip
+
+
 def kept_speed(found: Table, folder: Path) -> dict[str, Any]:
     """The rows and the machine."""
     return dict(found)
@@ -93,7 +112,7 @@ def kept_speed(found: Table, folder: Path) -> dict[str, Any]:
 
 KEPT: dict[str, Callable[[Table, Path], dict[str, Any]]] = {
     "cantilever": kept_calibration, "cantilever-1": kept_calibration, "cantilever-1-rows": kept_rows,
-    "hexapod": kept_calibration, "millipede": kept_millipede, "speed": kept_speed,
+    "hexapod": kept_calibration, "millipede": kept_millipede, "validation": kept_validation, "speed": kept_speed,
 }  # fmt: skip
 
 
@@ -363,6 +382,28 @@ def millipede() -> str:
     return lines(head, rows)
 
 
+# Experiments of others
+
+
+def validation() -> str:
+    """A row a claim: how many rows, how well they agree, and what became of it."""
+    found = result("validation")
+    rows = [
+        [f"`{name}`", claim["name"].replace("_", " "), claim["of"], str(claim["rows"]), tiny(claim["median_error"]),
+         tiny(claim["bias"]), claim["seen"], claim["outcome"]]
+        for name, one in found["experiments"].items() for claim in one["claims"]
+    ]  # fmt: skip
+    fitted = sum(one["fitted"] for one in found["experiments"].values())
+    head = ["experiment", "claim", "of", "rows", "median error", "bias", "rows seen before", "verdict"]
+    count = f"{len(found['experiments'])} experiments, {found['numbers']} measured numbers"
+    return f"{lines(head, rows)}\n\n{count}, {fitted} fitted numbers."
+
+
+def tiny(share: float | None) -> str:
+    """A share in percent, or a word where it is rounding."""
+    return "–" if share is None else "rounding" if abs(share) < 1e-9 else f"{100.0 * share:.3g} %"
+
+
 # How fast it is
 
 
@@ -412,6 +453,7 @@ def speed() -> str:
 
 
 TABLES: dict[str, Callable[[], str]] = {
+    "validation": validation,
     "cantilever": cantilever,
     "cantilever-unknowns": lambda: unknowns("cantilever"),
     "cantilever-branches": lambda: branches("cantilever", {"landing": LANDINGS}, {"landing": "landing"}),

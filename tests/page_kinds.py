@@ -11,7 +11,9 @@ import numpy as np
 from calibrate.toys import ball_study
 from identify.campaigns import identified
 from modes.test_modal import responses
+from validation.folders import drop_folder
 
+import tarsus as ts
 from reproduce.coarse_studies import FEW, ringing
 from scene_files import SCENES
 from tarsus.base.spec import float_paths
@@ -22,6 +24,8 @@ from tarsus.records.measurement import Quantity
 from tarsus.report.identify_page import identify_html
 from tarsus.report.pages import write_page
 from tarsus.report.track_page import track_html
+from tarsus.report.validation_page import suite_html
+from tarsus.validation import Suite
 from tarsus_reproduce.index import index_html
 from tarsus_reproduce.millipede import judge_scene
 from tarsus_reproduce.millipede_tables import millipede_reproduction
@@ -133,6 +137,11 @@ def _index(folder: Path) -> Path:
     return write_page(index_html({"quadruped": read_json(page.with_suffix(".json"))}), folder / "index.html")
 
 
+def _validations(folder: Path) -> Path:
+    """Of one experiment."""
+    return write_page(suite_html(Suite({"mems-switch": ts.validate("mems-switch")})), folder / "index.html")
+
+
 _RESPONSES = {f"p{point}": _response(point) for point in (1, 2, 3)}
 KINDS = {
     "cantilever": Kind("run.html", verb("simulate", "cantilever")),
@@ -162,6 +171,8 @@ KINDS = {
     "atlas": Kind("atlas.html", verb(
         "atlas", "cantilever", "--x", "robot.feet.tip.gap=80um:90um", "--y", "signals.pzt.amplitude=4V:6.5V",
         "--depth", "5")),
+    "validate": Kind("validation.html", verb("validate", "{drops}", drops=drop_folder)),
+    "validations": Kind("validation_index.html", _validations),
     "reproduce-cantilever": Kind("tarsus_reproduce:reproduction.html", verb("reproduce", "cantilever")),
     "reproduce-hexapod": Kind("tarsus_reproduce:reproduction.html", verb("reproduce", "hexapod", "--seeds", "2")),
     "reproduce-millipede": Kind("tarsus_reproduce:reproduction.html", _trends),

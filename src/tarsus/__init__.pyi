@@ -19,6 +19,7 @@ from tarsus.solve import simulate as simulate
 from tarsus.study.bench import run_bench as bench
 from tarsus.study.yields import yield_ as yield_
 from tarsus.synthesis.verb import synthesize as synthesize
+from tarsus.validation.verb import validate as validate
 from tarsus_reproduce.verb import reproduce as reproduce  # for type checkers: found by its entry point
 
 # Verbs of Python alone.
@@ -48,7 +49,7 @@ from tarsus.study.sweep import Sweep as Sweep
 from tarsus.tables.table import Table as Table
 
 # Rooms: further laws, waveforms, gaits and so on, by the names that their own pages list.
-from tarsus import design as design, impacts as impacts, learn as learn, measure as measure, solve as solve, synthesis as synthesis
+from tarsus import design as design, impacts as impacts, learn as learn, measure as measure, solve as solve, synthesis as synthesis, validation as validation
 from tarsus.model import laws as laws, structure as structures
 from tarsus.model.drive import gait as gaits, laws as drives, waveforms as waveforms
 from tarsus.report import plot as plot

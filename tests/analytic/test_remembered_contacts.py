@@ -10,8 +10,8 @@ from scipy.optimize import brentq
 
 import tarsus as ts
 from differences import runs_around, slope
+from tarsus.base import pythonfile
 from tarsus.base.events import CONTACT_BEGINS, EventKind
-from tarsus.model.laws import userfile
 
 MASS, SPRING, DAMPING_RATIO, GAP = 1e-6, 1.0, 0.4, 1e-5
 TIMES = (0.0, 0.010, 0.025, 0.055, 0.075, 0.090, 0.115, 0.13)
@@ -193,7 +193,7 @@ def test_a_walkers_derivatives_pass_through_the_contacts_before():
 
 
 def test_nothing_is_brought_along_by_a_law_that_does_not_say(tmp_path, monkeypatch):
-    monkeypatch.setattr(userfile, "PATIENCE", 0.1)
+    monkeypatch.setattr(pythonfile, "PATIENCE", 0.1)
     with pytest.raises(TypeError, match=r"must take \(age, away, "):
         type(
             "Short",

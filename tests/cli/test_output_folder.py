@@ -25,6 +25,7 @@ WRITING = {
     "attractors": ("cantilever", "attractors.json"),
     "atlas": ("cantilever", "atlas.json"),
     "reproduce": ("cantilever", "reproduction.csv"),
+    "validate": ("ball-drop", "validation.csv"),
 }
 """Verbs that write a folder: what they are asked about, and a file of theirs."""
 

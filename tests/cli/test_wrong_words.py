@@ -143,6 +143,8 @@ WRONG = [
     ("reproduce cantilever --rows rows.csv", "rows.csv, line 3: 'volt_v'"),
     ("reproduce cantilever --resume --overwrite", "give one of them"),
     ("reproduce --threads 0", "See `tarsus reproduce --help`"),
+    ("validate ball-dorp", "did you mean 'ball-drop'?"),
+    ("validate folder", "the folder holds no claims.toml"),
     ("bench x", "unexpected: x"),
     ("doctor x", "unexpected: x"),
     ("completion ksh", 'Did you mean "zsh"?'),

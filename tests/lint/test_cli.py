@@ -25,6 +25,7 @@ OTHERWISE = {
     "yield --count": {"robots", "draws", "starts", "from_rest"},
     "simulate --starts": set(),  # what `tarsus.attractors` finds, shown beside the run
     "reproduce --all": {"name"},
+    "validate --all": {"name"},
     "reproduce --resume": {"folder"},
 }
 """An option that the function takes as several arguments."""

@@ -23,7 +23,7 @@ def test_the_pages_hold_the_tables_of_the_results(figures):
     agrees, fast = readme.index("## How well it agrees"), readme.index("## How fast it is")
     for table in readme[agrees : readme.index("## Documentation")].split("<!-- figures: ")[:1]:
         assert "|" not in table, "a table outside of the marks"
-    assert readme[agrees:fast].count("<!-- figures: ") == readme[agrees:fast].count("<!-- end -->") == 3
+    assert readme[agrees:fast].count("<!-- figures: ") == readme[agrees:fast].count("<!-- end -->") == 4
 
 
 def test_a_number_that_was_typed_is_found(figures, tmp_path, monkeypatch):

@@ -84,6 +84,7 @@ HERE: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
     "tutorial-gait.md": (nothing, ("gaits/gait.h",)),
     "tutorial-landing.md": (nothing, ("soft/landing.h",)),
     "tutorial-two-robots.md": (nothing, ("gaits/attractors.json", "gaits/attractor-3.html")),
+    "validation.md": (nothing, ("drop/report.html", "pages/index.html")),
     "walking.md": (nothing, ("found/identified.toml", "found/draws.npz")),
     "yield.md": (nothing, ("out/yield.json",)),
 }

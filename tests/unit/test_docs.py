@@ -148,6 +148,18 @@ def cluster(folder: Path) -> Names:
     return {}
 
 
+def drops(folder: Path) -> Names:
+    """The page's own folder, of its blocks."""
+    device, claims = blocks("validation.md", "toml")
+    study, (measured,) = blocks("validation.md")[-1], blocks("validation.md", "text")
+    (folder / "drops").mkdir()
+    for name, text in {
+        "device.toml": device, "claims.toml": claims, "study.py": study, "measured.csv": measured, "notes.md": "Drops.",
+    }.items():  # fmt: skip
+        (folder / "drops" / name).write_text(text, encoding="utf-8")
+    return {}
+
+
 def law(folder: Path) -> Names:
     (folder / "examples").symlink_to(ROOT / "examples")
     return {}
@@ -351,6 +363,12 @@ def turned(names: Names) -> None:
     assert len(names["wide"].events) == 0 and names["near"].events["time"][0] < 1e-3
 
 
+def compared(names: Names) -> None:
+    assert names["found"].figures()["total_time_s"].median_error == pytest.approx(0.168, abs=1e-3)
+    own = ts.validate("drops")
+    assert own.ok and [one.figures.rows for one in own.verdicts] == [2]
+
+
 def readme(names: Names) -> None:
     sentence, closure, contact = names["printed"].splitlines()
     assert sentence == names["run"].code.value and float(closure) < 1e-8
@@ -502,6 +520,7 @@ CASES = [
     Case("tutorial-landing.md", whole_landing, slow=True),
     Case("tutorial-ground.md", over_a_step, slow=True),
     Case("tutorial-two-robots.md", two_robots, slow=True),
+    Case("validation.md", compared, drops),
     Case("walking.md", walks),
     Case("bodies.md", climbs),
     Case("yield.md", a_yield, slow=True),

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import pytest
 
+from tarsus.base import pythonfile
 from tarsus.base.errors import InputError
 from tarsus.base.spec import quantity
 from tarsus.model.laws import (
@@ -19,7 +20,6 @@ from tarsus.model.laws import (
     Restitution,
     SmoothLaw,
     load_laws,
-    userfile,
 )
 
 GOOD = '''
@@ -224,7 +224,7 @@ def test_a_wrong_file_is_a_sentence(tmp_path: Path, text: str, said: str) -> Non
 def test_a_file_that_never_ends_is_stopped(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, loop: str
 ) -> None:
-    monkeypatch.setattr(userfile, "PATIENCE", 0.1)
+    monkeypatch.setattr(pythonfile, "PATIENCE", 0.1)
     before = sys.gettrace()
     with pytest.raises(InputError, match=r"law\.py, line \d+: it takes longer than 0\.1 s to be read"):
         load_laws(law_file(tmp_path, HEAD + loop))
@@ -237,7 +237,7 @@ def test_a_file_that_never_ends_is_stopped(
 def test_a_law_that_never_ends_is_stopped(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, turn: str, said: str
 ) -> None:
-    monkeypatch.setattr(userfile, "PATIENCE", 0.1 if turn == "pass" else 10.0)
+    monkeypatch.setattr(pythonfile, "PATIENCE", 0.1 if turn == "pass" else 10.0)
     text = f"class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n        while True:\n            {turn}"
     with pytest.raises(InputError, match=rf"line \d: {said}"):
         load_laws(law_file(tmp_path, HEAD + text))

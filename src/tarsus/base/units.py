@@ -179,6 +179,15 @@ def _noun_by_dimension() -> dict[Dimension, str]:
     return {parse_unit(unit).dimension: noun for unit, noun in _NOUNS.items()}
 
 
+def si_unit(unit: str) -> str:
+    """The SI unit of a unit's dimension, "m/s" for "mm/s"; raises `InputError` for a unit of no known quantity."""
+    dimension = parse_unit(unit).dimension
+    found = next((one for one in _NOUNS if parse_unit(one).dimension == dimension), None)
+    if found is None:
+        raise InputError(f"'{unit}' is the unit of no quantity that is known here")
+    return found
+
+
 def describe_unit(unit: str) -> str:
     """Physical words for an expected unit, such as ``"a length (m)"`` for ``"m"``."""
     noun = _noun_by_dimension().get(parse_unit(unit).dimension, "a quantity")

@@ -25,8 +25,8 @@ DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 VERBS = (
     "devices", "show", "new", "check", "simulate", "explore", "report", "plot", "movie", "sweep", "yield", "branch",
-    "attractors", "atlas", "synthesize", "identify", "modes", "calibrate", "recommend", "design", "export", "bench",
-    "doctor", "completion",
+    "attractors", "atlas", "synthesize", "identify", "modes", "calibrate", "validate", "recommend", "design", "export",
+    "bench", "doctor", "completion",
 )  # fmt: skip
 """In the order of the help page; each is a function, or verbs of their own, in the module of `tarsus.cli` that has its
 name; `MODULES` has those whose name is a word of Python."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 COMMANDS = {
-    "validate": "`tarsus reproduce` to compare with a published experiment, `tarsus check` to check a file",
     "next": "`tarsus recommend`",
     "read": "`tarsus show FILE`",
     "compare": "`tarsus show FIRST SECOND`",

@@ -26,6 +26,8 @@ MARKS = {
     "gaits.json": FileKind.GAITS,
     "adapt.json": FileKind.ADAPTIVE,
     "reproduction.json": FileKind.REPRODUCTION,
+    "validation.json": FileKind.VALIDATION,
+    "claims.toml": FileKind.EXPERIMENT,
     "campaign.toml": FileKind.CAMPAIGN,
     PLAN_FILE: FileKind.SWEEP_RUNS,
 }

@@ -52,6 +52,8 @@ class FileKind(Enum):
     GAITS = ("gait design", "a front of gaits", "`tarsus design gait` wrote it")
     ADAPTIVE = ("adaptive gait", "an adaptive gait", "`tarsus design adapt` wrote it")
     REPRODUCTION = ("reproduction", "a reproduction", "`tarsus reproduce` wrote it")
+    EXPERIMENT = ("experiment", "a published experiment", "`tarsus validate` takes it")
+    VALIDATION = ("validation", "a validation", "`tarsus validate` wrote it")
     UNFINISHED = (
         "unfinished work",
         "work that was not finished",

@@ -101,6 +101,10 @@ def show(
             from tarsus.identify.campaign import read_campaign
 
             return studies.campaign_view(read_campaign(name))
+        case FileKind.EXPERIMENT:
+            from tarsus.validation import load_experiment
+
+            return studies.experiment_view(load_experiment(name))
     return result_view(kind, Path(name))
 
 

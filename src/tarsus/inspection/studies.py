@@ -1,4 +1,4 @@
-"""What the file of a study, a calibration or a campaign describes."""
+"""What the file of a study, a calibration, a campaign or a published experiment describes."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from tarsus.calibrate.studyfile import Described
     from tarsus.identify.campaign import Opened
     from tarsus.study.sweep import Sweep
+    from tarsus.validation import PublishedExperiment
 
 
 def study_view(study: Sweep) -> View:
@@ -51,3 +52,17 @@ def campaign_view(opened: Opened) -> View:
     columns = ("records", "purpose", "files", Column("gap", "m"))
     sets = f"{len(rows)} set{'s' * (len(rows) != 1)} of records"
     return View(data, Table(f"{campaign.name}: {campaign.device}, {sets}", columns, rows))
+
+
+def experiment_view(one: PublishedExperiment) -> View:
+    """The claims about a published experiment, whose files are all good."""
+    claims = one.claims.claims
+    data = {
+        "experiment": one.name, "rows": len(one.measured), "measured": list(one.claims.measured),
+        "claims": {name: {"of": one.claims.column_of(claim), "where": claim.rows} for name, claim in claims.items()},
+        "cite": one.claims.source.cite,
+    }  # fmt: skip
+    rows = [(name, one.claims.measured[one.claims.column_of(claim)].words, claim.rows or "all", claim.seen.value)
+            for name, claim in claims.items()]  # fmt: skip
+    title = f"{one.name}: {one.claims.title}, {len(one.measured)} rows, {len(claims)} claims"
+    return View(data, Table(title, ("claim", "of", "rows where", "seen"), rows, (one.claims.source.cite,)))

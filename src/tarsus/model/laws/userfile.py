@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-import contextlib
-import hashlib
-import importlib.util
 import math
 import os
-import sys
-import time
-import traceback
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from types import FrameType, ModuleType
-from typing import Any
 
 from tarsus.base.errors import InputError
+from tarsus.base.pythonfile import Endless, execute, line_of, patience, said
 from tarsus.model.laws.base import AdhesionLaw, DampingLaw, FrictionLaw, ImpactLaw, Law, SmoothLaw
 from tarsus.model.laws.translate import translate
 
+PURPOSE = "a law file only defines laws"
 _PROTOCOLS = (DampingLaw, SmoothLaw, ImpactLaw, AdhesionLaw, FrictionLaw)
 _TRIAL = {
     "gap": 1e-6, "gap_rate": -1e-3, "volts": 1.0, "time": 1e-3, "speed": 1e-3, "age": 1e-3, "away": 1e-3,
@@ -64,7 +58,7 @@ def load_laws(path: str | Path) -> dict[str, type[Law]]:
     file = Path(path)
     if not file.is_file():
         raise InputError(f"{file}: no such law file")
-    module = _execute(file)
+    module = execute(file, PURPOSE)
     laws = {
         value.name(): value
         for value in vars(module).values()
@@ -77,77 +71,6 @@ def load_laws(path: str | Path) -> dict[str, type[Law]]:
     if problems:
         raise InputError(problems)
     return laws
-
-
-def _execute(file: Path) -> ModuleType:
-    """The file as a module, from its text: byte code beside it is taken for it by size and second, and a law that was
-    edited since may differ in neither."""
-    source = file.read_bytes()
-    digest = hashlib.sha256(source).hexdigest()[:12]
-    stem = "".join(c if c.isalnum() else "_" for c in file.stem)
-    name = f"tarsus_law_{stem}_{digest}"
-    spec = importlib.util.spec_from_file_location(name, file)
-    if spec is None or spec.loader is None:
-        raise InputError(f"{file}: a law file is a Python file, its name ending in .py")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    try:
-        code = compile(source, str(file), "exec", dont_inherit=True)
-        with _patience(str(file)):
-            exec(code, module.__dict__)
-    except (Exception, SystemExit, _Endless) as error:
-        del sys.modules[name]
-        raise InputError(f"{file}{_line(error, file)}: {_said(error)}") from error
-    return module
-
-
-PATIENCE = 10.0
-"""Time [s] of this thread's own that a law file may take to be read: a hundred times what importing scipy takes."""
-
-
-class _Endless(BaseException):
-    """A law file takes longer than `PATIENCE`; no `except Exception` of the file's own catches it."""
-
-
-@contextlib.contextmanager
-def _patience(name: str) -> Iterator[None]:
-    """Stop the lines of the file of that name after `PATIENCE`; where a debugger traces already, it is left alone."""
-    if sys.gettrace() is not None:
-        yield
-        return
-    end, lines = time.thread_time() + PATIENCE, 0
-
-    def line(frame: FrameType, event: str, arg: object) -> Any:
-        nonlocal lines
-        lines += 1
-        if lines % 1000 == 0 and time.thread_time() > end:
-            raise _Endless(f"it takes longer than {PATIENCE:g} s to be read; a law file only defines laws")
-        return line
-
-    sys.settrace(lambda frame, event, arg: line if frame.f_code.co_filename == name else None)
-    try:
-        yield
-    finally:
-        sys.settrace(None)
-
-
-def _line(error: BaseException, file: Path) -> str:
-    """``", line 3"``: the last line of the file that the error went through."""
-    if isinstance(error, SyntaxError) and error.lineno:
-        return f", line {error.lineno}"
-    here = os.path.realpath(file)
-    lines = [
-        frame.lineno
-        for frame in traceback.extract_tb(error.__traceback__)
-        if frame.lineno and os.path.realpath(frame.filename) == here
-    ]
-    return f", line {lines[-1]}" if lines else ""
-
-
-def _said(error: BaseException) -> str:
-    if isinstance(error, _Endless):
-        return str(error)
-    return f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
 
 
 def _problems(file: Path, law: type[Law]) -> list[str]:
@@ -168,18 +91,18 @@ def _problems(file: Path, law: type[Law]) -> list[str]:
 def _tried(file: Path, law: type[Law], function: Callable[..., float], leading: Sequence[str]) -> list[str]:
     """What is wrong with one of a law's functions."""
     try:
-        with _patience(str(file)):
+        with patience(str(file), PURPOSE):
             translate(function, len(leading))  # before it is tried: what can be recorded comes to an end
     except InputError as error:
         return [f"{file}: {problem}" for problem in error.problems]
-    except _Endless as error:
-        return [f"{file}{_line(error, file)}: {_said(error)}"]
+    except Endless as error:
+        return [f"{file}{line_of(error, file)}: {said(error)}"]
     trial = [_TRIAL[name] for name in leading]
     values = [_trial_value(law, name) for name in law.names()]
     try:
         result = function(*trial, *values)
     except Exception as error:
-        return [f"{file}{_line(error, file)}: law {law.__name__} raised {_said(error)}"]
+        return [f"{file}{line_of(error, file)}: law {law.__name__} raised {said(error)}"]
     if isinstance(result, bool) or not isinstance(result, (int, float)) or not math.isfinite(result):
         return [f"{file}: law {law.__name__} must return a finite number, got {result!r}"]
     return []

@@ -1,0 +1,170 @@
+"""Gap-closing actuators: a layout as it is drawn, the mass, spring, dashpot and laws that it makes; steps, ramps."""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from tarsus.measure import departure, flight, touchdown, volts_at
+from tarsus.validation import RowCase
+
+HEIGHT, OXIDE = 40e-6, 2e-6  # device layer, and the gap below it [m]: process file
+MODULUS, POISSON, DENSITY = 169e9, 0.069, 2300.0  # silicon: process file
+PERMITTIVITY = 8.85e-12  # F/m
+
+
+@dataclass(frozen=True)
+class Medium:
+    """What is between the fingers: viscosity [Pa s], density [kg/m^3], relative permittivity, mean free path [m], and
+    how far etching moved every drawn edge on the chips that were measured in it [m]."""
+
+    viscosity: float
+    density: float
+    permittivity: float
+    path: float
+    undercut: float
+
+
+MEDIA = {
+    "air": Medium(1.85e-5, 1.1839, 1.0, 68e-9, 0.4e-6),
+    "water": Medium(8.88e-4, 997.0, 80.0, 0.0, 0.5e-6),
+}  # process file; the path is that of air at 1 atm
+CHIP = "fawn"  # of rows that name no layout
+
+
+def drawn(chip: str) -> dict[str, float]:
+    """Drawn dimensions of a chip [m]."""
+    lines = (Path(__file__).parent / "layouts.csv").read_text(encoding="utf-8").splitlines()
+    table = csv.DictReader(line for line in lines if not line.startswith("#"))
+    return {row["name"]: float(row[chip]) for row in table if row[chip]}
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """Numbers of an actuator as it was made, in SI units: gaps in front of a finger and behind it, travel to the stop,
+    moving mass, stiffness, dashpot, and coefficients of attraction and film."""
+
+    front: float
+    behind: float
+    travel: float
+    mass: float
+    stiffness: float
+    damping: float
+    attraction: float
+    film: float
+    path: float
+
+    @classmethod
+    def of(cls, chip: str, medium: Medium, overlap: float | None, support: float | None) -> Actuator:
+        """From the layout; overlap of the fingers and drawn width of the supports [m] of the row's device."""
+        at, edge = drawn(chip), 2.0 * medium.undercut
+        count, overlap = at["Nfing"], at["fingerL"] if overlap is None else overlap
+        front, behind = at["gf"] + edge, at["gb"] + edge
+        length = overlap + at["fingerL_buffer"]
+        width = (at["supportW"] if support is None else support) - edge
+        spine = (at["spineW"] - edge) * (at["spineL"] - edge) - holes(at, edge)
+        stops = 2.0 * (at["gapstopW"] - edge) * at["gapstopL_half"]
+        shuttle = spine + count * (at["fingerW"] - edge) * length + stops
+        supports = 2.0 * width * at["supportL"]
+        between = count * length * (front + behind)
+        short, long = min(overlap, HEIGHT), max(overlap, HEIGHT)
+        return cls(
+            front, behind, at["x_GCA"] + edge,
+            HEIGHT * (DENSITY * (shuttle + supports / 3.0) + medium.density * between),
+            2.0 * MODULUS / (1.0 - POISSON**2) * width**3 * HEIGHT / at["supportL"] ** 3,
+            medium.viscosity * shuttle / OXIDE,
+            0.5 * count * PERMITTIVITY * medium.permittivity * HEIGHT * overlap,
+            medium.viscosity * count * long * short**3 * (1.0 - 0.58 * short / long),
+            medium.path,
+        )  # fmt: skip
+
+    def changes(self) -> dict[str, float]:
+        """What the device has of it."""
+        return {
+            "robot.structure.mass.0.0": self.mass, "robot.structure.stiffness.0.0": self.stiffness,
+            "robot.structure.damping.0.0": self.damping, "robot.feet.stop.gap": self.travel,
+            "ground.laws.attraction.coefficient": self.attraction,
+            "ground.laws.attraction.front": self.front - self.travel,
+            "ground.laws.attraction.behind": self.behind + self.travel,
+            "ground.laws.film.coefficient": self.film, "ground.laws.film.path": self.path,
+            "ground.laws.film.front": self.front - self.travel, "ground.laws.film.behind": self.behind + self.travel,
+        }  # fmt: skip
+
+    def opening(self) -> dict[str, object]:
+        """From the front stop back to the rear one, at 0 V: the film is the same, seen from the other side."""
+        return {
+            **self.changes(), "robot.feet.stop.normal": -1, "robot.feet.stop.gap": 0.0,
+            "ground.laws.film.front": self.behind, "ground.laws.film.behind": self.front,
+            "initial.displacement": (-self.travel,), "signals.gate.stop": 0.0,
+        }  # fmt: skip
+
+    def closing(self, volts: float) -> dict[str, object]:
+        """A step to some volts [V]."""
+        return {**self.changes(), "signals.gate.start": volts, "signals.gate.stop": volts}
+
+    def pull(self, volts: float) -> float:
+        """Attraction at rest [N]."""
+        gaps = 1.0 / self.front**2 + 1.0 / (math.pi * HEIGHT * self.front) - 1.0 / self.behind**2
+        return self.attraction * volts**2 * gaps
+
+    def pull_in_volts(self) -> float:
+        """Static pull-in of two plates without fringe and back electrode [V]: a scale for ramps."""
+        return math.sqrt(8.0 * self.stiffness * self.front**3 / (27.0 * 2.0 * self.attraction))
+
+
+def holes(at: dict[str, float], edge: float) -> float:
+    """Area of the etch holes along the spine [m^2]."""
+    long = at.get("etch_hole_height", at.get("etch_hole_size", 0.0))
+    wide = at.get("etch_hole_width", at.get("etch_hole_size", 0.0))
+    return math.floor(at["spineL"] / (long + at["etch_hole_spacing"])) * (long + edge) * (wide + edge)
+
+
+def case(row, device):
+    """Steps of volts for times; a slow ramp up for the pull-in voltage, and one down for the pull-out voltage."""
+    medium = MEDIA[row.get("medium", "air")]
+    sizes = [1e-6 * row[name] if name in row else None for name in ("overlap_um", "support_width_drawn_um")]
+    one = Actuator.of(row.get("layout", CHIP), medium, *sizes)
+    if row["event"] == "static":
+        return static(one)
+    if row["event"] == "pull_in":
+        return pull_in(one, row["volts"], 1e-6 * row.get("load_uN", 0.0))
+    if row["event"] == "release":
+        return RowCase(one.opening(), lambda run: {"time_us": touchdown(run, "stop")})
+    number = int(row["number"])
+    closing = {
+        **one.closing(row["volts"]),
+        "ground.restitution.coefficient": 1.0,
+    }  # the longest flights there can be
+    changes = one.opening() if row["event"] == "rear_bounce" else closing
+    return RowCase(changes, lambda run: {"flight_us": flight(run, "stop", number)})
+
+
+def pull_in(one: Actuator, volts: float, load: float) -> RowCase:
+    """A step of volts [V] against a load [N], which presses the shuttle to its rear stop: a comb that pulls less at
+    rest does not lift it from there."""
+    if one.pull(volts) <= load:
+        return RowCase([], dict)
+    changes = {**one.closing(volts), "robot.drives.load.law.offset": load}
+    return RowCase(changes, lambda run: {"time_us": touchdown(run, "stop")})
+
+
+def static(one: Actuator) -> RowCase:
+    """Ramps so slow that the shuttle follows its equilibrium: up in 0.5 s, some thousand cycles of the shuttle."""
+    top = 1.3 * one.pull_in_volts()
+    up = {
+        **one.changes(), "duration": 0.5, "signals.gate.start": 0.0, "signals.gate.stop": top,
+        "signals.gate.duration": 0.5,
+    }  # fmt: skip
+    down = {
+        **one.changes(), "duration": 5e-3, "signals.gate.start": top, "signals.gate.stop": 0.0,
+        "signals.gate.duration": 5e-3, "initial.displacement": (-one.travel,),
+    }  # fmt: skip
+    return RowCase(
+        [up, down],
+        lambda rising, falling: {
+            "pull_in_V": volts_at(rising, "gate", touchdown(rising, "stop")),
+            "release_V": volts_at(falling, "gate", departure(falling, "stop")),
+        },
+    )
