@@ -50,6 +50,23 @@ def test_a_ball_that_loses_nothing_bounces_for_ever():
     np.testing.assert_allclose(run.events["time"], FALL * (2 * np.arange(len(run.events)) + 1), rtol=1e-10)
 
 
+@pytest.mark.parametrize("duration", [0.4, 1.2, 3.0])
+@pytest.mark.parametrize("hz", [2.0, 10.0, 11.0, 31.0])
+def test_a_ball_in_flight_follows_a_drive_that_is_faster_than_anything_of_it(hz, duration):
+    """A free ball has no rate of its own, so that steps could span whole numbers of half swings, which look level at
+    nodes that lie alike about the middle."""
+    rate, size = 2.0 * math.pi * hz, 2.0
+    push = ts.Drive(load=ts.PointLoad(weights={"ball": 1.0}), law=ts.LinearForce(gain=1.0))
+    changes = {
+        "robot.drives": {"push": push}, "signals": {"push": ts.Sine(amplitude=size, frequency=hz)},
+        "initial.velocity": [-size / rate],
+    }  # fmt: skip
+    run = ts.simulate(scene("ball", changes), duration)
+    times = np.linspace(0.0, 0.35, 20)
+    fall = -0.5 * 9.81 * times**2 - size / rate**2 * np.sin(rate * times)
+    np.testing.assert_allclose(run.states(times).x[0], fall, atol=1e-10)
+
+
 def table_run(gamma: float, periods: int) -> ts.Run:
     """Ball on a table, e = 0.5, started close to the period-one orbit of that drive amplitude.
 

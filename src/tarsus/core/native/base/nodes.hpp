@@ -26,6 +26,13 @@ struct Nodes {
   Row times() const { return load(tau); }
   // Truncation of a polynomial given by its nodal values.
   double truncation(const Row& values) const { return std::fabs(total(values * load(tail))); }
+  // The same of a drive, which may be far faster than a structure that is free: swings that are alike about the middle of a long step
+  // have no coefficient of an odd degree. Of a sine that is missed by 1e-12 of it or more the one before is less than 120 times the
+  // highest, so that nothing that is resolved is asked for more.
+  double truncation_of_drive(const Row& values) const {
+    constexpr double LARGE = 1024.0;
+    return std::max(truncation(values), std::fabs(total(values * load(tail_before))) / LARGE);
+  }
   // The same of values that may jump between two nodes: a jump up and down again, alike about the middle of the step, has no
   // coefficient of an odd degree. Of a polynomial that is resolved the one before is less than BEFORE times the highest.
   double truncation_of_jumps(const Row& values) const {

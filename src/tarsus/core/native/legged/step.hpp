@@ -468,7 +468,7 @@ inline double error_of(const Legged& s, int k, double h) {
   const int followed = s.laws.commanded() ? s.player.channels() : s.body.drives;  // volts as well where they command the strength
   for (int d = 0; d < followed; d++) {
     const double span = s.player.cursor[d].span;
-    if (span > 0.0) worst = std::max(worst, nodes.truncation(s.channels[d]) / span / s.settings.drive);
+    if (span > 0.0) worst = std::max(worst, nodes.truncation_of_drive(s.channels[d]) / span / s.settings.drive);
   }
   return worst;
 }

@@ -93,12 +93,12 @@ inline double drive_error(const Modal& m) {
   for (int d = 0; d < m.sizes.drives; d++) {
     const int i = 2 * m.sizes.feet + d;
     const double span = m.player.cursor[d].span;
-    if (!m.constant[i] && span != 0.0) error = std::max(error, m.nodes.truncation(m.values[i]) / span);
+    if (!m.constant[i] && span != 0.0) error = std::max(error, m.nodes.truncation_of_drive(m.values[i]) / span);
   }
   for (int i = 0; m.laws.commanded() && i < m.sizes.feet; i++) {
     const int64_t c = m.laws.laws.volts[i];
     const double span = c < 0 ? 0.0 : m.player.cursor[c].span;
-    if (span != 0.0) error = std::max(error, m.nodes.truncation(m.volts[i]) / span);
+    if (span != 0.0) error = std::max(error, m.nodes.truncation_of_drive(m.volts[i]) / span);
   }
   return error * m.per_drive;
 }
