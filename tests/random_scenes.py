@@ -248,6 +248,45 @@ def sliding_scene(seed: int, ranges: Ranges = PLAIN) -> Scene:
     return _valid(made | {"ground": ground})
 
 
+def moving_scene(seed: int) -> Scene:
+    """A scene of one of three kinds (modal, legged, sliding) on ground that moves, by a waveform of any derivative."""
+    dice = Dice([seed, 45], PLAIN)
+    kind = seed % 3
+    scene = sliding_scene(seed) if kind == 2 else plain_scene(seed, kind == 1)
+    structure, feet = scene.robot.structure, scene.robot.feet.values()
+    length = max([foot.gap for foot in feet], default=0.0) or 1e-6
+    normal, along = dice.one_of(((True, False), (False, True), (True, True)))
+    changes: dict[str, Any] = {}
+    if kind != 1:
+        for field, needed in (("upward", normal), ("forward", along)):
+            if needed and getattr(structure, field) is None:
+                changes[f"robot.structure.{field}"] = tuple(dice.rng.normal(size=structure.size).tolist())
+    stays = kind != 1 and dice.chance(0.4)
+    motion: dict[str, Any] = {"base": "stays" if stays else "moves"}
+    for name, needed in (("normal", normal), ("along", along)):
+        if needed:
+            motion[name] = _shift(dice, length, scene.duration, told=0 if stays else None)
+    return ts.with_values(
+        scene, {**changes, "ground.motion": motion, "initial.in_laboratory": dice.chance(0.5)}
+    )
+
+
+def _shift(dice: Dice, length: float, duration: float, told: int | None) -> dict[str, Any]:
+    """How ground moves over about a length in a duration: its displacement (told = 0), a rate of it, or any of them."""
+    told = dice.one_of((0, 0, 1, 2)) if told is None else told
+    rate = 2.0 * math.pi * dice.between(1.0, 8.0) / duration
+    size = length * dice.log(0.05, 1.0) * rate**told
+    name = ("displacement", "velocity", "acceleration")[told]
+    if dice.chance(0.5):
+        hz = rate / (2.0 * math.pi)
+        return {name: {"kind": "sine", "amplitude": size, "frequency": hz, "phase": dice.between(0, 6)}}
+    count = 9
+    times = (duration * np.linspace(0.0, 1.0 + 1e-3, count)).tolist()
+    levels = (size * dice.rng.normal(size=count)).tolist()
+    joined = "cubic" if told == 0 else "linear"
+    return {name: {"kind": "sampled", "times": times, "levels": levels, "interpolation": joined}}
+
+
 def wide_sliding_scene(seed: int) -> Scene:
     """The same at the edges."""
     return sliding_scene(seed, WIDE)

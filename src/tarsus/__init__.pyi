@@ -40,7 +40,8 @@ from tarsus.model.drive.amplifier import Amplifier as Amplifier
 from tarsus.model.drive.laws import LinearForce as LinearForce
 from tarsus.model.drive.waveforms import Constant as Constant, OnOff as OnOff, Sampled as Sampled, Sine as Sine, Square as Square
 from tarsus.model.laws import Adhesion as Adhesion, Electrostatic as Electrostatic, Film as Film, Friction as Friction
-from tarsus.model.laws import Gravity as Gravity, Restitution as Restitution, SmoothLaw as SmoothLaw
+from tarsus.model.laws import AdhesionLaw as AdhesionLaw, DampingLaw as DampingLaw, FrictionLaw as FrictionLaw, Gravity as Gravity
+from tarsus.model.laws import ImpactLaw as ImpactLaw, Restitution as Restitution, SmoothLaw as SmoothLaw
 from tarsus.model.robot import Drive as Drive, Foot as Foot, InertiaLoad as InertiaLoad, ModalLoad as ModalLoad, PointLoad as PointLoad, Robot as Robot
 from tarsus.model.scene import Ground as Ground, Initial as Initial, Scene as Scene
 from tarsus.model.structure import Beam as Beam, Lumped as Lumped, Modal as Modal, Walker as Walker

@@ -8,7 +8,14 @@ import pytest
 
 import tarsus as ts
 from independent.compare import compare, nudged
-from random_scenes import branched_scene, creeping_scene, falling_friction, plain_scene, sliding_scene
+from random_scenes import (
+    branched_scene,
+    creeping_scene,
+    falling_friction,
+    moving_scene,
+    plain_scene,
+    sliding_scene,
+)
 from sliding_scenes import biped, by_modes, cantilever
 from tarsus.base.events import EventKind
 from tarsus.base.spec import get_value, with_values
@@ -85,6 +92,16 @@ def test_feet_by_contact_modes_slip_and_stick_as_there(scene: str) -> None:
 )
 def test_feet_that_nobody_chose_slip_and_stick_as_there(seed: int) -> None:
     found = compare(sliding_scene(seed), TIGHT)
+    assert found.wrong is None, found
+
+
+@pytest.mark.parametrize(
+    "seed", [s if s in (2, 10) else pytest.param(s, marks=pytest.mark.slow) for s in range(30)]
+)
+def test_ground_that_moves_is_felt_as_there(seed: int) -> None:
+    """Modal, legged and sliding scenes on ground that is told its displacement, velocity or acceleration; bases move
+    with it or stay, and starts are in the laboratory or on it."""
+    found = compare(moving_scene(seed), TIGHT, 1e-7, 1e-6)
     assert found.wrong is None, found
 
 

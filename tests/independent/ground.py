@@ -91,6 +91,8 @@ class Laws:
             return law.dynamic + (law.static - law.dynamic) * math.exp(-((speed / law.speed) ** law.exponent))
         if law.kind == "rate_weakening":
             return law.dynamic + (law.static - law.dynamic) * law.speed / (law.speed + speed)
+        if law.kind == "static_kinetic":
+            return law.kinetic if speed > 0.0 else law.static
         return law.coefficient
 
     def brakes(self, change: float, speed: float) -> float:

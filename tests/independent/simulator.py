@@ -9,14 +9,14 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
-from independent import drives
+from independent import drives, moving
 from independent.bodies import robot_of
 from independent.ground import Laws, passive_angle
 
@@ -81,6 +81,9 @@ class Simulator:
             )  # fmt: skip
             volts[name] = drives.amplified(told, drive.amplifier, start, self.end)
             self.forces.append(drives.force(volts[name], drive.law, drive.history, self.end))
+        for load, signal in moving.pushes(scene, robot, self.end):
+            self.robot = robot = replace(robot, loads=np.column_stack([robot.loads, load]))
+            self.forces.append(signal)
         names = list(volts)
         wired = [foot.electrode for foot in feet]
         if not any(wired) and names:
@@ -103,6 +106,8 @@ class Simulator:
         initial = scene.initial
         x = np.zeros(self.n) if initial.displacement is None else np.array(initial.displacement)
         v = np.zeros(self.n) if initial.velocity is None else np.array(initial.velocity)
+        if initial.in_laboratory:
+            v = v - moving.start(scene, robot, self.end)
         self.time, self.z = 0.0, np.concatenate([x, v])
         self.now = [None] * len(self.forces), [None] * self.m
         self.lines: list[np.ndarray] = []
@@ -456,8 +461,8 @@ class Simulator:
             slid = self.sense[i] != 0.0
             self.note(i, RELEASE)
             self.contact[i], self.sense[i], self.fresh[i] = AIR, 0.0, True
-            if slid:  # what takes it off may be its own friction
-                pressed = self.strength(i, self.time) - self.pull_if_held(i)
+            if slid:  # what takes it off may be its own friction, and what it is free of then its adhesion
+                pressed = -self.pull_if_held(i)
                 self.out.jammed = pressed > 1e-9 * self.parts(i) + self.no_force(i)
             return None
         if what in ("stop", "slip") and len(resting := self.resting(i)) > 1:

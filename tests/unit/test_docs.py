@@ -193,6 +193,20 @@ def on_stairs(names: Names) -> None:
     assert names["drawn"].share("mean_speed", -1.0)[0] == 1.0  # all robots walk on to the end
 
 
+def shaken(names: Names) -> None:
+    """Where it meets the ground, and, of a beam far above it, the swing that a base makes at resonance."""
+    assert names["run"].ok and names["run"].events["time"][0] == pytest.approx(17.6e-3, rel=5e-3)
+    high = ts.with_values(names["shaken"], {"robot.feet.tip.gap": 1e-3})
+    structure = high.robot.structure
+    mass, stiffness = structure.matrices().mass, structure.matrices().stiffness
+    squares, shapes = np.linalg.eig(np.linalg.solve(mass, stiffness))
+    first = shapes[:, np.argmin(squares)]
+    share = (structure.row("tip") @ first) * (first @ mass @ structure.vertical()) / (first @ mass @ first)
+    swing = 2e-6 * share / (2.0 * structure.damping_ratios[0])
+    gap = ts.simulate(high, "0.2 s").at(np.linspace(0.19, 0.2, 3000)).state.gap
+    assert 0.5 * np.ptp(gap) == pytest.approx(abs(swing), rel=1e-2)
+
+
 def walks(names: Names) -> None:
     a_law(names)
     assert names["uphill"].ok and names["uphill"].measures.stride.value == pytest.approx(-2.8e-6, rel=0.1)
@@ -511,6 +525,7 @@ CASES = [
     Case("modal.md", modes, plate),
     Case("orbits.md", orbits, slow=True),
     Case("scale.md", spread, cluster, slow=True),
+    Case("shaker.md", shaken),
     Case("slots.md", a_session),
     Case("sweeps.md", swept),
     Case("theory.md", theory),

@@ -180,7 +180,7 @@ def test_samples_from_a_file(tmp_path: Path, name: str) -> None:
         file.write_text(SAMPLES[name], encoding="utf-16" if "16" in name else "utf-8")
     elif name == "named.csv":
         file.write_text("probe,clock,drive\n9,0,1\n9,0.1,-2\n9,0.25,3.5\n")
-        columns = {"time_column": "clock", "volts_column": "drive"}
+        columns = {"time_column": "clock", "value_column": "drive"}
     elif name == "record.npz":
         np.savez(file, time=times, volts=levels)
     elif name == "record.h5":

@@ -252,7 +252,7 @@ class _Adapter:
         """What is sensed (ng, ns) in the first steps of a gait at a point (nu,), from a stand, without noise; where
         gaits are judged by settled motions, two probes of one gait are not quite alike."""
         scene = self.quick.scene_of(point)
-        period = max((wave.period or 0.0 for wave in scene.waveforms.values()), default=0.0)
+        period = max((wave.period or 0.0 for wave in scene.waves.values()), default=0.0)
         points = np.repeat(point[None], len(grounds), axis=0)
         points = points if self.request.starts is None else self._moved(points)
         names = tuple(name for one in self.sensed for name in one.measures)

@@ -194,7 +194,7 @@ def _motion(scene: Scene, unknowns: GaitUnknowns, options: WalkSettings) -> Moti
     periods, and a motion settles in some."""
     lowest = unknowns.changes(np.zeros((1, len(unknowns)))).get("gait.frequency")
     periods = (
-        [wave.period or 0.0 for wave in scene.waveforms.values()]
+        [wave.period or 0.0 for wave in scene.waves.values()]
         if lowest is None
         else [1.0 / float(lowest[0])]
     )

@@ -26,6 +26,7 @@ from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.waveforms import Constant, OnOff
 from tarsus.model.robot import Drive
 from tarsus.model.scene import Scene
+from tarsus.plan.lowering import still_only
 from tarsus.solve import simulate_batch
 
 Floats = NDArray[np.float64]
@@ -122,6 +123,7 @@ class LandingRequest:
 def landing_request(scene: Scene, options: LandingSettings, threads: Workers = None) -> LandingRequest:
     """Check everything; raises InputError with every problem that can be told at once."""
     problems, foot = Problems(), options.foot
+    problems.tried(lambda: still_only(scene, "feet are put down softly"))
     if foot not in scene.robot.feet:
         problems.append(f"foot: the robot has no foot '{foot}'{nearest(foot, scene.robot.feet)}")
     drive = problems.tried(lambda: _drive(scene, options.drive))

@@ -237,7 +237,7 @@ class Walks:
 
 def _period_rises(scene: Scene) -> list[float]:
     signals = scene.actuator_volts
-    period = max((wave.period or 0.0 for wave in scene.waveforms.values()), default=0.0)
+    period = max((wave.period or 0.0 for wave in scene.waves.values()), default=0.0)
     return [rise_squares(signals[name], np.array([period, 2.0 * period]))[0] for name in scene.robot.drives]
 
 

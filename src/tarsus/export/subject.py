@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tarsus.base.events import IMPACTS, EventKind
 from tarsus.model.drive.pieces import Pieces, evaluate
 from tarsus.model.scene import Scene
-from tarsus.plan.lowering import Plan, level_only
+from tarsus.plan.lowering import Plan, level_only, still_only
 from tarsus.solve import Run, simulate
 
 Floats = NDArray[np.float64]
@@ -34,6 +34,7 @@ class Subject:
     @classmethod
     def of(cls, scene: Scene, duration: float) -> Subject:
         """Simulated over a duration [s]."""
+        still_only(scene, "other tools put robots")
         run = simulate(scene, duration)
         level_only(run.plan, "other tools put robots")
         return cls(scene, run)

@@ -17,19 +17,22 @@ LEDGER_WORDS: dict[str, str] = {
     "adhesion": "lost to adhesion",
 }
 """Term of every energy account -> its line in reports; those of the laws follow."""
+GROUND = "work in by the ground"
+"""The line of ground that moves."""
 
 
 @dataclass(frozen=True)
 class Ledger:
-    """Where the energy of a run went [J]: work_in + the sum of laws = kinetic + elastic + damping + friction + impacts
-    + adhesion + residual.
+    """Where the energy of a run went [J]: work_in + ground + the sum of laws = kinetic + elastic + damping + friction
+    + impacts + adhesion + residual.
 
-    work_in: work of the drives and of the weight; laws: work on the structure of every law that acts on a foot in the
-    air, by name, below 0 where it takes energy; kinetic, elastic: change from start to end; damping, friction,
-    impacts, adhesion: losses. ``adhesion`` is the kinetic energy of feet that were captured and would have bounced
-    without adhesion. closure: \\|residual\\| over the largest term; where every term is below 1e-20 of the plan's force
-    times length, over that, for then all are rounding. Where resistive laws act on feet that move less than 0.05 of the
-    plan's length, it is over as much more as the account is less exact: see `tarsus.solve.motion.RESOLVED`.
+    work_in: work of the drives and of the weight; ground: of ground that moves, in its own frame; laws: work on the
+    structure of every law that acts on a foot in the air, by name, below 0 where it takes energy; kinetic, elastic:
+    change from start to end; damping, friction, impacts, adhesion: losses. ``adhesion`` is the kinetic energy of feet
+    that were captured and would have bounced without adhesion. closure: \\|residual\\| over the largest term; where
+    every term is below 1e-20 of the plan's force times length, over that, for then all are rounding. Where resistive
+    laws act on feet that move less than 0.05 of the plan's length, it is over as much more as the account is less
+    exact: see `tarsus.solve.motion.RESOLVED`.
     """
 
     work_in: float
@@ -42,6 +45,7 @@ class Ledger:
     laws: Mapping[str, float]
     residual: float
     closure: float
+    ground: float = 0.0
 
     @classmethod
     def of(cls, table: Mapping[str, Any]) -> Ledger:
@@ -60,6 +64,8 @@ def ledger_lines(run: Any) -> list[tuple[str, float]]:
     """Lines of a run's energy account in words, with their energies [J]; one for every law that acted."""
     acting = run.scene.ground.acting_laws
     lines = [(text, float(getattr(run.ledger, name))) for name, text in LEDGER_WORDS.items()]
+    if run.scene.ground.motion is not None:
+        lines.insert(1, (GROUND, float(run.ledger.ground)))
     for name, work in run.ledger.laws.items():
         law = acting[name]
         lines.append((law.label(), -float(work) if law.loses else float(work)))

@@ -50,7 +50,7 @@ class Settled:
 
 def drive_period(scene: Any) -> float | None:
     """Period of the slowest periodic signal of the scene [s]; None if none repeats."""
-    tracks = [signal.track() for signal in scene.waveforms.values()]
+    tracks = [signal.track() for signal in scene.waves.values()]
     return max((track.period for track in tracks if track.periodic), default=None)
 
 

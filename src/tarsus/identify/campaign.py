@@ -34,6 +34,7 @@ from tarsus.identify.foot import FootModel
 from tarsus.model.drive.gait import AnyGait
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.scene import Scene
+from tarsus.plan.lowering import still_only
 from tarsus.records.measurement import Measurement
 from tarsus.records.purpose import Purpose
 from tarsus.records.readers import read_measurement
@@ -194,6 +195,7 @@ def read_campaign(path: str | os.PathLike[str]) -> Opened:
     folder = file.parent
     campaign = _with_files(campaign, folder)
     scene = _device(campaign, folder)
+    still_only(scene, "robots are identified")
     problems = _missing(campaign, folder) + _unknown(campaign, scene)
     if problems:
         raise InputError([f"{file.name}: {said}" for said in problems])

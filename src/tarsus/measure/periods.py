@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 
 def scene_period(scene: Any, duration: float) -> float:
-    """Period [s] that statistics refer to: the longest of the drives' periods, or the whole run without one."""
-    periods = [p for p in (waveform.period for waveform in scene.waveforms.values()) if p is not None]
+    """Period [s] that statistics refer to: the longest of the drives' and the ground's, or the whole run."""
+    periods = [p for p in (waveform.period for waveform in scene.waves.values()) if p is not None]
     return max((p for p in periods if p <= duration), default=duration)
 
 

@@ -24,6 +24,7 @@ from tarsus.model.laws import (
     Restitution,
 )
 from tarsus.model.laws.registry import built_in, slots
+from tarsus.model.motion import GroundMotion
 from tarsus.model.profile import AnyProfile
 
 __all__ = ["Ground"]
@@ -59,6 +60,7 @@ class _Ground(Description):
     profile: AnyProfile | None = Field(
         default=None, description="uneven ground under a walker: its height along the way; absent: level"
     )
+    motion: GroundMotion | None = Field(default=None, description="how the ground moves; absent: it stays")
     laws: Named[Law] = Field(
         default=FrozenDict(), description="further laws by name, a user's own among them"
     )
@@ -127,7 +129,7 @@ class _Ground(Description):
     @model_validator(mode="after")
     def _named_apart(self) -> _Ground:
         """Names of laws are those of their forces and works in series and accounts: each means one thing."""
-        taken = {*self._in_slots(), "drive", "contact", "friction"}
+        taken = {*self._in_slots(), "drive", "contact", "friction", "ground"}
         faults = [
             (f"laws.{name}", f"the name '{name}' is taken by another force on the feet: give the law another")
             for name, law in self.laws.items()

@@ -34,6 +34,7 @@ from tarsus.model.drive.waveforms import Constant, Waveform
 from tarsus.model.ground import Ground
 from tarsus.model.laws import ImpactMap, MassWeighted, PullAsPrinted
 from tarsus.model.laws.impact_map import Body
+from tarsus.model.motion import Base
 from tarsus.model.robot import Drive, Foot, InertiaLoad, ModalLoad, PointLoad, Robot, reference_faults
 from tarsus.model.structure import Walker
 from tarsus.model.structure.base import Array
@@ -81,6 +82,10 @@ class Initial(Description):
     standing: Standing | None = Field(default=None, description="start in static equilibrium on all feet")
     displacement: tuple[float, ...] | None = quantity("m", "initial coordinates", default=None)
     velocity: tuple[float, ...] | None = quantity("m/s", "initial rates of the coordinates", default=None)
+    in_laboratory: bool = Field(
+        default=False,
+        description="whether the velocity, zero when absent, is that in the laboratory and not against moving ground",
+    )
     lifted: bool = Field(
         default=False, description="whether a robot that would start below uneven ground is lifted onto it"
     )
@@ -176,6 +181,7 @@ class Scene(Description):
             faults += [
                 (f"ground.profile.{path}", text) for path, text in self.ground.profile.faults(self.across)
             ]
+        faults += _motion_faults(self)
         if self.gait is not None:
             faults += _gait_faults(self.gait, self.robot)
         if isinstance(structure, Walker):
@@ -239,6 +245,14 @@ class Scene(Description):
         if self.gait is None or layout is None:
             return self.signals
         return FrozenDict({**self.gait.waveforms(layout), **self.signals})
+
+    @property
+    def waves(self) -> Mapping[str, Signal]:
+        """Every waveform that acts, by its path: those of the drives, and those of ground that moves."""
+        motion = self.ground.motion
+        shifts = () if motion is None else motion.shifts()
+        moving = {f"ground.motion.{name}.{one.word}": one.wave for name, one in shifts}
+        return FrozenDict({**{f"signals.{name}": wave for name, wave in self.waveforms.items()}, **moving})
 
     @property
     def actuator_volts(self) -> Mapping[str, Signal]:
@@ -336,6 +350,22 @@ class Scene(Description):
                 if "*" in path and _stands_for(path, keys[:count]):
                     return whole, origin
         return None
+
+
+def _motion_faults(scene: Scene) -> list[tuple[str, str]]:
+    motion = scene.ground.motion
+    if motion is None:
+        text = "the ground does not move: give ground.motion, or leave it out"
+        return [("initial.in_laboratory", text)] if scene.initial.in_laboratory else []
+    faults = [(f"ground.motion.{path}", text) for path, text in motion.faults(scene.duration)]
+    for direction, _ in motion.shifts():
+        if scene.robot.structure.translation(direction) is None:
+            field = "upward" if direction == "normal" else "forward"
+            text = f"needs to know how it moves with the ground: give {field}, the coordinates of a unit translation"
+            faults.append((f"robot.structure.{field}", f"the structure {text}"))
+    if motion.base is Base.STAYS and isinstance(scene.robot.structure, Walker):
+        faults.append(("ground.motion.base", "a walker has no base that could stay: leave it out"))
+    return faults
 
 
 def _gait_faults(gait: Gait, robot: Robot) -> list[tuple[str, str]]:

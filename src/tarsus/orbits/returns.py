@@ -48,14 +48,14 @@ FINE = Accuracy(gap=1e-12)
 
 
 def drive_period(scene: Scene) -> float:
-    """Period [s] after which all drives of a scene repeat.
+    """Period [s] after which all drives of a scene, and its ground where that moves, repeat.
 
     Raises InputError where a drive has no period, where none is driven, and where periods have no common multiple below
     a hundred of the longest.
     """
-    waves = scene.waveforms
+    waves = scene.waves
     problems = [
-        f"signals.{name}: has no period; a periodic motion needs periodic drives"
+        f"{name}: has no period; a periodic motion needs periodic drives"
         for name, wave in waves.items()
         if wave.period is None and not isinstance(wave, Constant)
     ]

@@ -93,8 +93,8 @@ def _varied(
             if path.startswith(drive) and felt(path)
         }
         wave = scene.waveforms.get(name) or Constant(level=0.0)
-        _check(f"signals.{name}", wave, own)
-        _check(f"robot.drives.{name}", scene.robot.drives[name], of_drive)
+        check_columns(f"signals.{name}", wave, own)
+        check_columns(f"robot.drives.{name}", scene.robot.drives[name], of_drive)
         own |= waves.get(name, {})
         if own or of_drive:
             out[name] = (wave, own, of_drive)
@@ -105,7 +105,7 @@ def gait_waves(scene: Scene, gait: Columns) -> dict[str, dict[str, Any]]:
     """Numbers of the square waves of a gait, for every drive that it moves."""
     layout, own = scene.robot.layout(), scene.gait
     assert own is not None and layout is not None  # checked by Scene
-    _check("gait", own, gait)
+    check_columns("gait", own, gait)
     many = with_columns(own, gait)
     faults = many.faults(layout)
     if faults:
@@ -143,7 +143,7 @@ def with_columns(of: Any, columns: Columns) -> Any:
     return type(of)({**of, **{key: with_columns(of[key], rest) for key, rest in parts.items()}})
 
 
-def _check(where: str, of: Description, varied: Columns) -> None:
+def check_columns(where: str, of: Description, varied: Columns) -> None:
     """Raise InputError where a value is refused: bounds are intervals, so that the lowest and the highest suffice,
     and of numbers that must be in order the lowest ones are, and the highest."""
     for end in (np.min, np.max) if varied else ():

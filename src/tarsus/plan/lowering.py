@@ -30,6 +30,7 @@ from tarsus.model.laws.translate import translate
 from tarsus.model.profile import heights_of
 from tarsus.model.standing import Stance, stance_of
 from tarsus.model.structure.walker import STRAIGHT_AHEAD, Walker
+from tarsus.plan.moving import ground_forces, shifts_of, velocities_at_start
 from tarsus.plan.rows import Rows, pack
 
 if TYPE_CHECKING:
@@ -122,11 +123,11 @@ class Legs:
 class Plan:
     """A scene as arrays, ready for the engine.
 
-    system: the linear structure; laws: flags, parameters and volts channel per foot; channels: forces of the drives,
-    then volts of those of ``charged``; initial (2n,): displacements and velocities at t = 0; periods (nd,) [s]: of the
-    signals, NaN where one does not repeat. length [m], force [N], rate [1/s]: scales that turn relative tolerances into
-    absolute ones. legs: of a structure that walks, its body and legs; None for any other. stance: of a walker that
-    starts standing, how. profile: of uneven ground, see `lower_profile`. lift (n,): displacements of a
+    system: the linear structure; laws: flags, parameters and volts channel per foot; channels: forces of the drives
+    and of ground that moves, then volts of those of ``charged``; initial (2n,): displacements and velocities at t = 0;
+    periods (nd,) [s]: of the signals, NaN where one does not repeat. length [m], force [N], rate [1/s]: scales that
+    turn relative tolerances into absolute ones. legs: of a structure that walks, its body and legs; None for any other.
+    stance: of a walker that starts standing, how. profile: of uneven ground, see `lower_profile`. lift (n,): displacements of a
     robot that is lifted by 1 m, where uneven ground is to lift it; else empty.
     """
 
@@ -199,6 +200,8 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
         volts.append(volt)
         periods.append(signals[name].period or np.nan)
     feet = list(scene.robot.feet.values())
+    driven_by_ground = ground_forces(scene, system)
+    periods += [one.shift.wave.period or np.nan for one in driven_by_ground]
     laws = lower_laws(scene.ground, len(feet))
     if scene.ground.makes_energy:
         laws.flags[:] |= _native.FLAGS["map_as_is"]
@@ -209,14 +212,17 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
     used = sorted({names.index(w) for w in wired if sees and w is not None})
     for i, w in enumerate(wired):
         if sees and w is not None:
-            laws.volts[i] = len(names) + used.index(names.index(w))
-    channels = (*forces, *(volts[d] for d in used))
+            laws.volts[i] = system.loads.shape[1] + used.index(names.index(w))
+    channels = (*forces, *(one.pieces for one in driven_by_ground), *(volts[d] for d in used))
     n = system.mass.shape[0]
     initial = np.zeros(2 * n)
     if scene.initial.displacement is not None:
         initial[:n] = scene.initial.displacement
     if scene.initial.velocity is not None:
         initial[n:] = scene.initial.velocity
+    if scene.initial.in_laboratory:
+        waves = {direction: one.wave for direction, one in shifts_of(scene).items()}
+        initial[n:] -= velocities_at_start(scene, waves)[0]
     lift = scene.robot.structure.vertical() if scene.initial.lifted else None
     plan = Plan(
         system, laws, channels, tuple(used), initial, np.array(periods), math.nan, math.nan, _rate(system),
@@ -227,15 +233,17 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
         signals=plan.signals, parameters=laws.parameters[None], initial=initial[None], sources=system.sources[None],
         scales=np.zeros((1, 3)), channels=np.arange(len(channels))[None], profile=plan.profile[None],
     )  # fmt: skip
-    own, ((length, force, _),) = started(plan, row, idle_forces(scene)[None], list(scene.robot.feet))
+    own, ((length, force, _),) = started(plan, row, idle_forces(scene, plan.drives)[None], list(scene.robot.feet))
     # what the engine has made of the plan by now does not depend on these three, and stays
     plan.__dict__.update(initial=own.ravel(), length=float(length), force=float(force))
     return plan
 
 
-def idle_forces(scene: Scene) -> np.ndarray:
-    """Forces (nd,) [N] that drives exert without volts, after their history."""
-    return np.array([one.exerted() for one in scene.robot.drives.values()])
+def idle_forces(scene: Scene, count: int | None = None) -> np.ndarray:
+    """Forces (nd,) [N] that drives exert without volts, after their history; then those of the ground, which stays
+    until t = 0."""
+    exerted = [one.exerted() for one in scene.robot.drives.values()]
+    return np.array(exerted + [0.0] * (0 if count is None else count - len(exerted)))
 
 
 def lower_stance(scene: Scene, system: LinearSystem) -> Stance | None:
@@ -255,9 +263,9 @@ def lower_system(scene: Scene) -> LinearSystem:
     normals = np.zeros((n, len(feet)))
     for i, foot in enumerate(feet):
         normals[:, i] = foot.normal * structure.row(foot.point)
-    loads = np.zeros((n, len(scene.robot.drives)))
-    for d, drive in enumerate(scene.robot.drives.values()):
-        loads[:, d] = drive.load.vector(structure)
+    onto = [drive.load.vector(structure) for drive in scene.robot.drives.values()]
+    onto += [one.load for one in ground_forces(scene, matrices)]
+    loads = np.stack(onto, axis=1) if onto else np.zeros((n, 0))
     weight = np.zeros((n, 2))
     if scene.ground.gravity is not None:
         up, ahead = structure.vertical(), structure.horizontal()
@@ -296,6 +304,12 @@ def lines_below(body: LeggedBody, profiles: Floats) -> Iterator[tuple[Floats, bo
         points = profiles[:, first : first + 2 * count].reshape(len(profiles), -1, 2)
         yield points, bool(repeats), np.flatnonzero(body.line == number)
         first += 2 * count + 3 * (count - 1) * patched
+
+
+def still_only(scene: Scene, what: str) -> None:
+    """Raise InputError for ground that moves, where some part of the library, named, does not know it."""
+    if scene.ground.motion is not None:
+        raise InputError([f"ground.motion: {what} on ground that stays: leave it out"])
 
 
 def level_only(plan: Plan, what: str) -> None:
@@ -468,6 +482,7 @@ class Kind(Enum):
     GAP = "rest gap of a foot"
     GRAVITY = "gravity, or the incline by which it is turned"
     PROFILE = "shape of uneven ground"
+    MOTION = "how the ground moves"
     DRIVE = "what one drive does"
     GAIT = "what the drives of a gait do"
 
@@ -482,7 +497,7 @@ class Place:
     @property
     def bounded(self) -> bool:
         """Whether its bounds are an interval of its own, whatever else varies; what drives do is checked as a whole."""
-        return self.kind not in (Kind.DRIVE, Kind.GAIT)
+        return self.kind not in (Kind.DRIVE, Kind.GAIT, Kind.MOTION)
 
 
 _TURNED = ("ground.gravity.acceleration", "ground.incline")
@@ -500,6 +515,8 @@ def slot(scene: Scene, path: str) -> Place | None:
         return Place(Kind.GRAVITY, _TURNED.index(path))
     if keys[:2] == ["ground", "profile"] and _is_float(scene, path):
         return Place(Kind.PROFILE)
+    if keys[:2] == ["ground", "motion"] and _is_float(scene, path):
+        return Place(Kind.MOTION)
     if keys[:2] == ["robot", "feet"] and len(keys) == 4 and keys[3] == "gap" and keys[2] in scene.robot.feet:
         return Place(Kind.GAP, list(scene.robot.feet).index(keys[2]))
     if keys[0] == "gait" and scene.gait is not None:

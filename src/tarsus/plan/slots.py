@@ -8,7 +8,7 @@ springs, damping, shapes, loads) have none; a value of theirs makes a plan anew.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from threading import Lock
 from typing import TYPE_CHECKING
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, float_paths, get_value, with_values
 from tarsus.model.drive.pieces import Channels
-from tarsus.plan.channels import Course, drive_courses
+from tarsus.plan.channels import Course, check_columns, drive_courses, with_columns
 from tarsus.plan.lowering import (
     Kind,
     Place,
@@ -31,9 +31,11 @@ from tarsus.plan.lowering import (
     slot,
     started,
 )
+from tarsus.plan.moving import GroundForce, ground_forces, refuse_jumps, shifts_of, velocities_at_start
 from tarsus.plan.rows import Rows, marked_period, marked_rows, pack, rows_of
 
 if TYPE_CHECKING:
+    from tarsus.model.drive.signal import Signal
     from tarsus.model.scene import Scene
 
 __all__ = [
@@ -68,6 +70,9 @@ def unit_of(path: str, plan: Plan | None) -> float:
     if plan is not None and keys[0] == "initial" and keys[1] in ("displacement", "velocity"):
         moves = np.abs(plan.system.normals[int(keys[2])]).max(initial=0.0)
         return float(plan.length / (moves or 1.0)) * (plan.rate if keys[1] == "velocity" else 1.0)
+    if plan is not None and keys[:2] == ["ground", "motion"] and keys[-1] in _SIZES:
+        told = ("displacement", "velocity", "acceleration").index(keys[3])
+        return plan.length * plan.rate**told
     if plan is not None and keys[:2] == ["robot", "drives"] and "law" in keys:
         return plan.force
     if (
@@ -79,6 +84,10 @@ def unit_of(path: str, plan: Plan | None) -> float:
     plain = {"restitution", "adhesion", "friction", "rising"}
     shaped = keys[:2] == ["ground", "profile"] and not plain.intersection(keys[-2:])
     return plan.length if plan is not None and (keys[-1] == "gap" or shaped) else 1.0
+
+
+_SIZES = ("amplitude", "offset", "level", "start", "stop")
+"""Numbers of a waveform that are values of what it says."""
 
 
 def check_bounds(scene: Scene, path: str, values: Floats) -> None:
@@ -145,10 +154,12 @@ def rows_for(
         base.sources[:, feet:] = gravity_on(*(turned.get(at, one) for at, one in enumerate(own))).T
     for at, column in by_kind[Kind.INITIAL].values():
         base.initial[:, at] = column
+    _start_in_laboratory(scene, by_kind, base)
     if shaped := {path: column for path, (_, column) in by_kind[Kind.PROFILE].items()}:
         base.profile[:] = _profiles(scene, shaped)
+    refuse_jumps(scene, duration, _waves(scene, by_kind))
     rows = _driven(scene, plan, by_kind, base, duration, courses)
-    initial, scales = started(plan, rows, _idle(scene, values, len(rows)), list(scene.robot.feet))
+    initial, scales = started(plan, rows, _idle(scene, values, len(rows), plan.drives), list(scene.robot.feet))
     return replace(
         rows, initial=initial.reshape(rows.initial.shape), scales=scales if scaled else rows.scales
     )
@@ -175,9 +186,9 @@ def bears(scene: Scene, path: str) -> bool:
     return not path.startswith(idle)
 
 
-def _idle(scene: Scene, values: Mapping[str, Floats], count: int) -> Floats:
+def _idle(scene: Scene, values: Mapping[str, Floats], count: int, drives: int) -> Floats:
     """Forces (nr, nd) [N] that drives exert without volts, where a walker stands without."""
-    out = np.repeat(idle_forces(scene)[None], count, axis=0)
+    out = np.repeat(idle_forces(scene, drives)[None], count, axis=0)
     for d, (name, drive) in enumerate(scene.robot.drives.items()):
         head = f"robot.drives.{name}."
         own = {path.removeprefix(head): column for path, column in values.items() if path.startswith(head)}
@@ -210,10 +221,56 @@ def _driven(
             base.channels[:, c] = sum(map(len, pool)) + course.which
             pool.append(channels)
         periods[d] = course.periods
+    for c, (one, wave) in enumerate(_shaken(scene, plan, by_kind), start=len(names)):
+        if wave is not None:
+            made = one.channels(wave)  # one for all where a derivative knows nothing of what varies
+            base.channels[:, c] = sum(map(len, pool)) + (np.arange(len(base)) if len(made) > 1 else 0)
+            pool.append(made)
+            periods[c] = wave.periods()
     channels = Channels.joined(pool)
-    signals = pack(channels) if courses else base.signals
+    signals = pack(channels) if len(pool) > 1 else base.signals
     base.scales[:, 2] = marked_period(periods, duration)
     return replace(base, pool=channels, signals=signals)
+
+
+def _waves(scene: Scene, by_kind: Mapping[Kind, Mapping[str, tuple[int, Floats]]]) -> dict[str, Signal]:
+    """Waveforms of ground that moves of which numbers (nr,) vary, by direction. Raises InputError for wrong values."""
+    out = {}
+    for direction, shift in shifts_of(scene).items():
+        head = f"ground.motion.{direction}.{shift.word}."
+        own = {
+            path.removeprefix(head): column
+            for path, (_, column) in by_kind[Kind.MOTION].items()
+            if path.startswith(head)
+        }
+        if own:
+            check_columns(head.rstrip("."), shift.wave, own)
+            out[direction] = with_columns(shift.wave, own)
+    return out
+
+
+def _shaken(
+    scene: Scene, plan: Plan, by_kind: Mapping[Kind, Mapping[str, tuple[int, Floats]]]
+) -> Iterator[tuple[GroundForce, Signal | None]]:
+    """The forces of ground that moves, and their waveforms where numbers of them vary."""
+    waves = _waves(scene, by_kind)
+    for one in ground_forces(scene, plan.system):
+        yield one, waves.get(one.direction)
+
+
+def _start_in_laboratory(
+    scene: Scene, by_kind: Mapping[Kind, Mapping[str, tuple[int, Floats]]], base: Rows
+) -> None:
+    """Velocities (nr, n) at the start that are given in the laboratory, as ones against the ground."""
+    if not scene.initial.in_laboratory:
+        return
+    own = {direction: one.wave for direction, one in shifts_of(scene).items()}
+    before = velocities_at_start(scene, own)
+    n = before.shape[1]
+    for at, _ in by_kind[Kind.INITIAL].values():
+        if at >= n:
+            base.initial[:, at] -= before[0, at - n]
+    base.initial[:, n:] += before - velocities_at_start(scene, own | _waves(scene, by_kind))
 
 
 _OF_DRIVES = (Kind.GAIT, Kind.DRIVE)

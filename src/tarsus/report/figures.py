@@ -211,6 +211,7 @@ def energies(series: RunSeries, companion: RunSeries | None, window: Window) -> 
 
 LEDGER_CURVES: tuple[tuple[str, str, str, Dash], ...] = (
     ("work_in", "work in by drives", INK, "-"),
+    ("ground_work", "work in by the ground", INK, (0, (4, 1.5))),
     ("stored", "kinetic + elastic", BLUE, "-"),
     ("damping_loss", "structural damping", VERMILION, "-"),
     ("impact_loss", "impacts", PURPLE, "-"),

@@ -39,7 +39,8 @@ class Motion:
     above the ground; state (nl, nt): 0 in the air, 1 stuck, 2 slipping; normal, friction (nl, nt) [N]: force of the
     ground on a foot, upward and forward; volts (nd, nt) [V]; period [s]: the drives', None if none repeats; incline
     [rad]: by which the ground rises forward; ground: of uneven ground the different lines below feet, each (n, 2) [m],
-    places and heights, none of level ground; line: the number of each leg's, (nl,). Raises InputError, with every array
+    places and heights, none of level ground; line: the number of each leg's, (nl,); moved (2, nt) [m]: of ground that
+    moves its displacements along the way and upward, else zeros. Raises InputError, with every array
     that does not fit, unless the shapes are these.
     """
 
@@ -58,6 +59,7 @@ class Motion:
     incline: float = 0.0
     ground: tuple[np.ndarray, ...] = ()
     line: tuple[int, ...] = ()
+    moved: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         nt, nl, nd = len(self.time), len(self.legs), len(self.drives)
@@ -86,6 +88,11 @@ class Motion:
         return self.body.get(name, np.zeros(len(self.time)))
 
     @property
+    def ground_shift(self) -> np.ndarray:
+        """Displacements of the ground (2, nt) [m], along the way and upward."""
+        return np.zeros((2, len(self.time))) if self.moved is None else self.moved
+
+    @property
     def hip_shift_x(self) -> np.ndarray:
         """Displacement of the hips along the way (nl, nt) [m]."""
         turned = np.outer(self.hips[:, 2], self.coordinate("pitch")) - np.outer(
@@ -105,7 +112,9 @@ class Motion:
         cut = {
             f.name: getattr(self, f.name)[..., chosen]
             for f in fields(self)
-            if f.name in (*_PER_FOOT, "time") or (f.name == "volts" and self.drives)
+            if f.name in (*_PER_FOOT, "time")
+            or (f.name == "volts" and self.drives)
+            or (f.name == "moved" and self.moved is not None)
         }
         return replace(self, body={name: values[chosen] for name, values in self.body.items()}, **cut)
 
@@ -197,8 +206,18 @@ def _motion(scene: Any, feet: Sequence[str], variables: Variables, period: float
         volts=np.asarray(variables["volts"].values, dtype=float),
         period=period,
         incline=scene.ground.incline or 0.0,
+        moved=_moved(variables),
         **_ground_below(scene, legs, along),
     )
+
+
+def _moved(variables: Variables) -> np.ndarray | None:
+    """Displacements of ground that moves (2, nt), along the way and upward."""
+    ways = [variables.get(name) for name in ("ground_along", "ground_normal")]
+    if ways == [None, None]:
+        return None
+    none = np.zeros(len(variables["time"].values))
+    return np.stack([none if one is None else np.asarray(one.values, dtype=float) for one in ways])
 
 
 def _ground_below(scene: Any, legs: Sequence[str], along: np.ndarray) -> dict[str, Any]:

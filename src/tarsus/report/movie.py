@@ -192,8 +192,10 @@ def _frames(motion: Motion, stage: WalkStage, width: int) -> Iterator[Image.Imag
     back, front, _, _ = stage.box
     left, right = back - 0.08 * (front - back), front + BACK[0] * stage.length + 0.08 * (front - back)
     top = stage.leg + stage.thick + BACK[1] * stage.length + LIFT * stage.leg
+    risen = stage.up * motion.ground_shift[1]
     low = -BELOW * stage.leg
-    height = int(width * (top - low) / (right - left)) + CAPTION
+    top, bottom = top + float(risen.max(initial=0.0)), low + float(risen.min(initial=0.0))
+    height = int(width * (top - bottom) / (right - left)) + CAPTION
     surge = motion.coordinate("surge") - motion.coordinate("surge")[0]
     apart = _apart(stage, float(surge[-1]))
     slower = (motion.time[1] - motion.time[0]) / (1e-3 * PACE_MS)
@@ -204,7 +206,7 @@ def _frames(motion: Motion, stage: WalkStage, width: int) -> Iterator[Image.Imag
     canvas = FigureCanvasAgg(figure)
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0 - CAPTION / height))
     axes.set_axis_off()
-    axes.set(xlim=(left, right), ylim=(low, top), autoscale_on=False)
+    axes.set(xlim=(left, right), ylim=(bottom, top), autoscale_on=False)
     figure.text(8 / width, 1.0 - 6 / height, caption, color=MUTED, va="top")
     clock = figure.text(1.0 - 8 / width, 1.0 - 6 / height, "", color=INK, va="top", ha="right")
     for frame in range(len(motion.time)):
@@ -213,8 +215,8 @@ def _frames(motion: Motion, stage: WalkStage, width: int) -> Iterator[Image.Imag
         draw_ground(axes, motion, stage, frame, INK, 1.5)
         first = (-stage.along * float(surge[frame]) - left) % apart + left
         marks = np.arange(first - apart, right + apart, apart)
-        axes.plot([marks, marks - 0.4 * BELOW * stage.leg], [np.zeros(len(marks)), np.full(len(marks), low)],
-                  color=MUTED, lw=0.8)  # fmt: skip
+        heights = np.array([[0.0], [low]]) + risen[frame] + np.zeros(len(marks))
+        axes.plot([marks, marks - 0.4 * BELOW * stage.leg], heights, color=MUTED, lw=0.8)
         draw_robot(axes, motion, stage, frame, forces=False)
         clock.set_text(format_quantity(float(f"{motion.time[frame] - motion.time[0]:.3g}"), "s"))
         canvas.draw()

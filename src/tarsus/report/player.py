@@ -84,6 +84,7 @@ def payload(
         "incline": motion.incline,
         "ground": [[[float(f"{value:.9g}") for value in point] for point in line] for line in motion.ground],
         "line": list(motion.line),
+        "moved": None if motion.moved is None else packed(motion.moved, 16),
         "frames": len(motion.time),
         "time": packed(motion.time[None, :], 16),
         "body": {name: packed(values[None, :], 16) for name, values in motion.body.items()},

@@ -98,7 +98,8 @@ def ledger(run: Run, *, axes: Axes | None = None) -> Axes:
     """Where the work of the drives went: a bar for each entry of the energy account."""
     account = run.ledger
     entries = {
-        "work of the drives": account.work_in, "kinetic": -account.kinetic, "elastic": -account.elastic,
+        "work of the drives": account.work_in, "work of the ground": account.ground,
+        "kinetic": -account.kinetic, "elastic": -account.elastic,
         "damping": -account.damping, "friction": -account.friction, "impacts": -account.impacts,
         "adhesion": -account.adhesion, **{spaced(name): work for name, work in account.laws.items()},
     }  # fmt: skip

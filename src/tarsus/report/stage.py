@@ -75,9 +75,10 @@ def stage_of(motion: Motion, *, springs: bool = False) -> WalkStage:
     leg = LEG * length
     height = motion.hips[:, 2] - motion.hips[:, 2].min()
     thick = THICK * length + float(height.max())
-    lift = max(float(np.ptp(motion.hip_shift_z)), highest)
+    aside, risen = np.ptp(motion.ground_shift, axis=1)
+    lift = max(float(np.ptp(motion.hip_shift_z)), highest, float(risen))
     swing = motion.foot_x - motion.hips[:, :1] - motion.hip_shift_x
-    stride = float(np.ptp(swing, axis=1).max())
+    stride = max(float(np.ptp(swing, axis=1).max()), float(aside))
     room = min(_spacing(x, y, length), 2.0 * leg)
     forces = np.abs(np.concatenate([motion.normal, motion.friction]))
     pressed = forces[forces > 0.0]
@@ -137,7 +138,8 @@ def round_below(value: float) -> float:
 
 @dataclass(frozen=True)
 class Drawing:
-    """One moment on paper [m]: hips and feet (nl, 2), and the faces of the body's box (4, 2), ground at height 0."""
+    """One moment on paper [m]: hips and feet (nl, 2), and the faces of the body's box (4, 2), ground at height 0 or
+    where it has moved to."""
 
     hips: np.ndarray
     feet: np.ndarray
@@ -154,15 +156,16 @@ def drawn(motion: Motion, stage: WalkStage, frame: int) -> Drawing:
     hips = np.column_stack([stage.x, stage.z]) + depth
     feet = np.column_stack([stage.x, np.zeros(len(stage.x))]) + depth
     hips[:, 0] += stage.along * (motion.hip_shift_x[:, frame] - surge)
-    hips[:, 1] += stage.up * motion.hip_shift_z[:, frame]
+    risen = stage.up * motion.ground_shift[1, frame]
+    hips[:, 1] += stage.up * motion.hip_shift_z[:, frame] + risen
     feet[:, 0] += stage.along * (motion.foot_x[:, frame] - motion.hips[:, 0] - surge)
-    feet[:, 1] += stage.up * motion.foot_z[:, frame]
+    feet[:, 1] += stage.up * motion.foot_z[:, frame] + risen
     back, front, right, left = stage.box
 
     def face(y: float) -> np.ndarray:
         x = np.array([back, front, front, back])
         z = stage.leg + np.array([0.0, 0.0, stage.thick, stage.thick])
-        return np.column_stack([x, z + stage.up * (heave + y * roll - x * pitch)]) + _depth(
+        return np.column_stack([x, z + risen + stage.up * (heave + y * roll - x * pitch)]) + _depth(
             stage, np.array([y])
         )
 
@@ -181,7 +184,8 @@ def facets(motion: Motion, stage: WalkStage, frame: int) -> list[np.ndarray]:
         at = np.concatenate([ends[:1], place[inside], ends[1:]])
         z = np.concatenate([edge[:1], height[inside], edge[1:]])
         along = stage.along * (at - motion.hips[leg, 0] - motion.coordinate("surge")[frame])
-        out.append(np.column_stack([stage.x[leg] + along, stage.up * z]) + depth[leg])
+        risen = motion.ground_shift[1, frame]
+        out.append(np.column_stack([stage.x[leg] + along, stage.up * (z + risen)]) + depth[leg])
     return out
 
 

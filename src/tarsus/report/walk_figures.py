@@ -200,7 +200,7 @@ def draw_ground(axes: Axes, motion: Motion, stage: WalkStage, frame: int, color:
     """The ground at a moment: a line, or of uneven ground the piece below each foot, as large as motion is drawn, in
     the colour of its leg where feet go along several lines."""
     if not motion.ground:
-        axes.axhline(0.0, color=color, lw=width, zorder=0)
+        axes.axhline(stage.up * motion.ground_shift[1, frame], color=color, lw=width, zorder=0)
         return
     for leg, piece in enumerate(facets(motion, stage, frame)):
         own = color if len(motion.ground) == 1 else FAR_LEG if stage.far[leg] else BLUE

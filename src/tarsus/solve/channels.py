@@ -80,6 +80,16 @@ CHANNELS = (
         "work_in", "J", "W", "", "work of drives and weight, from the start", lambda s: s.cumulative["work_in"]
     ),
     RunChannel(
+        "ground_work", "J", "W_s", "", "work of moving ground, in its own frame, from the start",
+        lambda s: s.cumulative["ground"] if s.ground else None,
+    ),
+    RunChannel(
+        "ground_normal", "m", "s_n", "", "displacement of the ground along its normal", lambda s: s.ground.get("normal")
+    ),
+    RunChannel(
+        "ground_along", "m", "s_x", "", "displacement of the ground along the way", lambda s: s.ground.get("along")
+    ),
+    RunChannel(
         "damping_loss", "J", "", "", "energy lost to structural damping, from the start",
         lambda s: s.cumulative["damping"],
     ),

@@ -369,7 +369,7 @@ def ran_of(run: Run, times: Floats) -> Ran:
     )
 
 
-_TERMS = ("work_in", "kinetic", "elastic", "damping", "friction", "impacts", "adhesion")
+_TERMS = ("work_in", "ground", "kinetic", "elastic", "damping", "friction", "impacts", "adhesion")
 
 
 def table_of(runs: Sequence[Run]) -> RunTable:

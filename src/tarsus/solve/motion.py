@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -19,6 +19,7 @@ from tarsus.files.ledger import Ledger
 from tarsus.plan.lowering import Plan, program_of, without_native
 from tarsus.plan.rows import Rows
 from tarsus.solve.engine import Accuracy, Engine, RawRuns
+from tarsus.solve.ground_work import ground_work
 
 if TYPE_CHECKING:
     from tarsus.core.modes import LinearSystem
@@ -295,7 +296,12 @@ def ledger_of_run(run: Run) -> Ledger:
     row, first, last = run.motion.acting.rows, run.motion.acting.rows.initial[0], run.motion.last
     lost = (float(run.events["energy"].sum()), float(run.events["adhesion_energy"].sum()))
     resolved = _unresolved(run, first, last)
-    return ledger_of(run.plan.system, row.scales[0], first, last, run.motion.account, lost, resolved)
+    whole = ledger_of(run.plan.system, row.scales[0], first, last, run.motion.account, lost, resolved)
+    if run.scene.ground.motion is None:
+        return whole
+    end, n = np.array([run.end_time]), len(run.plan.system.mass)
+    ground = float(ground_work(run, end, last[:n, None], np.array([whole.work_in]))[0])
+    return replace(whole, work_in=whole.work_in - ground, ground=ground)
 
 
 def ledger_of(
@@ -345,7 +351,7 @@ def electrical_energy(run: Run) -> float:
     weight = float((ends[1] - ends[0]) @ system.weight @ row.sources[0, -2:])
     taken, times = run.ledger.work_in - weight, np.array([0.0, run.end_time])
     for drive, signal, load in zip(
-        drives.values(), run.scene.actuator_volts.values(), system.loads.T, strict=True
+        drives.values(), run.scene.actuator_volts.values(), system.loads.T[: len(drives)], strict=True
     ):
         volts = signal.volts(times)
         gain = polyval(volts, drive.law.small_signal_gain())

@@ -22,6 +22,7 @@ from tarsus.base.quantities import Quantity
 from tarsus.model.drive.lower import evaluate, lower
 from tarsus.model.structure.walker import TURNS
 from tarsus.plan.lowering import lower_system
+from tarsus.plan.moving import ground_forces, shifts_of
 from tarsus.solve.channels import BODY, DRIVE, POINT, measured_by
 from tarsus.solve.differences import STEP, Stencil, directions_of
 
@@ -186,8 +187,14 @@ class Readings:
         """The rate of that."""
         system = self.system
         per_force = solve(system.mass, self._row(at))  # the mass matrix is its own transpose
-        forces = np.array([evaluate(self._pieces(name)[0], self.times) for name in self.scene.robot.drives])
+        pieces = [self._pieces(name)[0] for name in self.scene.robot.drives]
+        pieces += [one.pieces for one in ground_forces(self.scene, system)]
+        forces = np.array([evaluate(one, self.times) for one in pieces])
         known = per_force @ system.loads @ forces.reshape(-1, len(self.times)) + per_force @ system.constant
+        for direction, shift in shifts_of(self.scene).items():  # an accelerometer feels the ground's as well
+            way = self.scene.robot.structure.translation(direction)
+            assert way is not None  # checked by Scene
+            known = known + float(self._row(at) @ way) * shift.at(self.times, 2)
         return Weights(
             -per_force @ system.stiffness, -per_force @ system.damping, normal=per_force @ system.normals,
             tangent=per_force @ self._tangents if self.scene.slides else None, known=known,
@@ -260,7 +267,8 @@ def output_rows(scene: Scene, outputs: Sequence[Output], times: ArrayLike) -> Ou
 
     Charge and current flow into the actuator's terminal: q = C V + G w.x and dq/dt, with the volts behind the
     amplifier, C the drive's capacitance (0 unless given), w its load and G the gain of small signals at these volts
-    (`VoltageLaw.small_signal_gain`). A current is without the impulses of volts that jump.
+    (`VoltageLaw.small_signal_gain`). A current is without the impulses of volts that jump. Above ground that moves
+    displacements and velocities are those against it, accelerations those in the laboratory.
 
     Raises
     ------
@@ -295,7 +303,7 @@ def output_slopes(
         moved = {
             path: w
             for path, w in direction.items()
-            if path.startswith(("robot.", "ground.gravity.", "ground.incline"))
+            if path.startswith(("robot.", "ground.gravity.", "ground.incline", "ground.motion."))
         }
         late = [path for path in direction if path.startswith(("gait.", "signals.")) or ".amplifier." in path]
         if late and not kinematic:

@@ -52,7 +52,7 @@ def packet_arrays(scene: Scene, engine: Engine, rows: Rows, accuracy: Accuracy |
     parts = {
         "nodes": {name: value for name, value in vars(nodes).items() if name.isupper() and not name.startswith("_")},
         "signals": Channels.of(rows.pool).arrays, "laws": laws, "start": plan.start_arrays,
-        "settings": settings_arrays(plan, duration, accuracy), "rows": _row(scene, rows),
+        "settings": settings_arrays(plan, duration, accuracy), "rows": _row(scene, rows, plan.drives),
     }  # fmt: skip
     if plan.legs is None:
         book = engine.tables
@@ -66,9 +66,9 @@ def packet_arrays(scene: Scene, engine: Engine, rows: Rows, accuracy: Accuracy |
     return {f"{head}.{name}": value for head, arrays in parts.items() for name, value in arrays.items()}
 
 
-def _row(scene: Scene, rows: Rows) -> dict[str, Any]:
+def _row(scene: Scene, rows: Rows, drives: int) -> dict[str, Any]:
     names = ("parameters", "initial", "sources", "scales", "channels")
-    return {name: getattr(rows, name)[0] for name in names} | {"idle": idle_forces(scene)}
+    return {name: getattr(rows, name)[0] for name in names} | {"idle": idle_forces(scene, drives)}
 
 
 def _modes(plan: Plan) -> Iterator[tuple[str, dict[str, Any]]]:

@@ -26,6 +26,7 @@ from tarsus.measure.measure import Measure, Measures
 from tarsus.measure.periods import scene_period
 from tarsus.measure.walking import measures_of
 from tarsus.plan.lowering import lower_scene
+from tarsus.plan.moving import refuse_jumps
 from tarsus.plan.rows import Rows, marked_rows
 from tarsus.plan.slots import Courses, Floats, rows_for, slot
 from tarsus.solve.codes import (
@@ -340,6 +341,14 @@ class Run(Hinted):
         return ledger_of_run(self) if self.stored is None else self.stored.ledger
 
     @cached_property
+    def laboratory_work(self) -> float:
+        """Work [J] that moving ground does on the robot in the laboratory; ``ledger.ground`` is that in the ground's
+        own frame. Raises InputError for a base that stays."""
+        from tarsus.solve.ground_work import laboratory_work
+
+        return laboratory_work(self)
+
+    @cached_property
     def electrical_energy(self) -> float:
         """Energy [J] that the electrodes of all drives take in the run, the integral of V dq with the charge by motion;
         NaN where a drive's law has a memory, whose own charge no description says."""
@@ -463,6 +472,7 @@ def prepared(
     engine = shared.get(("resident", duration), made) if scene is shared.resident else made()
     plan = engine.plan
     if not values:
+        refuse_jumps(scene, duration)
         return engine, marked_rows(plan, count, duration)
     return engine, rows_for(scene, plan, values, duration, courses=courses)
 

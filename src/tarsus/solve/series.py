@@ -15,8 +15,10 @@ from tarsus.files.series import Variable
 from tarsus.measure.path import path_of
 from tarsus.model.laws.base import AdhesionLaw, Law
 from tarsus.model.structure.walker import TURNS
+from tarsus.plan.moving import shifts_of
 from tarsus.solve import channels
 from tarsus.solve.channels import BODY, DRIVE, FOOT, POINT, TIME
+from tarsus.solve.ground_work import ground_work
 from tarsus.solve.motion import contact_strength, law_value
 from tarsus.solve.outputs import Output, Readings
 
@@ -49,6 +51,8 @@ class Series(Hinted):
     def __init__(self, run: Run, time: Floats) -> None:
         self.run, self.time = run, time
         self.state, (terms, self.works), self._way = run.motion.seen(time)
+        ground = ground_work(run, time, self.state.x, terms["work_in"])
+        terms = terms | {"work_in": terms["work_in"] - ground, "ground": ground}
         self.cumulative = terms | _event_losses(run, time)
 
     def __getitem__(self, name: str) -> Any:
@@ -77,7 +81,12 @@ class Series(Hinted):
     @property
     def force(self) -> Floats:
         """Forces (nd, nt) [N] of the drives."""
-        return self.run.motion.acting.drives(self.time)
+        return self.run.motion.acting.drives(self.time)[: len(self.run.scene.robot.drives)]
+
+    @property
+    def ground(self) -> Mapping[str, Floats]:
+        """Displacements (nt,) [m] of ground that moves, by direction, normal to it or along it."""
+        return {direction: one.at(self.time) for direction, one in shifts_of(self.run.scene).items()}
 
     @cached_property
     def laws(self) -> Mapping[str, Floats]:

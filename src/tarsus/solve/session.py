@@ -293,7 +293,10 @@ class Session(Hinted):
         return dict(self._robots().values)
 
     def ledger(self, robot: int = 0) -> Ledger:
-        """Where the energy of a robot went since its reset. Raises InputError unless the session keeps an account."""
+        """Where the energy of a robot went since its reset; the work of ground that moves is in ``work_in``.
+
+        Raises InputError unless the session keeps an account.
+        """
         if not self.account:
             raise InputError("there is no account: make the session with account=True")
         return self._robots().ledger(robot)

@@ -195,7 +195,7 @@ def estimated_steps(scene: Scene, duration: float) -> float:
     matrices = scene.robot.structure.matrices()
     squares = np.linalg.eigvals(np.linalg.solve(matrices.mass, matrices.stiffness)).real
     fastest = math.sqrt(max(float(np.max(squares, initial=0.0)), 0.0)) / (2.0 * math.pi)
-    drives = [float(getattr(signal, "frequency", 0.0)) for signal in scene.waveforms.values()]
+    drives = [float(getattr(signal, "frequency", 0.0)) for signal in scene.waves.values()]
     return duration * max([fastest, *drives, 1.0]) * STEPS_PER_CYCLE
 
 

@@ -104,6 +104,7 @@ def sliders_of(
     Raises InputError for ranges and numbers of drives that are none, and for more than three of these.
     """
     places, infos = slots(scene), float_paths(scene)
+    places = {path: place for path, place in places.items() if place.kind is not Kind.MOTION}
     _check_asked(places, infos, ranges, drives)
     found, left = [], []
     for paths in _alike(places, infos):

@@ -205,7 +205,8 @@ class SteppedRobots:
         each = {name: getattr(rows, name)[self.runs.data] for name in _OWN}
         told = [(of, self.drive(name), d in plan.charged) for d, (name, of) in enumerate(commands.items())]
         varied = any(path.startswith("robot.drives.") for path in self.values)
-        if told and (at_once := held(told, len(self), varied)) is not None:
+        shaken = range(len(told), plan.drives)  # channels of ground that moves
+        if told and not shaken and (at_once := held(told, len(self), varied)) is not None:
             return replace(rows, pool=at_once[0], signals=pack(at_once[0]), channels=at_once[1], **each)
         channels = np.zeros((len(self), len(plan.channels)), dtype=np.int64)
         pool: list[Channels] = []
@@ -216,6 +217,9 @@ class SteppedRobots:
                 assert made is not None
                 channels[:, place] = sum(map(len, pool)) + command.which
                 pool.append(made)
+        if shaken:
+            channels[:, shaken] = sum(map(len, pool)) + rows.channels[self.runs.data][:, shaken]
+            pool.append(Channels.of(rows.pool))
         joined = Channels.joined(pool) if pool else Channels.of(())
         return replace(rows, pool=joined, signals=pack(joined), channels=channels, **each)
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from tarsus.base.errors import InputError
 from tarsus.base.units import parse_quantity
 from tarsus.files.library import SceneLike, as_scene
+from tarsus.plan.lowering import still_only
 from tarsus.synthesis.campaign_folder import write_campaign
 from tarsus.synthesis.devices import perturbed
 from tarsus.synthesis.recordings import Instrument
@@ -61,6 +62,7 @@ def synthesize(
     """
     instrument = checked_instrument(rate, snr_db)
     scene = as_scene(device)
+    still_only(scene, "records are made of robots")
     device_made = perturbed(scene, perturb, seed) if perturb else scene
     written = write_campaign(device_made, Path(output), instrument, seed, progress, nominal=scene)
     size = sum(path.stat().st_size for path in written)

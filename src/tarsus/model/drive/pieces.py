@@ -6,7 +6,7 @@ A channel is continued for ever: it either repeats its last pieces (`loop >= 0`)
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -101,6 +101,14 @@ class Channels(Sequence[Pieces]):
         return Channels(
             *(np.concatenate([getattr(one, name) for one in parts]) for name in Channels.__dataclass_fields__)
         )
+
+    def rate(self) -> Channels:
+        """Their derivatives by time, as `Pieces.rate`."""
+        return Channels.of([one.rate() for one in self])
+
+    def times(self, factor: float) -> Channels:
+        """Their values times a factor."""
+        return replace(self, coef=factor * self.coef)
 
     @cached_property
     def first(self) -> NDArray[np.intp]:

@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.quantities import Quantity
 from tarsus.base.spec import Description
 from tarsus.model.drive.track import Track
 
 
 class Signal(Description, ABC):
-    """Base of the waveforms: a voltage [V] of time t >= 0 [s]."""
+    """Base of the waveforms: a voltage [V] of time t >= 0 [s], or what else is ``measured``
+    (`tarsus.model.drive.other_units`)."""
+
+    measured: ClassVar[Quantity] = Quantity.VOLTAGE
+    """What its values are."""
+
+    def rate(self) -> Signal | None:
+        """The waveform of its derivative by time, where that is one of the same kind in closed form; else None."""
+        return None
 
     @property
     def remarks(self) -> tuple[str, ...]:

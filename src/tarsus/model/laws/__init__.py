@@ -16,7 +16,10 @@ from tarsus.model.laws.impact_map import (
 )
 from tarsus.model.laws.landing import AnyLanding, CaptureUnlessPulled, Landing, PullAsPrinted, RestituteFirst
 from tarsus.model.laws.leg_electrostatic import LegElectrostatic
+from tarsus.model.laws.power_restitution import PowerRestitution
+from tarsus.model.laws.rarefied_film import RarefiedFilm
 from tarsus.model.laws.restitution import Restitution
+from tarsus.model.laws.static_friction import StaticKineticFriction
 from tarsus.model.laws.userfile import load_laws
 
 __all__ = [
@@ -42,9 +45,12 @@ __all__ = [
     "LegElectrostatic",
     "MassWeighted",
     "MeasuredImpactMap",
+    "PowerRestitution",
     "PullAsPrinted",
+    "RarefiedFilm",
     "RestituteFirst",
     "Restitution",
     "SmoothLaw",
+    "StaticKineticFriction",
     "load_laws",
 ]

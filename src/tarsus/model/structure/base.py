@@ -102,3 +102,8 @@ class Structure(Description):
         None when the description does not say.
         """
         return None
+
+    def translation(self, direction: str) -> Array | None:
+        """Coordinates (n,) of a unit translation with the ground, ``"normal"`` to it or ``"along"`` it: `vertical`,
+        `horizontal`."""
+        return self.vertical() if direction == "normal" else self.horizontal()

@@ -34,7 +34,7 @@ function readWalk(data) {
   const body = wholeBody(frames, given), time = unpack(data.time, frames)[0];
   return {
     frames, body, turns: "yaw" in data.body, time, start: time[0], end: time[frames - 1], period: data.period, incline: data.incline,
-    ground: data.ground, line: data.line,
+    ground: data.ground, line: data.line, moved: data.moved ? unpack(data.moved, frames) : null,
     names: data.legs, hips: data.hips, stage: data.stage,
     footX: unpack(data.foot_x, frames), footZ: unpack(data.foot_z, frames),
     normal: unpack(data.normal, frames), friction: unpack(data.friction, frames),
@@ -55,12 +55,18 @@ function smoothed(walk, values) {
   });
 }
 
+/** Way of the body's centre, with the ground where that moves, without its swing in a drive period. */
+function pathOf(walk) {
+  const { body: { surge }, moved } = walk;
+  return smoothed(walk, moved ? surge.map((way, i) => way + moved[0][i]) : surge);
+}
+
 class Player {
   constructor(root) {
     const part = (name) => root.querySelector(`.walk-${name}`);
     this.root = root;
     this.walk = readWalk(JSON.parse(part("data").textContent));
-    this.path = smoothed(this.walk, this.walk.body.surge);
+    this.path = pathOf(this.walk);
     this.now = this.walk.start;
     this.playing = false;
     this.again = false; // whether it begins again at its end
@@ -82,7 +88,7 @@ class Player {
     this.now = between(walk.start + this.now - this.walk.start, walk.start, walk.end);
     this.walk = this.stage.walk = this.tracks.walk = walk;
     this.tracks.kept = null;
-    this.path = smoothed(walk, walk.body.surge);
+    this.path = pathOf(walk);
     this.time.max = walk.frames - 1;
     this.draw();
   }

@@ -101,7 +101,9 @@ class Stage {
     this.order = y.map((_, leg) => leg).sort((a, b) => y[b] - y[a]);
     this.size = walk.names.length > 12 ? 3 : 4.5;
     const { leg, thick, length, back, up } = walk.stage;
-    this.tall = leg + thick + (this.wide > 0 ? back[1] * length : 0) + up * Math.max(0, ...walk.body.heave);
+    this.lowest = walk.moved ? Math.min(...walk.moved[1]) : 0;
+    const highest = walk.moved ? Math.max(...walk.moved[1]) - this.lowest : 0;
+    this.tall = leg + thick + (this.wide > 0 ? back[1] * length : 0) + up * (Math.max(0, ...walk.body.heave) + highest);
   }
 
   far(leg) {
@@ -124,7 +126,8 @@ class Stage {
     this.width = look.width;
     this.pen = penFor(this.canvas, this.width, this.height, look.font);
     this.scale = Math.min(wish, (this.height - above - below) / this.tall);
-    this.ground = this.height - below;
+    [this.aside, this.risen] = this.walk.moved ? this.walk.moved.map((way) => moment.read(way)) : [0, this.lowest];
+    this.ground = this.height - below - choices.up * (this.risen - this.lowest) * this.scale;
     this.drawGround();
     this.order.filter((leg) => this.far(leg)).forEach((leg) => this.drawLeg(leg));
     this.drawBody();
@@ -137,7 +140,7 @@ class Stage {
   place(x, y, z) {
     const { walk: { stage } } = this, [forward, upward] = stage.back;
     const deep = this.depth(y), middle = 0.5 * (stage.box[0] + stage.box[1]);
-    const view = x - middle - this.choices.camera + (deep - 0.5 * (this.wide > 0)) * forward * stage.length;
+    const view = x + this.choices.along * this.aside - middle - this.choices.camera + (deep - 0.5 * (this.wide > 0)) * forward * stage.length;
     return [0.5 * this.width + view * this.scale, this.ground - (z + deep * upward * stage.length) * this.scale];
   }
 

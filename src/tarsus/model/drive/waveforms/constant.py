@@ -18,6 +18,10 @@ class Constant(Signal):
     kind: Literal["constant"] = "constant"
     level: Amount = quantity("V", "the voltage")
 
+    def rate(self) -> Constant:
+        """Nothing."""
+        return self.model_copy(update={"level": 0.0 * self.level})
+
     def volts(self, time: Floats) -> Floats:
         """Voltage [V] at `time` [s], any shape."""
         return np.full(np.shape(time), self.level)

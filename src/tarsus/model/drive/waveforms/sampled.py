@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import Enum
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import ValidationInfo, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from tarsus.base.arrays import Floats
 from tarsus.base.columns import columns
 from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors
+from tarsus.base.quantities import Quantity
 from tarsus.base.spec import quantity
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.track import Track, cubic_track, each_run, linear_track, polynomial
 
 if TYPE_CHECKING:
-    from tarsus.model.drive.recorded import RecordedVolts
+    from tarsus.model.drive.recorded import RecordedSignal
 
 
 class Interpolation(Enum):
@@ -35,17 +37,18 @@ class Sampled(Signal):
 
     Samples are given inline (`times`, `levels`), or as `file`, in any format that records are read from (docs,
     "Reading measurements"), or .npz: units, decimal commas and times are those of the file, of which the columns
-    `time_column` and `volts_column` are read, else those that are told by their units. The recorder's clock does not
+    `time_column` and `value_column` are read, else those that are told by their units. The recorder's clock does not
     count: the first sample of a file comes at `start`. A relative file is looked for beside the scene file (validation
     context "folder"), then in the current folder.
     """
 
+    synonyms: ClassVar[Mapping[str, str]] = {"volts_column": "value_column"}
     kind: Literal["sampled"] = "sampled"
     times: tuple[float, ...] | None = quantity("s", "times of the samples, increasing", default=None, ge=0)
     levels: tuple[float, ...] | None = quantity("V", "voltages of the samples", default=None)
     file: str | None = None
     time_column: str = "time"
-    volts_column: str = "volts"
+    value_column: str = Field(default="", description="absent: volts, or what else is measured")
     start: float | None = quantity("s", "time of the first sample of a file; 0 s where absent", default=None, ge=0)
     interpolation: Interpolation = Interpolation.LINEAR
 
@@ -83,11 +86,12 @@ class Sampled(Signal):
         times, levels, _ = self._recorded()
         return (times if self.start is None else times + self.start), levels
 
-    def _recorded(self) -> RecordedVolts:
+    def _recorded(self) -> RecordedSignal:
         path = Path(str(self.file))
         if not path.is_file():
             raise InputError(f"there is no file '{self.file}' (looked from {Path.cwd()})")
-        return _cached(str(path.resolve()), path.stat().st_mtime_ns, self.time_column, self.volts_column)
+        given = self.time_column, self.value_column
+        return _cached(str(path.resolve()), path.stat().st_mtime_ns, *given, self.measured)
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -178,8 +182,10 @@ def _spline(times: Floats, levels: Floats) -> Floats:
 
 
 @lru_cache(maxsize=16)
-def _cached(path: str, changed: int, time_column: str, volts_column: str) -> RecordedVolts:
+def _cached(
+    path: str, changed: int, time_column: str, value_column: str, measured: Quantity
+) -> RecordedSignal:
     """Samples of one version of a file."""
-    from tarsus.model.drive.recorded import read_volts  # readers of files, which few signals need
+    from tarsus.model.drive.recorded import column_of, read_signal  # readers of files, which few signals need
 
-    return read_volts(Path(path), time_column, volts_column)
+    return read_signal(Path(path), time_column, value_column or column_of(measured), measured)

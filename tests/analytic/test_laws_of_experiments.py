@@ -1,0 +1,116 @@
+"""Laws that published experiments are modelled by, each against its closed form."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.special import hyp2f1
+
+import tarsus as ts
+from scene_files import scene
+from tarsus.base.events import EventKind
+
+G = 9.81
+
+# --- friction of two constants --------------------------------------------------------------------------------
+
+
+def on_a_belt(static: float, kinetic: float, speed: float, rate: float) -> ts.Scene:
+    """A mass of 1 kg on a spring to a wall, on a belt that passes below: the base stays while the ground moves."""
+    structure = ts.Lumped(
+        coordinates=("z", "x"), mass=(1.0, 1.0), stiffness=(0.0, rate**2), damping=(0.0, 0.0),
+        upward=(1.0, 0.0), forward=(0.0, 1.0),
+    )  # fmt: skip
+    belt = {"kind": "ramp", "stop": 1e3 * speed, "duration": 1e3}
+    return ts.Scene(
+        name="belt",
+        robot=ts.Robot(structure=structure, feet={"block": ts.Foot(point="z", gap=0.0, along="x")}),
+        ground=ts.Ground(
+            gravity=ts.Gravity(acceleration=G),
+            friction={"kind": "static_kinetic", "static": static, "kinetic": kinetic},
+            motion={"along": {"displacement": belt}, "base": "stays"},
+        ),
+        duration=1.0,
+    )
+
+
+@pytest.mark.parametrize(("static", "kinetic"), [(0.6, 0.4), (0.5, 0.1), (0.3, 0.29)])
+@pytest.mark.parametrize("speed", [1e-3, 0.1, 3.0])
+def test_a_block_on_a_belt_sticks_and_slips_as_its_equation_says(static, kinetic, speed):
+    """With A = (mu_s - mu_k) g / w^2: it sticks for 2 A / v and slips for (2 / w)(pi - atan(A w / v))."""
+    rate = 20.0
+    over = (static - kinetic) * G / rate**2
+    stick, slip = 2.0 * over / speed, 2.0 / rate * (math.pi - math.atan(over * rate / speed))
+    first = static * G / rate**2 / speed
+    run = ts.simulate(on_a_belt(static, kinetic, speed, rate), first + 4.5 * (stick + slip))
+    begins, ends = (
+        run.events["time"][run.events["kind"] == kind]
+        for kind in (EventKind.SLIP_BEGINS, EventKind.STICK_BEGINS)
+    )
+    assert run.ok and run.ledger.closure < 1e-8 and len(begins) == 5
+    assert begins[0] == pytest.approx(first, rel=1e-12)
+    near = 1e-9 / rate  # [s] in an oscillation's radians
+    np.testing.assert_allclose(ends[:4] - begins[:4], slip, rtol=1e-11, atol=near)
+    np.testing.assert_allclose(begins[1:] - ends[:4], stick, rtol=1e-11, atol=near)
+
+
+def test_a_slip_has_no_more_friction_than_rest():
+    with pytest.raises(ts.InputError, match="kinetic: a slip has at most the friction of rest"):
+        ts.laws.StaticKineticFriction(static=0.3, kinetic=0.4)
+
+
+# --- rarefied film --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("knudsen", "within"), [(0.01, 1e-12), (0.1, 1e-9), (0.5, 1e-6), (1.0, 1e-5)])
+def test_a_rarefied_film_has_veijolas_viscosity(knudsen, within):
+    """Its momentum is C / h^2 times half a hypergeometric function, and the force that of the thick film, divided."""
+    film = ts.laws.RarefiedFilm(coefficient=1e-21, thickness=1e-6, free_path=knudsen * 2e-6)
+    thin = 9.638 * knudsen**1.159
+    power = 2.0 / 1.159
+    wanted = 0.5e-21 / 4e-12 * hyp2f1(1.0, power, 1.0 + power, -thin)
+    assert film.momentum(1e-6, *film.parameters()) == pytest.approx(wanted, rel=within)
+    step = 1e-9
+    after, before = (film.momentum(1e-6 + by, *film.parameters()) for by in (step, -step))
+    slope = (after - before) / (2.0 * step)
+    assert slope == pytest.approx(-1e-21 / 8e-18 / (1.0 + thin), rel=max(1e-5, within))
+
+
+def test_a_mass_stops_in_a_rarefied_film_where_its_momentum_says():
+    """Nothing else acts: m v + P(g) stays, so that the speed at a gap is known."""
+    film = ts.laws.RarefiedFilm(coefficient=2e-16, thickness=1e-6, free_path=5e-7)
+    values = {
+        "ground.gravity": None, "ground.laws": {"rarefied_film": film}, "robot.structure.mass": [1e-6],
+        "robot.feet.ball.gap": 2e-5, "initial.velocity": [-0.01],
+    }  # fmt: skip
+    run = ts.simulate(scene("ball", values), 3e-3)
+    states = run.states(np.linspace(0.0, 3e-3, 30))
+    momentum = [film.momentum(g, *film.parameters()) for g in states.gap[0]]
+    whole = -1e-6 * 0.01 - film.momentum(2e-5, *film.parameters())
+    np.testing.assert_allclose(1e-6 * states.v[0] - momentum, whole, rtol=1e-9)
+
+
+# --- restitution by speed -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("power", [0.1, 0.25, 0.5])
+def test_flights_of_a_ball_fall_as_its_restitution_says(power):
+    """Departing speeds are v_(n+1) = e_0 v_0^p v_n^(1-p), and flights 2 v / g."""
+    law = ts.laws.PowerRestitution(coefficient=0.6, speed=1.0, power=power)
+    values = {"ground.restitution": None, "ground.laws": {"power_restitution": law}}
+    run = ts.simulate(scene("ball", values), 2.5)
+    speeds = run.events["speed_before"]
+    assert run.ok and len(speeds) > 3
+    assert speeds[0] == pytest.approx(math.sqrt(2.0 * G), rel=1e-12)
+    np.testing.assert_allclose(speeds[1:], 0.6 * speeds[:-1] ** (1.0 - power), rtol=1e-12)
+    np.testing.assert_allclose(np.diff(run.events["time"]), 2.0 * speeds[1:] / G, rtol=1e-12)
+
+
+def test_slow_impacts_lose_no_less_than_is_said():
+    law = ts.laws.PowerRestitution(coefficient=0.6, speed=1.0, power=0.5, most=0.9)
+    assert law.rebound(0.01, *law.parameters()) == pytest.approx(0.009)
+    values = {"ground.restitution": None, "ground.laws": {"power_restitution": law}}
+    run = ts.simulate(scene("ball", values), 12.0)
+    assert run.ok and run.events["kind"][-1] == EventKind.REST
