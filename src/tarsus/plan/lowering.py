@@ -127,8 +127,8 @@ class Plan:
     and of ground that moves, then volts of those of ``charged``; initial (2n,): displacements and velocities at t = 0;
     periods (nd,) [s]: of the signals, NaN where one does not repeat. length [m], force [N], rate [1/s]: scales that
     turn relative tolerances into absolute ones. legs: of a structure that walks, its body and legs; None for any other.
-    stance: of a walker that starts standing, how. profile: of uneven ground, see `lower_profile`. lift (n,): displacements of a
-    robot that is lifted by 1 m, where uneven ground is to lift it; else empty.
+    stance: of a walker that starts standing, how. profile: of uneven ground, see `lower_profile`. lift (n,):
+    displacements of a robot that is lifted by 1 m, where uneven ground is to lift it; else empty.
     """
 
     system: LinearSystem
