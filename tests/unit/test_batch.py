@@ -249,7 +249,7 @@ def test_a_run_of_a_batch_has_its_motion_and_where_its_energy_went(make, vary):
         ours, theirs = run.at(times), alone.at(times)
         scale = np.abs(theirs.state.x).max()
         np.testing.assert_allclose(ours.state.x, theirs.state.x, rtol=0.0, atol=1e-6 * scale)
-        np.testing.assert_allclose(ours.volts, theirs.volts, rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(ours["volts"], theirs["volts"], rtol=0.0, atol=1e-9)
         np.testing.assert_allclose(ours.force, theirs.force, rtol=0.0, atol=1e-9 * np.abs(theirs.force).max())
         assert run.ledger.work_in == pytest.approx(alone.ledger.work_in, rel=1e-5)
 
