@@ -16,9 +16,11 @@ import numpy as np
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
-from tarsus.identify.draws import DRAWS, carried, drawn_level, newton_draws
+from tarsus.identify.covariance import scattered
+from tarsus.identify.draws import DRAWS, carried, drawn_level
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
+from tarsus.identify.influence import BLOCK, EVENT, Influence, events_of, of_records
 from tarsus.identify.loops import Block, across, basis_of, blocks_of, calmed, law_names, moments
 from tarsus.identify.step import Panel, Residual, StepResult, Used, measured_and_fitted
 from tarsus.identify.traces import Trace
@@ -102,7 +104,7 @@ class LoopFit:
     """The drive as the loops show it.
 
     paths (p,), values (p,): participations but the first of a modal load, then the parameters of the law; own (draws,
-    p): deviations over blocks.
+    p): deviations over blocks; influence: of the blocks, on all but the law's constant.
     """
 
     loops: Loops
@@ -112,6 +114,7 @@ class LoopFit:
     paths: tuple[str, ...]
     values: Floats
     own: Floats
+    influence: Influence
 
     def again(self, model: FootModel, level: float, shares: Floats) -> Floats:
         """Parameters (p,) for another structure [of the model], contact level [m] and known shares (n - 1,)."""
@@ -150,9 +153,9 @@ def fit_loops(
     calm = [calmed(_with(model, values, shares), trace) for trace in traces]
     loops = _gathered(model, calm, level)
     values = _estimate(model, loops, neutral, shares)
-    return LoopFit(
-        loops, model, neutral, shares, _paths(model, shares), values, _own(model, loops, shares, values, seed)
-    )
+    influence, prior = _influence(model, loops, shares, values)
+    own = _own(model, loops, shares, values, scattered(influence, seed, prior) * influence.units)
+    return LoopFit(loops, model, neutral, shares, _paths(model, shares), values, own, influence)
 
 
 def _paths(model: FootModel, shares: Shares) -> tuple[str, ...]:
@@ -213,8 +216,9 @@ def _estimate(model: FootModel, loops: Loops, level: float, shares: Shares) -> F
     return np.concatenate([found, _law(with_shares(model, found), loops, level)])
 
 
-def _own(model: FootModel, loops: Loops, shares: Shares, values: Floats, seed: int) -> Floats:
-    """Deviations (draws, p) by the scatter of the scores of blocks."""
+def _influence(model: FootModel, loops: Loops, shares: Shares, values: Floats) -> tuple[Influence, Floats]:
+    """What each block says of the participations and of the law but for its constant, each number in units that its
+    data tell it by; and what is known of them beforehand."""
     split, known = len(shares.values), with_shares(model, values[: len(shares.values)])
     law, by_law = loops.about_law(known, values[split + 1 :])
     size = np.sqrt(np.maximum(np.einsum("baa->a", law), 1e-300))
@@ -229,8 +233,23 @@ def _own(model: FootModel, loops: Loops, shares: Shares, values: Floats, seed: i
     if split:
         information[:, :split, :split], score[:, :split] = loops.about_shares(known)
         prior[:split, :split] = np.linalg.inv(shares.covariance)
-    moves = newton_draws([(information, score)], seed, prior)
-    moves[:, split:] /= size
+    numbers = {id(trace): number for number, trace in enumerate(loops.traces)}
+    places = [numbers[id(one.source)] for one in loops.blocks]
+    levels, covariates = of_records(loops.traces, places)
+    ways = [places[:k].count(place) for k, place in enumerate(places)]
+    levels = {
+        BLOCK: np.arange(len(places)),
+        EVENT: events_of([one.source.set for one in loops.blocks], ways, 0.5),
+    } | levels
+    paths, units = _paths(model, shares), np.append(np.ones(split), 1.0 / size)
+    return Influence(
+        (*paths[:split], *paths[split + 1 :]), information, score, units, levels, covariates
+    ), prior
+
+
+def _own(model: FootModel, loops: Loops, shares: Shares, values: Floats, moves: Floats) -> Floats:
+    """Deviations (draws, p) by those of all but the constant as the blocks scatter (draws, p - 1)."""
+    split = len(shares.values)
     if split:
         given = values[:split]
         moves[:, split:] += carried(
@@ -316,6 +335,7 @@ def identify_hysteresis(
         notes=notes,
         files=frozenset(block.source.file for block in fit.loops.blocks),
         taken=() if level is not None else fit.paths[len(shares.values) :][:1],
+        influence=fit.influence,
     )
 
 

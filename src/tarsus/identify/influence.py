@@ -16,12 +16,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.arrays import Floats
 from tarsus.identify.draws import by_group
-from tarsus.identify.traces import LEVEL, Trace
+from tarsus.identify.traces import LEVEL, Stands, Trace
 
-EVENT, FILE, SET = "event", "file", "set"
-"""Levels of groups, finest first: what repeats of a set show of one and the same moment is one event."""
-ORDER, REPEAT, VOLTS, SPEED, CONTACT = (
-    "the order of recording", "repeats of a record", "the volts", "the logarithm of speed", "contact time",
+BLOCK, EVENT, FILE, SET = "block", "event", "file", "set"
+"""Levels of groups, finest first: a straight run of the volts is a block; what repeats of a set show of one and the
+same moment is one event."""
+ORDER, REPEAT, VOLTS, WITHIN, SPEED, CONTACT = (
+    "the order of recording", "repeats of a record", "the volts", "the volts in a record", "the logarithm of speed",
+    "contact time",
 )  # fmt: skip
 """What groups of data may differ by."""
 
@@ -98,9 +100,14 @@ def of_records(
     return levels, {name: np.array(one, dtype=np.float64)[at] for name, one in by_record.items()}
 
 
-def of_levels(traces: Sequence[Trace], levels: Floats, errors: Floats) -> Influence:
-    """On the place of the ground (n,) with its errors [m] in records; one that is far off pulls as three errors do."""
-    off = (levels - float(np.sum(levels / errors**2) / np.sum(errors**-2.0))) / errors
-    groups, covariates = of_records(traces, np.arange(len(traces)))
-    score = (off.clip(-3.0, 3.0) / errors)[:, None]
-    return Influence((LEVEL,), errors[:, None, None] ** -2.0, score, np.ones(1), groups, covariates)
+def of_levels(stands: Stands) -> Influence:
+    """On the place of the ground; a record that is far off pulls as three errors do."""
+    weight = stands.errors**-2.0
+    off = stands.levels - float(weight @ stands.levels / weight.sum())
+    off = off.clip(-3.0 * stands.errors, 3.0 * stands.errors)[stands.of] + stands.off
+    groups, covariates = of_records(stands.traces, stands.of)
+    information = (weight[stands.of] * stands.share)[:, None, None]
+    covariates[WITHIN] = stands.volts
+    return Influence(
+        (LEVEL,), information, information[:, :, 0] * off[:, None], np.ones(1), groups, covariates
+    )

@@ -8,7 +8,7 @@ device's geometry the residues tell ``p_k gamma``, and so the participations p_k
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -23,6 +23,7 @@ from tarsus.fit.ranges import Range
 from tarsus.identify.draws import DRAWS, student
 from tarsus.identify.foot import FootModel
 from tarsus.identify.hysteresis import Shares
+from tarsus.identify.influence import FILE, ORDER, VOLTS, Influence
 from tarsus.identify.step import Residual, StepResult, Used
 from tarsus.measure.mac import mac
 from tarsus.model.scene import ModalLoad
@@ -53,14 +54,15 @@ _WORST_SHAPE = 0.5
 
 @dataclass(frozen=True)
 class Resonances:
-    """The step's result, the modal fit behind it, that of all modes found, the device with it, and the
-    participations."""
+    """The step's result, the modal fit behind it, that of all modes found, the device with it, the participations, and
+    the sources of the sweeps."""
 
     step: StepResult
     fit: ModalFit
     seen: ModalFit
     model: FootModel
     shares: Shares
+    sources: tuple[str, ...]
 
 
 def identify_resonances(
@@ -133,7 +135,8 @@ def identify_resonances(
         left_out=agreed.left_out,
         notes=(*fit.remarks, *fit.refused),
     )
-    return Resonances(step, fit, seen, model, _shares(model, fit, seed))
+    sources = tuple(one.source for one in agreed.records)
+    return Resonances(step, fit, seen, model, _shares(model, fit, seed), sources)
 
 
 def _fitted(
@@ -190,6 +193,35 @@ def _order(model: FootModel, fit: ModalFit) -> list[int]:
     likeness = np.atleast_2d(mac(_shapes(model).T, _parts(model, fit).T))
     _, found = linear_sum_assignment(-likeness)
     return [int(k) for k in found]
+
+
+def of_sweeps(found: Resonances, order: Mapping[str, int], volts: Mapping[str, float]) -> Influence | None:
+    """What each sweep says of frequencies and damping ratios, by the poles that it has alone; None of modes without.
+
+    Parameters
+    ----------
+    found
+        The step.
+    order
+        Place of every source of records among all files.
+    volts
+        Highest of each of them [V].
+    """
+    shifts = [mode.shifts for mode in found.fit.modes]
+    if any(one is None or len(one) != len(found.sources) for one in shifts) or len(found.sources) < 2:
+        return None
+    poles = np.array([mode.pole + np.asarray(one) for mode, one in zip(found.fit.modes, shifts, strict=True)])
+    size = np.abs(poles)
+    paths = found.step.paths
+    known = len(paths) - len(poles)
+    each = np.concatenate([size[:known] / (2.0 * np.pi), -poles.real / size]).T
+    count, std = len(each), found.step.std
+    information = np.repeat(np.diag(1.0 / (count * std**2))[None], count, axis=0)
+    number = np.arange(count)
+    along = {ORDER: [order[one] for one in found.sources], VOLTS: [volts[one] for one in found.sources]}
+    covariates = {name: np.array(one, dtype=np.float64) for name, one in along.items()}
+    score = np.einsum("nab,nb->na", information, each - each.mean(axis=0))
+    return Influence(paths, information, score, np.ones(len(paths)), {FILE: number}, covariates)
 
 
 def static_response(found: Resonances, foot: str) -> float:

@@ -19,7 +19,18 @@ from tarsus.base.arrays import Floats
 from tarsus.base.spec import float_paths
 from tarsus.identify.checks import GROUND, OFFSET, SHIFTED, touched
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.influence import CONTACT, EVENT, FILE, ORDER, REPEAT, SET, SPEED, VOLTS, Influence
+from tarsus.identify.influence import (
+    CONTACT,
+    EVENT,
+    FILE,
+    ORDER,
+    REPEAT,
+    SET,
+    SPEED,
+    VOLTS,
+    WITHIN,
+    Influence,
+)
 from tarsus.identify.step import Check, StepResult
 from tarsus.identify.traces import LEVEL
 from tarsus.tables.numbers import amount
@@ -38,12 +49,14 @@ _SAME = 1e-9
 """Relative scatter below which a figure does not change with the signs, and share of the information on a slope below
 which the slope is another number: rounding."""
 _PER = {
-    ORDER: "a file", REPEAT: "a repeat", VOLTS: "a volt", SPEED: "for e times the speed", CONTACT: "a second",
+    ORDER: "a file", REPEAT: "a repeat", VOLTS: "a volt", WITHIN: "a volt", SPEED: "for e times the speed",
+    CONTACT: "a second",
 }  # fmt: skip
 _RECORD = {
     ORDER: "repeat the first sets of each purpose at the end of the session",
     REPEAT: "repeat a set after a longer pause",
     VOLTS: "record further sets between the lowest and the highest volts",
+    WITHIN: "press the foot to the ground by a slow drive of the highest volts",
     SPEED: "record bounces at further speeds of impact",
     CONTACT: "record contacts that last as long as those the number is used for",
     FILE: "repeat each set",
@@ -317,6 +330,14 @@ def _check(one: Surprise, limit: float, unit: str, paths: tuple[str, ...]) -> Ch
     name = (
         f"{one.path} over {one.along}" if one.along in _PER else f"{one.path} from {one.along} to {one.along}"
     )
+    far = {one.path: one.half} if one.path in paths else {}
     return Check(
-        name, one.strength, limit, paths=paths, cause=one.sentence(unit), hangs=True, record=one.record
+        name,
+        one.strength,
+        limit,
+        paths=paths,
+        cause=one.sentence(unit),
+        hangs=True,
+        record=one.record,
+        far=far,
     )

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
@@ -197,41 +198,88 @@ def contact_level(traces: Sequence[Trace], foot: str, driven: bool = False) -> t
 
 LEVEL = "the level of the ground"
 """Where records show the ground, from the rest [m]."""
+_PIECES = 8
+"""Pieces of a stretch on the ground at most: volts that rise and fall within one still differ between them."""
 
 
-def levels_by_file(
-    slow: Sequence[Trace], fast: Sequence[Trace], foot: str
-) -> tuple[list[Trace], Floats, Floats]:
-    """Records in which the foot stands, those with a slow drive first, where it does in each [m], and its error there:
-    of its own, and as far as most records are from the middle one."""
-    stands = [(one, _lowest_stand(one, foot, k < len(slow))) for k, one in enumerate((*slow, *fast))]
-    seen = [(one, *stand) for one, stand in stands if stand is not None]
-    levels, own = np.array([one[1:] for one in seen]).reshape(-1, 2).T
-    spread = 1.4826 * float(np.median(np.abs(levels - np.median(levels)))) if len(seen) else 0.0
-    return [one[0] for one in seen], levels, np.hypot(own, spread)
+@dataclass(frozen=True)
+class Stands:
+    """Where n records show the ground, in m pieces of the stretches in which their foot stands.
+
+    traces (n); levels, errors (n,) [m]: from the rest; of (m,): number of the record of a piece; share (m,): of what
+    the record says; off (m,) [m]: the level in the piece beyond that of its record; volts (m,) [V]: the same of the
+    voltage.
+    """
+
+    traces: tuple[Trace, ...]
+    levels: Floats
+    errors: Floats
+    of: NDArray[np.intp]
+    share: Floats
+    off: Floats
+    volts: Floats
+
+
+def stands_of(slow: Sequence[Trace], fast: Sequence[Trace], foot: str) -> Stands | None:
+    """Stands of records with a slow drive, and of others; None where no foot stands. The error of a level is its own,
+    and as far as most records are from the middle one."""
+    each = [(one, _pieces(one, foot, k < len(slow))) for k, one in enumerate((*slow, *fast))]
+    seen = [(one, pieces) for one, pieces in each if len(pieces)]
+    if not seen:
+        return None
+    levels, own, rows = np.zeros(len(seen)), np.zeros(len(seen)), []
+    for k, (trace, pieces) in enumerate(seen):
+        place, error, volts = pieces.T
+        share = error**-2.0 / np.sum(error**-2.0)
+        levels[k], own[k] = (
+            share @ place,
+            np.hypot(np.sum(error**-2.0) ** -0.5, trace.zero[trace.point(foot)]),
+        )
+        rows.append(
+            np.column_stack([np.full(len(place), k), share, place - levels[k], volts - share @ volts])
+        )
+    spread = 1.4826 * float(np.median(np.abs(levels - np.median(levels))))
+    of, share, off, volts = np.concatenate(rows).T
+    return Stands(
+        tuple(one for one, _ in seen), levels, np.hypot(own, spread), of.astype(np.intp), share, off, volts
+    )
 
 
 def _lowest_stand(trace: Trace, foot: str, driven: bool) -> tuple[float, float] | None:
     """Where the foot of one record stands still lowest [m], and its standard error."""
+    place, error, _ = _pieces(trace, foot, driven).T
+    if not len(place):
+        return None
+    weight = error**-2.0
+    own = np.hypot(weight.sum() ** -0.5, trace.zero[trace.point(foot)])
+    return float(weight @ place / weight.sum()), float(own)
+
+
+def _pieces(trace: Trace, foot: str, driven: bool) -> Floats:
+    """Of the stretches in which the foot of one record stands still lowest, pieces (m, 3): the place in each [m], its
+    standard error [m] and the volts."""
     k = trace.point(foot)
-    x, v, noise = trace.x[k], trace.v[k], trace.noise_x[k]
+    x, v, noise = trace.x[k], trace.v[k], float(trace.noise_x[k])
     if np.ptp(x) < 6.0 * STILL * noise:
-        return None
+        return np.zeros((0, 3))
     still = (np.abs(v) < STILL * trace.noise_v[k]) & (x < x.min() + 2.0 * STILL * noise)
-    means, errors = [], []
-    for first, last in runs_of(still):
-        if last - first >= 2 * SHORTEST and not (driven and _moved(trace, k, first, last)):
-            inside = x[first + 1 : last]
-            means.append(float(inside.mean()))
-            errors.append(noise / np.sqrt(len(inside)))
-    if not means:
-        return None
-    mean, error = np.array(means), np.array(errors)
+    found = [
+        (first + 1, last)
+        for first, last in runs_of(still)
+        if last - first >= 2 * SHORTEST and not (driven and _moved(trace, k, first, last))
+    ]
+    if not found:
+        return np.zeros((0, 3))
+    mean = np.array([x[first:last].mean() for first, last in found])
+    error = np.array([noise / np.sqrt(last - first) for first, last in found])
     low = mean - _SAME * error < (mean + 2.0 * error).min()
-    weight = 1.0 / error[low] ** 2
-    return float(np.sum(weight * mean[low]) / weight.sum()), float(
-        np.hypot(weight.sum() ** -0.5, trace.zero[k])
-    )
+    parts = [
+        part
+        for (first, last), yes in zip(found, low, strict=True)
+        if yes
+        for part in np.array_split(np.arange(first, last), min(_PIECES, (last - first) // SHORTEST))
+    ]
+    return np.array([(x[one].mean(), noise / np.sqrt(len(one)), trace.volts[one].mean()) for one in parts])
 
 
 def _moved(trace: Trace, point: int, first: int, last: int) -> bool:

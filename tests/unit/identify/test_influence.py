@@ -6,23 +6,27 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from identify.campaigns import identified
 from scipy.stats import binom
 
 from tarsus.identify.covariance import scattered
 from tarsus.identify.influence import (
+    BLOCK,
     CONTACT,
     EVENT,
     FILE,
     ORDER,
     SET,
     VOLTS,
+    WITHIN,
     Influence,
     events_of,
     of_levels,
     of_records,
 )
+from tarsus.identify.resonance import of_sweeps
 from tarsus.identify.surprises import CHANCE, Surprises, surprises
-from tarsus.identify.traces import LEVEL, Trace
+from tarsus.identify.traces import LEVEL, Stands, Trace, stands_of
 
 PATHS = ("ground.adhesion.initial", "ground.adhesion.rate")
 SETS, REPEATS, EVENTS = 6, 3, 4
@@ -134,10 +138,78 @@ def test_a_ground_that_sinks_from_file_to_file_is_told():
     random, traces = np.random.default_rng(5), session()
     levels = 4e-8 * random.standard_normal(len(traces))
     levels[-1] += 5e-6
-    error = np.full(len(traces), 1.2e-7)
-    assert not surprises([of_levels(traces, levels, error)], 1).found
+
+    def ground(levels: np.ndarray) -> Influence:
+        count, none = len(traces), np.zeros(len(traces))
+        error = np.full(count, 1.2e-7)
+        return of_levels(Stands(tuple(traces), levels, error, np.arange(count), np.ones(count), none, none))
+
+    assert not surprises([ground(levels)], 1).found
     levels[-1] -= 5e-6
-    found = surprises([of_levels(traces, levels - 2.2e-8 * np.arange(len(traces)), error)], 1).found
+    found = surprises([ground(levels - 2.2e-8 * np.arange(len(traces)))], 1).found
     drift = next(one for one in found if one.along == ORDER)
     assert drift.path == LEVEL and drift.slope == pytest.approx(-2.2e-8, abs=3.0 * drift.error)
     assert drift.sentence("m").startswith("the level of the ground falls with the order of recording: ")
+
+
+def test_a_ground_that_gives_way_is_told_over_the_volts_that_press_the_foot():
+    """By 40 nm a volt, where a free foot moves by 2 um."""
+    random, time, told = np.random.default_rng(6), 5e-5 * np.arange(4000.0), []
+    volts = 6.0 * np.sin(2.0 * np.pi * 5.0 * time)
+    for follows in (0.0, 4e-8):
+        traces = []
+        for k in range(12):
+            x = np.maximum(-2e-6 * volts, -6e-6 + follows * volts) + 4e-7 * random.standard_normal(len(time))
+            v = 1e-6 * random.standard_normal(len(time)) - 5e-4 * (np.abs(-2e-6 * volts) < 6e-6)
+            own = np.array([4e-7]), np.array([1e-6]), np.array([2e-8])
+            traces.append(
+                Trace(f"{k}.mat", f"set {k // 3}", ("tip",), time, x[None], v[None], volts, *own, None, k)
+            )
+        stands = stands_of(traces, [], "tip")
+        assert stands is not None and len(stands.levels) == 12
+        assert stands.levels == pytest.approx(-6e-6, abs=3e-7)
+        told.append([one for one in surprises([of_levels(stands)], 1).found if one.along == WITHIN])
+    assert not told[0]
+    (slope,) = told[1]
+    assert slope.slope == pytest.approx(4e-8, abs=3.0 * slope.error) and "press the foot" in slope.record
+
+
+def test_a_frequency_that_drifts_through_the_sweeps_is_told_with_its_slope():
+    """Of 24 sweeps whose poles scatter as far as the interval says, and that rise by half of that from one to next."""
+    found = identified().resonances
+    assert found is not None
+    count, chance = 24, 0
+    sources = tuple(f"sweep-{k}" for k in range(count))
+    order, volts = {one: 3 * k for k, one in enumerate(sources)}, dict.fromkeys(sources, 0.2)
+    rise = 0.5 * np.sqrt(count) * float(found.step.std[0])
+
+    def drifting(seed: int, drift: float) -> Influence:
+        random, modes = np.random.default_rng(seed), []
+        for k, mode in enumerate(found.fit.modes):
+            scatter = 2.0 * np.pi * np.sqrt(count) * float(found.step.std[k]) * random.standard_normal(count)
+            modes.append(
+                replace(mode, shifts=1j * (scatter + 2.0 * np.pi * drift * (k == 0) * np.arange(count)))
+            )
+        one = of_sweeps(
+            replace(found, fit=replace(found.fit, modes=tuple(modes)), sources=sources), order, volts
+        )
+        assert one is not None and one.score.sum(axis=0) == pytest.approx(0.0, abs=1e-6)
+        return one
+
+    for seed in range(10):
+        chance += bool(surprises([drifting(seed, 0.0)], seed).found)
+        told = [
+            one for one in surprises([drifting(seed, rise)], seed).found if one.path.endswith("frequencies.0")
+        ]
+        assert told[0].along == ORDER and told[0].slope == pytest.approx(rise / 3.0, abs=5.0 * told[0].error)
+    assert chance <= binom.ppf(0.999, 10, CHANCE)
+
+
+def test_loops_say_what_each_run_of_the_volts_says_of_the_law():
+    one = identified().steps["hysteresis"].influence
+    assert one is not None and len(one.score) == len(one.levels[BLOCK])
+    assert len(np.unique(one.levels[FILE])) > 1 and len(np.unique(one.levels[EVENT])) < len(one.score)
+    assert one.paths == tuple(p for p in identified().steps["hysteresis"].paths if not p.endswith("constant"))
+    _, pulls, variance = one.pulls(BLOCK)
+    law = [".law." in path for path in one.paths]
+    assert np.all(np.abs(pulls.sum(axis=0)) < 1e-3 * np.sqrt(variance), where=law), "about the minimum"
