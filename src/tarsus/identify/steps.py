@@ -17,13 +17,14 @@ from tarsus.identify.adhesion import identify_adhesion
 from tarsus.identify.contact_film import film_by_impacts
 from tarsus.identify.electrostatics import identify_close, wide_attraction
 from tarsus.identify.film import identify_film, wide_film
-from tarsus.identify.film_hypotheses import film_attraction, film_exponent, with_attraction, with_exponent
+from tarsus.identify.film_hypotheses import film_checked
 from tarsus.identify.flight import ATTRACTION, FILM
 from tarsus.identify.hysteresis import Shares, identify_hysteresis
 from tarsus.identify.impact_column import Pair, from_pairs, identify_impact_column, map_from_pairs
 from tarsus.identify.resonance import (
     Resonances,
     identify_resonances,
+    of_sweeps,
     rounding_of,
     shape_mismatch,
     static_response,
@@ -31,7 +32,6 @@ from tarsus.identify.resonance import (
 from tarsus.identify.restitution import identify_restitution
 from tarsus.identify.step import UNSOLVED, StepResult, Used
 from tarsus.identify.straightened import straightened
-from tarsus.identify.surroundings import unsure_level
 from tarsus.identify.traces import Trace
 from tarsus.model.drive.waveforms import SweptSine
 from tarsus.records.purpose import Purpose
@@ -83,8 +83,13 @@ def _resonances(chain: StepRunner) -> StepResult:
         chain.evidence.take_off(late)
         chain.resonances = _structure(chain, band)
     out = {one.file for one in chain.resonances.step.left_out}
-    files = frozenset(r.file for r in chain.files_of(Purpose.MODAL) if r.record is not None) - out
-    return replace(chain.resonances.step, files=files)
+    records = {r.file: r.record for r in chain.files_of(Purpose.MODAL) if r.record is not None}
+    place = {r.record.source: k for k, r in enumerate(chain.evidence.readings) if r.record is not None}
+    volts = {
+        one.source: float(np.abs(one[one.drive]).max()) for one in records.values() if one.drive is not None
+    }
+    influence = of_sweeps(chain.resonances, place, volts)
+    return replace(chain.resonances.step, files=frozenset(records) - out, influence=influence)
 
 
 def _structure(chain: StepRunner, band: tuple[float, float]) -> Resonances:
@@ -163,16 +168,9 @@ def _film(chain: StepRunner) -> StepResult:
     if chain.evidence.level is None:
         raise InputError("no record of ramped squares shows a foot standing on the ground")
     model, seed = chain.known.model(), chain.seed + 2
-    level = unsure_level(model, chain.traces(Purpose.LOOPS, Purpose.RAMPS), chain.evidence.level)
-    film = identify_film(model, chain.known, traces, level, seed, chain.film)
-    if chain.film is not None:  # the steps again: of hypotheses the first time
-        chain.film = film
-        return film.step
-    attraction = film_attraction(model, film, seed)
-    film = film if attraction is None else with_attraction(film, attraction)
-    attracted = not all(one.passed for one in film.step.checks)
-    exponent = None if attracted else film_exponent(model, film, seed)
-    chain.film = film if exponent is None else with_exponent(film, exponent, seed)
+    film = identify_film(model, chain.known, traces, chain.evidence.level, seed, chain.film)
+    # the steps again: of hypotheses the first time
+    chain.film = film if chain.film is not None else film_checked(model, film, seed)
     return chain.film.step
 
 
