@@ -11,11 +11,9 @@ from tarsus.base.errors import InputError
 from tarsus.identify.campaign import Opened, RecordFile, read_records
 from tarsus.identify.clock import clocks_of
 from tarsus.identify.consistency import not_together, odd_ones
-from tarsus.identify.coupling import high_pass_of, restored
 from tarsus.identify.influence import Influence, of_levels
 from tarsus.identify.instruments import Instruments, relations_of
-from tarsus.identify.traces import Trace, contact_level, levels_by_file, misplaced, trace_of
-from tarsus.identify.with_error import WithError
+from tarsus.identify.traces import Trace, contact_level, misplaced, stands_of, trace_of
 from tarsus.model.drive.waveforms import SweptSine
 from tarsus.records.excluded import Excluded, excluded_of
 from tarsus.records.measurement import Measurement, Quantity
@@ -23,8 +21,6 @@ from tarsus.records.purpose import Purpose
 
 _REPEATED = (Purpose.LOOPS, Purpose.RAMPS, Purpose.CLOSE, Purpose.AIR)
 """Records whose repeats show the same motion; bounces need not."""
-_UNCOUPLED = (Purpose.RAMPS, Purpose.AIR)
-"""Records that tell of a high-pass: they repeat themselves from one period of the drive to the next."""
 _GROUND = (Purpose.RAMPS, Purpose.LOOPS, Purpose.BOUNCES)
 _SLOW = (Purpose.RAMPS, Purpose.LOOPS)
 _MOTION = (Quantity.DISPLACEMENT, Quantity.VELOCITY)
@@ -43,7 +39,7 @@ class Evidence:
 
     opened: the campaign; readings: every file; left_out: data not used, with reasons; traces by purpose; level: of the
     contact from the rest, with its standard error [m]; remarks: what does not fit together, though it is used;
-    instruments: what of the records is theirs, and was taken off; corner: of the high-pass that was [Hz]."""
+    instruments: what of the records is theirs, and was taken off."""
 
     opened: Opened
     readings: list[RecordFile] = field(default_factory=list)
@@ -52,7 +48,6 @@ class Evidence:
     level: tuple[float, float] | None = None
     remarks: list[str] = field(default_factory=list)
     instruments: Instruments | None = None
-    corner: WithError | None = None
 
     def read(self, tell: Callable[[str], None]) -> None:
         """Read every file; faults are kept beside it."""
@@ -62,7 +57,6 @@ class Evidence:
             self.readings += found
             for reading in found:
                 self.left_out += [excluded_of(reading.file, said) for said in reading.problems]
-        self._uncouple()
         records = [r.record for r in self.readings if r.record is not None]
         if records:
             step = min(record.step for record in records)
@@ -74,41 +68,12 @@ class Evidence:
             clocks = clocks_of(sweeps)
             self.take_off(Instruments(relations, step, pace=clocks.pace, starts=clocks.starts))
 
-    def _uncouple(self) -> None:
-        """Put displacements back that all are behind a high-pass."""
-        sets = self.opened.campaign.records
-        used = [
-            (r.record, sets[r.set]) for r in self.readings if r.record and sets[r.set].purpose in _UNCOUPLED
-        ]
-        self.corner = corner = high_pass_of(
-            [record for record, _ in used], [one.rest for _, one in used],
-            [one.signal.period if one.signal else None for _, one in used], self.opened.model.points,
-        )  # fmt: skip
-        if corner is None:
-            return
-        self.remarks.append(
-            f"the displacements are behind a high-pass of {corner.value:.4g} +- {2.0 * corner.error:.1g} Hz, as if "
-            "coupled by a capacitor: taken off"
-        )
-        self.readings = self._restored(corner.value)
-
-    def _restored(self, corner: float) -> list[RecordFile]:
-        """The files with displacements as before a high-pass of a corner [Hz]."""
-        sets = self.opened.campaign.records
-        return [
-            replace(r, record=restored(r.record, sets[r.set].rest, corner)) if r.record else r
-            for r in self.readings
-        ]
-
     def nudged(self) -> Iterator[Evidence]:
         """The same records with each number that was taken off them moved by its standard error."""
         if self.instruments is None:
             return
         for instruments in self.instruments.uncertain():
             yield self._otherwise(instruments, self.readings)
-        if self.corner is not None:
-            # put back a little more: what is put back of what was is less than that, by a share that is small itself
-            yield self._otherwise(self.instruments, self._restored(self.corner.error))
         if shared := float(np.hypot(self.opened.campaign.calibration, self.instruments.shared)):
             yield self._otherwise(self.instruments, self._scaled(1.0 + shared))
 
@@ -238,8 +203,8 @@ class Evidence:
             [t for p in purposes for t in self.traces.get(p, []) if t.gap is None]
             for purposes in (_SLOW, [p for p in _GROUND if p not in _SLOW])
         )
-        found = levels_by_file(slow, fast, self.opened.model.foot_point)
-        return None if self.level is None or not found[0] else (of_levels(*found), self.level[1])
+        found = stands_of(slow, fast, self.opened.model.foot_point)
+        return None if self.level is None or found is None else (of_levels(found), self.level[1])
 
     def _compare(self, levels: dict[Purpose, tuple[float, float] | None]) -> None:
         """Widen the level where purposes show the ground at different places, and say so."""
