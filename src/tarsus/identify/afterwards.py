@@ -12,7 +12,6 @@ from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths
 from tarsus.identify.airborne import AirRecord, air_records
-from tarsus.identify.alternatives import drawn_over, fit_air
 from tarsus.identify.checks import (
     GROUND,
     OFFSET,
@@ -30,11 +29,10 @@ from tarsus.identify.evidence import Evidence
 from tarsus.identify.foot import FootModel
 from tarsus.identify.heldout import Comparison, compare
 from tarsus.identify.landing import LandingVerdict, judge_landing
-from tarsus.identify.shown import instrument_checks
+from tarsus.identify.prediction import fit_air
 from tarsus.identify.step import UNSOLVED, Shift, StepResult, failures
 from tarsus.identify.steps import CHECKS, GIVEN, IN_THE_AIR, LANDING_RULE, RESONANCES, SHIFTED, STEPS
 from tarsus.identify.surprises import with_surprises
-from tarsus.identify.surroundings import ground_checks, hum_checks
 from tarsus.model.laws.landing import AnyLanding
 from tarsus.records.excluded import Excluded
 from tarsus.records.purpose import Purpose
@@ -47,8 +45,6 @@ Kind = TypeVar("Kind")
 _FILM = "ground.film.coefficient"
 _ADHESION = next(one for one in STEPS if one.name == "adhesion")
 _UNIT = ".load.participation.0"
-_SLOW = (Purpose.LOOPS, Purpose.RAMPS)
-"""Records in which a foot stands on the ground."""
 
 
 def _unknown(chain: StepRunner) -> list[str]:
@@ -124,7 +120,12 @@ def in_the_air(chain: StepRunner) -> list[AirRecord]:
     if "hysteresis" not in chain.steps:
         return []
     chain.report(IN_THE_AIR)
-    found, said = _air_records(chain, chain.known)
+    # near the ground a film that no step has found would be taken for something else
+    wide = {path for step in chain.steps.values() for path in step.taken}
+    told = chain.opened.model.scene.ground.acting.film is None or _FILM in set(chain.known.paths) - wide
+    purposes = (Purpose.LOOPS, Purpose.AIR) if told else (Purpose.AIR,)
+    traces, instruments = chain.evidence.as_shown(purposes), chain.evidence.instruments
+    found, said = air_records(chain.known, traces, chain.signals(*purposes), chain.ground()[0], instruments)
     chain.evidence.remarks += said
     return found
 
@@ -136,24 +137,9 @@ def check(chain: StepRunner, comparisons: Sequence[Comparison], air: Sequence[Ai
     for name, step in steps.items():
         steps[name] = with_checks(step, step_checks(step, known))
     if "hysteresis" in steps:
-        fit = fit_air(lambda moved: air if moved is known else _air_records(chain, moved)[0], known)
-        instruments = chain.evidence.instruments
-        # repeats that begin at different times differ by the drive's own lines
-        alike = instruments is None or not instruments.starts
-        repeated = chain.traces(*_SLOW, Purpose.AIR)
-        hum = hum_checks(repeated) if alike else ()
-        own = instrument_checks(
-            known, repeated, chain.traces(Purpose.AIR), chain.traces(Purpose.RAMPS),
-            alike=alike, hum=not all(one.passed for one in hum),
-        )  # fmt: skip
-        told = air_checks(fit, known, not (alike and all(one.passed for one in own)))
-        steps["hysteresis"] = with_checks(steps["hysteresis"], *told)
-        beside = (*hum, *smeared_check(instruments, known), *own)
-        ground = ground_checks(known, chain.traces(*_SLOW), chain.ground()[0])
-        steps["hysteresis"] = with_checks(steps["hysteresis"], (*beside, *ground))
-        chain.known = drawn_over(known, fit, chain.seed)
-        for name, step in steps.items():
-            steps[name] = chain.known.told(step)
+        told = air_checks(fit_air(air, known), known)
+        beside = smeared_check(chain.evidence.instruments, known)
+        steps["hysteresis"] = with_checks(steps["hysteresis"], (*told, *beside))
     steps.update(with_surprises(steps, chain.known, chain.evidence.ground(), chain.seed))
     for step in steps.values():
         chain.known = chain.known.redrawn(step)
@@ -166,16 +152,6 @@ def check(chain: StepRunner, comparisons: Sequence[Comparison], air: Sequence[Ai
     if "hysteresis" in steps:
         steps["hysteresis"] = with_checks(steps["hysteresis"], gap_check(steps["hysteresis"], known))
     chain.evidence.remarks += failures(one for step in steps.values() for one in step.checks)
-
-
-def _air_records(chain: StepRunner, known: Estimates) -> tuple[list[AirRecord], list[str]]:
-    """The same beside the device with some values, and sentences on those that cannot be simulated."""
-    # near the ground a film that no step has found would be taken for something else
-    wide = {path for step in chain.steps.values() for path in step.taken}
-    told = chain.opened.model.scene.ground.acting.film is None or _FILM in set(known.paths) - wide
-    purposes = (Purpose.LOOPS, Purpose.AIR) if told else (Purpose.AIR,)
-    traces, instruments = chain.evidence.as_shown(purposes), chain.evidence.instruments
-    return air_records(known, traces, chain.signals(*purposes), chain.ground()[0], instruments)
 
 
 def draw_given(chain: StepRunner) -> None:

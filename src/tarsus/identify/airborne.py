@@ -3,13 +3,13 @@
 From the rest up to the first contact a record is motion in the air from a known state. The device as identified
 *predicts* it, as late and behind the low-pass that were found of the instruments: a prediction can be delayed exactly,
 a record between its samples cannot. What that leaves, over the noise, is set beside the traces that changes of the
-identified numbers would leave (derivatives of runs) and those of differences from the model
-(`tarsus.identify.alternatives`).
+identified numbers would leave (derivatives of runs) and those of causes that have a line of their own
+(`tarsus.identify.causes`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -31,13 +31,11 @@ from tarsus.records.measurement import Quantity
 from tarsus.records.purpose import IN_AIR
 from tarsus.solve import ResultCode, simulate
 
-FINE = 4
-"""Steps a sample on which forces beside the drive's are held: of what a difference leaves, a percent is enough."""
+_FINE = 4
+"""Places a sample at which slopes are delayed: of what a number changes, a percent is enough."""
 _FINER = 48
 """Places a period of the fastest mode at which a prediction is delayed and filtered: straight lines between them are
 0.15 % of its motion off, and cubic ones far less."""
-_WITHIN = 8
-"""Places in a step at which a force is taken for its mean: a jump of the voltage counts by the moment it has."""
 _ROUNDED = 1e-6
 """Part of a sample by which the one at the beginning of the drive may be before it: rounding of its time."""
 _SHORTEST = 20
@@ -45,33 +43,23 @@ _SHORTEST = 20
 _CLOSE = 0.5
 """Part of the height at rest below which a foot is taken to be near the ground: a device that is a little wrong lands
 no earlier."""
-_NUDGE = 1e-6
-"""Part of a number by which the state at rest, linear in nearly all of them, is differenced."""
+_NUDGE = 1e-2
+"""Part of a number by which it is moved at most: the motion is linear in it to a percent of what it changes."""
 
 
 @dataclass(frozen=True)
 class AirRecord:
     """One set of records in the air, its repeats averaged, beside the identified device.
 
-    set: its name; model: the device; gap: of its foot there at the neutral position [m]; time (nt,) [s]; fine (nf,)
-    [s]: ends of `FINE` steps a sample; volts, force (nf,) [V], [N]: the drive's there; jumped (nf - 1,) [N]: mean of
-    its force in each step, less that of both ends; states (2n, nf): of the device, about the rest; rest (n,): the state
-    there; predicted (2 np, nt): displacements before velocities; left (h, 2 np, nt): measured less predicted, mean of
-    every second repeat, or of the only one; white (h, 2 np): its noise; slopes (p, 2 np, nt): of the prediction by the
-    identified numbers; instruments: through which it is seen, where they delay it; nudges (q, 2 np, nt): of the
-    prediction, by a standard error of each of their numbers.
+    set: its name; model: the device; time (nt,) [s]; predicted (2 np, nt): displacements before velocities; left (h, 2
+    np, nt): measured less predicted, mean of every second repeat, or of the only one; white (h, 2 np): its noise;
+    slopes (p, 2 np, nt): of the prediction by the identified numbers; instruments: through which it is seen, where they
+    delay it; nudges (q, 2 np, nt): of the prediction, by a standard error of each of their numbers.
     """
 
     set: str
     model: FootModel
-    gap: float
     time: Floats
-    fine: Floats
-    volts: Floats
-    force: Floats
-    jumped: Floats
-    states: Floats
-    rest: Floats
     predicted: Floats
     left: Floats
     white: Floats
@@ -92,16 +80,6 @@ class AirRecord:
         off = np.sqrt(np.mean(left**2, axis=1) / np.mean(seen**2, axis=1))
         return dict(zip(self.model.points, off.tolist(), strict=True))
 
-    @property
-    def height(self) -> Floats:
-        """Gap of the foot (nf,) [m]."""
-        return self.gap + self.model.row @ (self.states[: len(self.rest)] + self.rest[:, None])
-
-    @property
-    def speed(self) -> Floats:
-        """Of the foot along its normal (nf,) [m/s]."""
-        return self.model.row @ self.states[len(self.rest) :]
-
     @cached_property
     def moved(self) -> tuple[Floats, Floats, Floats]:
         """Displacements, velocities and accelerations (np, nt) of the points."""
@@ -112,24 +90,6 @@ class AirRecord:
         """Displacements and velocities (np, nt), one before the other (2 np, nt)."""
         shape = (self.points, len(self.time))
         return np.concatenate([np.broadcast_to(x, shape), np.broadcast_to(v, shape)])
-
-    def pushed(self, force: Floats, more: Floats | float = 0.0) -> Floats:
-        """What generalised forces (n, nf) [N] beside the drive's leave, as `seen`; more: as for `response`."""
-        n = len(self.model.mass)
-        mobility = np.concatenate([np.zeros((n, n)), np.linalg.inv(self.model.mass)]).astype(np.float64)
-        state = response(
-            self.model.flow,
-            mobility @ force,
-            float(self.fine[1] - self.fine[0]),
-            mobility @ np.broadcast_to(more, force[:, 1:].shape),
-        )
-        return self.shown(np.concatenate([self.model.rows @ state[:n], self.model.rows @ state[n:]]))
-
-    def shown(self, motion: Floats) -> Floats:
-        """What instruments show at the samples of displacements and velocities (2 np, nf)."""
-        return shown(motion, float(self.fine[1] - self.fine[0]), self.model.points, self.instruments)[
-            :, ::FINE
-        ]
 
 
 def shown(motion: Floats, step: float, points: Sequence[str], instruments: Instruments | None) -> Floats:
@@ -208,48 +168,41 @@ def _record(
     model, first = known.model(), repeats[0]
     k, step = first.point(model.foot_point), first.step
     gaps = {} if first.gap is None else {f"robot.feet.{model.foot}.gap": first.gap}
-    scene, directions = with_values(model.driven(signal), gaps), _directions(known)
     begin = int(np.searchsorted(first.time, -_ROUNDED * step))
     late = max(float(first.time[begin]), 0.0)
     count = min(_touches(one, k, level) for one in repeats) - begin
-    events = simulate(scene, max(count, 1) * step).events
+    events = simulate(with_values(model.driven(signal), gaps), max(count, 1) * step).events
     landings = events["time"][np.isin(events["kind"], IMPACTS)]
     count = min(count, int(landings.min(initial=np.inf) / step)) if len(landings) else count
     if count < _SHORTEST:
         return None
-    time = late + step * np.arange(count, dtype=np.float64)
-    run = simulate(scene, count * step, gradients=directions)
-    if run.ended is not ResultCode.DONE:
-        raise InputError(f"the identified device cannot be simulated with this drive: {run.ended}")
-    rest, output = np.array(rest_state(scene)), np.kron(np.eye(2), model.rows)
 
-    def about(places: Floats) -> Floats:
-        states = run.states(places)
-        return np.concatenate([states.x - rest[:, None], states.v])
-
-    def by_number(places: Floats) -> Floats:
-        slopes = run.state_gradients(places)
-        each = [
-            np.concatenate([slopes[p].x - _rest(one)[:, None], slopes[p].v]) for p, one in directions.items()
-        ]
-        return output @ np.array(each)
-
-    def seen_by(motion: Callable[[Floats], Floats], finer: int, *those: Instruments) -> list[Floats]:
+    def seen_by(values: Floats, finer: int, *those: Instruments | None) -> list[Floats]:
+        """Motion with some values of the numbers, as instruments show it that see so many places a sample."""
+        there = known.model(values)
+        scene = with_values(there.driven(signal), gaps)
+        run = simulate(scene, count * step)
+        if run.ended is not ResultCode.DONE:
+            raise InputError(f"the identified device cannot be simulated with this drive: {run.ended}")
         places = late + step / finer * np.arange(finer * (count - 1) + 1, dtype=np.float64)
-        moved = motion(places)
+        states = run.states(places)
+        x = states.x - np.array(rest_state(scene))[:, None]
+        moved = np.concatenate([there.rows @ x, there.rows @ states.v])
         return [shown(moved, step / finer, model.points, one)[..., ::finer] for one in those]
 
-    def plain(places: Floats) -> Floats:
-        return output @ about(places)
-
-    if instruments is None:
-        predicted, others, slopes = plain(time), [], by_number(time)
-    else:
-        finer = int(
-            np.ceil(_FINER * step * float(np.abs(np.linalg.eigvals(model.flow)).max()) / (2.0 * np.pi))
-        )
-        predicted, *others = seen_by(plain, finer, instruments, *instruments.nudged())
-        (slopes,) = seen_by(by_number, FINE, instruments)
+    finer, fine, more = 1, 1, tuple[Instruments, ...]()
+    if instruments is not None:
+        fastest = float(np.abs(np.linalg.eigvals(model.flow)).max()) / (2.0 * np.pi)
+        finer, fine, more = int(np.ceil(_FINER * step * fastest)), _FINE, instruments.nudged()
+    predicted, *others = seen_by(known.values, finer, instruments, *more)
+    base = predicted if fine == finer else seen_by(known.values, fine, instruments)[0]
+    slopes = []
+    for number in moving(known):
+        values = known.values.copy()
+        size = _nudge(known, number)
+        values[number] += size
+        slopes.append((seen_by(values, fine, instruments)[0] - base) / size)
+    time = late + step * np.arange(count, dtype=np.float64)
     nudges = np.array([one - predicted for one in others]).reshape(-1, *predicted.shape)
     halves = [half for half in (repeats[::2], repeats[1::2]) if half]
     seen = [
@@ -260,38 +213,16 @@ def _record(
         np.sqrt(np.mean([np.concatenate([t.noise_x, t.noise_v]) ** 2 for t in half], axis=0) / len(half))
         for half in halves
     ]
-    fine = late + step / FINE * np.arange(FINE * (count - 1) + 1, dtype=np.float64)
-    places = late + step / FINE / _WITHIN * np.arange(_WITHIN * (len(fine) - 1) + 1, dtype=np.float64)
-    volts = scene.signals[model.drive].volts(places)
-    force = np.asarray(model.law.force(volts, model.history))
-    mean = force[:-1].reshape(-1, _WITHIN).mean(axis=1)
-    jumped = mean - 0.5 * (force[:-1:_WITHIN] + force[_WITHIN::_WITHIN])
     return AirRecord(
-        first.set, model, model.gap if first.gap is None else first.gap,
-        time, fine, volts[::_WITHIN], force[::_WITHIN], jumped, about(fine), rest, predicted,
-        np.array(seen) - predicted, np.array(white), slopes, instruments, nudges,
+        first.set, model, time, predicted, np.array(seen) - predicted, np.array(white), np.array(slopes), instruments,
+        nudges,
     )  # fmt: skip
 
 
-def _directions(known: Estimates) -> dict[str, dict[str, float]]:
-    """By the path of every number that moves: itself, and the state at rest, which a run starts from, along with it."""
-    out: dict[str, dict[str, float]] = {}
-    for k in moving(known):
-        size = _NUDGE * max(abs(known.values[k]), float(np.std(known.samples[:, k])))
-        ends = []
-        for way in (size, -size):
-            values = known.values.copy()
-            values[k] += way
-            ends.append(np.array(rest_state(known.model(values).scene)))
-        moved = (ends[0] - ends[1]) / (2.0 * size)
-        rest = {f"initial.displacement.{i}": float(one) for i, one in enumerate(moved)}
-        out[known.paths[k]] = {known.paths[k]: 1.0, **rest}
-    return out
-
-
-def _rest(direction: Mapping[str, float]) -> Floats:
-    """How the state at rest moves along a direction."""
-    return np.array([one for path, one in direction.items() if path.startswith("initial.")])
+def _nudge(known: Estimates, number: int) -> float:
+    """By how much a number is moved to see what it changes: as far as it is unknown, or a hundredth."""
+    size, std = _NUDGE * abs(float(known.values[number])), float(np.std(known.samples[:, number]))
+    return min(size, std) if size else std
 
 
 def _touches(trace: Trace, k: int, level: float) -> int:

@@ -41,9 +41,18 @@ def assessed(found: Identification) -> Assessment | None:
         for path, (low, high) in bounds.items()
     }
     checks = [check for step in found.steps.values() for check in step.checks]
+    far: dict[str, float] = {}
+    for path, size in (pair for one in checks if not one.passed for pair in one.far.items()):
+        far[path] = max(size, far.get(path, 0.0))
     doubts = {path: failures(one for one in checks if path in one.paths) for path in names}
     return judge_samples(
-        names, known.values[moving], known.samples[:, moving], sizes=sizes, limits=limits, doubts=doubts
+        names,
+        known.values[moving],
+        known.samples[:, moving],
+        sizes=sizes,
+        limits=limits,
+        doubts=doubts,
+        far=far,
     )
 
 

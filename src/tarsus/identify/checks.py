@@ -13,15 +13,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tarsus.fit.verdict import LEVEL
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.step import PREFERRED, UNDECIDED, Alternative, Check, StepResult
+from tarsus.identify.step import PREFERRED, Alternative, Check, StepResult
 from tarsus.records.excluded import Exclusion
 
 if TYPE_CHECKING:
-    from tarsus.identify.alternatives import AirFit, Weighed
     from tarsus.identify.heldout import Comparison
     from tarsus.identify.instruments import Instruments
+    from tarsus.identify.prediction import AirFit
 
 
 STRUCTURE, LOAD, LAW, GROUND = "robot.structure.", ".load.", ".law.", "ground."
@@ -32,9 +31,7 @@ SURE = 25.0
 """Gain in chi-squared over what is left that a difference from the model must have: five standard deviations of one
 unknown."""
 SHIFTED = 2.0
-"""Standard deviations by which a difference from the model may move an identified number and leave it determined: as
-far as its 95 % interval reaches. What differs in the foreign laboratory's worlds moves one by 17 to 128, and what is
-left of a delay that was taken off by 1.3."""
+"""Standard deviations by which a number may move and stay determined: as far as its 95 % interval reaches."""
 OVER_NOISE = 1.15
 """What a fit or a prediction may leave over the noise: that is known to 7 % from a hundred samples at rest, to 3 or
 4 % over the channels of a record; sound campaigns leave 0.98 to 1.06."""
@@ -64,59 +61,25 @@ def touched(known: Estimates, parts: Sequence[str]) -> tuple[str, ...]:
     return tuple(path for path in known.paths if any(part in path for part in parts))
 
 
-def air_checks(
-    fit: AirFit | None, known: Estimates, instruments: bool = False
-) -> tuple[tuple[Check, ...], tuple[Alternative, ...]]:
-    """Whether the identified structure and drive predict the motion in the air, and what would explain what is left;
-    instruments: whether records show something of their instruments that may be the cause as well."""
+def air_checks(fit: AirFit | None, known: Estimates) -> tuple[Check, ...]:
+    """Whether the identified structure and drive predict the motion in the air. Where they do not a number holds that
+    the same motion tells as well as its own data do, and no differently."""
     if fit is None:
-        return (), ()
-    parts = {part for one in fit.found for part in one.difference.touches} or set(_ALL)
-    cause = _cause(fit, instruments)
-    own = touched(known, tuple(parts))
+        return ()
+    touches = _ALL if fit.named is None else fit.named.touches
+    off = {path: abs(moved) for path, (moved, _) in fit.missed.items()}
+    holds = {path for path, (_, error) in fit.missed.items() if error <= 1.0 and off[path] <= SHIFTED}
+    paths = tuple(path for path in touched(known, touches) if path not in holds)
+    std = dict(zip(known.paths, np.std(known.samples, axis=0).tolist(), strict=True))
+    far = {path: off[path] * std[path] for path in paths if path in off}
     figures = (
         ("motion in the air over its noise", fit.predicted, OVER_NOISE),
         ("influence on the estimates (standard deviations)", fit.pull, PULLED),
     )
-    checks = [Check(*one, paths=own, cause=cause, hangs=not fit.found) for one in figures]
-    if fit.found:
-        shift = max(one.shift for one in fit.found)
-        checks.append(
-            Check(
-                "shift by the likeliest difference, in standard deviations",
-                shift,
-                SHIFTED,
-                paths=own,
-                cause=cause,
-            )
-        )
-        if fit.left > OVER_NOISE:
-            said = "no difference that was tried explains all of the motion in the air"
-            every = touched(known, _ALL)
-            checks.append(
-                Check(
-                    "motion in the air over its noise, explained",
-                    fit.left,
-                    OVER_NOISE,
-                    paths=every,
-                    cause=said,
-                )
-            )
-    return tuple(checks), tuple(_answer(one, not instruments) for one in fit.found)
-
-
-def _cause(fit: AirFit, instruments: bool) -> str:
-    if not fit.found and not instruments:
-        return "the identified structure and drive do not predict the motion in the air"
-    shown = ("what is said of the instruments",) if instruments else ()
-    rivals = " or ".join((*shown, *(one.sentence() for one in fit.found)))
-    return f"the motion in the air shows a difference from the model: {rivals}"
-
-
-def _answer(one: Weighed, alone: bool) -> Alternative:
-    word = PREFERRED if alone and one.weight >= LEVEL else UNDECIDED
-    figure = f"chi-squared of records left out lower by {one.gain:.4g}"
-    return Alternative("motion in the air", one.sentence(), one.weight, figure, word=word)
+    return tuple(
+        Check(*one, paths=paths, cause=fit.cause, hangs=fit.named is None, record=fit.record, far=far)
+        for one in figures
+    )
 
 
 def step_checks(step: StepResult, known: Estimates) -> tuple[Check, ...]:
@@ -133,9 +96,9 @@ def step_checks(step: StepResult, known: Estimates) -> tuple[Check, ...]:
         ratio = np.array([one.rms / one.noise for one in noisy])
         left = float(np.sqrt(np.sum(count * ratio**2) / count.sum()))
         cause = f"the fit of the step {step.name} leaves more than noise"
-        checks.append(
-            Check(f"{step.name}: residual over noise", left, OVER_NOISE, paths=paths, cause=cause, hangs=True)
-        )
+        record = f"repeat {step.records or 'its records'} at half the volts: what does not shrink is no motion of it"
+        name = f"{step.name}: residual over noise"
+        checks.append(Check(name, left, OVER_NOISE, paths=paths, cause=cause, hangs=True, record=record))
     if step.name in _COUNTED and step.used:
         wrong = sum(one.count for one in step.left_out if one.kind is Exclusion.UNLIKE)
         total = max(wrong + step.used[0].used, 1)
@@ -143,13 +106,17 @@ def step_checks(step: StepResult, known: Estimates) -> tuple[Check, ...]:
             f"{wrong} of {total} {step.used[0].what} of the step {step.name} are not as the model has them"
         )
         name = f"{step.name}: share not as the model has it"
-        checks.append(Check(name, wrong / total, MISFITS, paths=paths, cause=cause, hangs=True))
+        record = f"repeat those of {step.records or 'its records'} that are left out"
+        checks.append(
+            Check(name, wrong / total, MISFITS, paths=paths, cause=cause, hangs=True, record=record)
+        )
         several = sum(one.count for one in step.left_out if one.kind is Exclusion.SEVERAL)
         if several:
             share = several / (several + total)
             name = f"{step.name}: share around which no free motion fits"
             cause = f"the motion around {several} of {several + total} {step.used[0].what} is none of this structure"
-            checks.append(Check(name, share, MOST, paths=paths, cause=cause, hangs=True))
+            record = "record impacts with longer free flights between them, or sample faster"
+            checks.append(Check(name, share, MOST, paths=paths, cause=cause, hangs=True, record=record))
     return tuple(checks)
 
 
@@ -164,7 +131,8 @@ def smeared_check(instruments: Instruments | None, known: Estimates) -> tuple[Ch
     )
     paths = touched(known, (GROUND,))
     name = "samples over which a low-pass smears them"
-    return (Check(name, low.delay / instruments.step, SMEARED, paths=paths, cause=cause),)
+    record = "record ramps and bounces without the low-pass"
+    return (Check(name, low.delay / instruments.step, SMEARED, paths=paths, cause=cause, record=record),)
 
 
 def gap_check(step: StepResult, known: Estimates) -> tuple[Check, ...]:
@@ -175,13 +143,11 @@ def gap_check(step: StepResult, known: Estimates) -> tuple[Check, ...]:
     if path is None or path in step.taken or model.scene.interval(f"robot.feet.{model.foot}.gap") is not None:
         return ()
     low, high = step.interval(path)
-    cause = (
-        "the force offset assumes the stated gap: give the gap an interval in the provenance of the device file, "
-        "and the offset gets one"
-    )
+    cause = "the force offset assumes the stated gap: with an interval of that it gets one"
     share = 0.5 * (high - low) * abs(model.static_load) / model.gap
     name = "gap uncertainty not stated (it limits the force offset)"
-    return (Check(name, share, GAP, least=True, paths=(path,), cause=cause),)
+    record = "measure the gap, and state its interval in the provenance of the device file"
+    return (Check(name, share, GAP, least=True, paths=(path,), cause=cause, record=record),)
 
 
 def held_out_check(
@@ -201,6 +167,7 @@ def held_out_check(
             paths=paths,
             cause=cause,
             hangs=True,
+            record="record ramps and bounces with the drives that are held out",
         ),
     )
 

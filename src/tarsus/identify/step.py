@@ -14,6 +14,7 @@ from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.fit.verdict import LEVEL, Verdict
 from tarsus.records.excluded import Excluded
+from tarsus.records.purpose import Purpose
 
 if TYPE_CHECKING:
     from tarsus.identify.influence import Influence
@@ -115,7 +116,7 @@ class Alternative:
     question: what it is an answer to, such as "film exponent", or a path; name: the answer in words; weight: its share
     of all answers to the question, 0 to 1, NaN where answers are not weighed; figure: the figure it was judged by, in
     words, such as "contradicted by 6 of 9 sets"; used: whether the numbers rest on it; word: what the records say of
-    it; changes: by path, what the number would be with it [SI].
+    it; changes: by path, what the number would be with it [SI]; record: what to record to decide.
     """
 
     question: str
@@ -125,6 +126,7 @@ class Alternative:
     used: bool = False
     word: str = ""
     changes: Mapping[str, float] = field(default_factory=dict)
+    record: str = ""
 
 
 @dataclass(frozen=True)
@@ -134,7 +136,7 @@ class Check:
     name: what is compared; value and limit [unit]; least: whether the value must reach the limit rather than stay
     below it; paths: the numbers that a check which fails takes the word "determined" from; cause: what a failure means;
     hangs: whether it may as well fail because of what another check shows of all these numbers; record: what to record
-    where it fails.
+    where it fails; far: by path, how far a number may be off where it fails [SI], of those of which that is known.
     """
 
     name: str
@@ -146,6 +148,7 @@ class Check:
     cause: str = ""
     hangs: bool = False
     record: str = ""
+    far: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def passed(self) -> bool:
@@ -296,10 +299,11 @@ class Trouble:
 
 @dataclass(frozen=True)
 class NotDone:
-    """A step that found nothing, and why, one sentence each."""
+    """A step that found nothing, and why, one sentence each; purpose: of the records that it is for."""
 
     name: str
     reasons: tuple[str, ...]
+    purpose: Purpose
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from tarsus.identify.correlation import (
     find_weight,
     left_over,
 )
+from tarsus.tables.numbers import amount
 
 _RELATED = 0.5
 """Correlation from which on another number is named: a quarter of the variance in common."""
@@ -34,7 +35,8 @@ class NumberVerdict:
 
     range: where it lies, with the verdict; combination: a product of powers, or a sum, with it that the data determine
     where they do not determine the number; related: where they determine neither, the other numbers it is most
-    correlated with, and how much; doubts: checks of the model that have failed and that it depends on, in words.
+    correlated with, and how much; doubts: checks of the model that have failed and that it depends on, in words; far:
+    by how much it may be off because of these [SI], NaN where they do not tell.
     """
 
     name: str
@@ -42,6 +44,7 @@ class NumberVerdict:
     combination: Combination | None = None
     related: tuple[tuple[str, float], ...] = ()
     doubts: tuple[str, ...] = ()
+    far: float = np.nan
 
     @property
     def determined(self) -> bool:
@@ -59,7 +62,10 @@ class NumberVerdict:
         if self.determined:
             return f"{self.name} is determined: {self.range.text(unit)} ({100 * self.range.level:g} %)."
         if self.range.verdict is Verdict.PREFERRED:
-            return f"{self.name} is preferred: {self.range.text(unit)}; but {'; and '.join(self.doubts)}."
+            far = "" if np.isnan(self.far) else f", and may be off by {amount(self.far, unit, 2)}"
+            return (
+                f"{self.name} is preferred: {self.range.text(unit)}{far}; but {'; and '.join(self.doubts)}."
+            )
         if self.combination is None:
             tied = ", ".join(f"{name} ({value:+.2f})" for name, value in self.related)
             more = f"; it is correlated with {tied}" if tied else ""
@@ -113,6 +119,7 @@ def judge_samples(
     sizes: Mapping[str, float] | None = None,
     limits: Mapping[str, tuple[float, float]] | None = None,
     doubts: Mapping[str, Sequence[str]] | None = None,
+    far: Mapping[str, float] | None = None,
 ) -> Assessment:
     """Judge numbers by draws of them: fits to resampled repeats, or a chain.
 
@@ -133,6 +140,8 @@ def judge_samples(
         By name, where the search for a number ended: an end of a range that lies there is open.
     doubts
         By name, what speaks against the model that a number rests on, in words: such a number is not determined.
+    far
+        By name, by how much a number may be off because of that.
 
     Raises
     ------
@@ -160,7 +169,7 @@ def judge_samples(
             order = np.argsort(-np.abs(np.nan_to_num(related[j])))
             close = [k for k in order if k != j and abs(related[j, k]) >= _RELATED]
             strongest = tuple((drawn.names[k], float(related[j, k])) for k in close[:3])
-        verdicts.append(NumberVerdict(name, one, tie, strongest, against))
+        verdicts.append(NumberVerdict(name, one, tie, strongest, against, (far or {}).get(name, np.nan)))
     return Assessment(drawn.names, related, tuple(verdicts), f"{len(drawn.rows)} draws")
 
 

@@ -1,0 +1,201 @@
+"""Whether the identified device predicts the motion in the air, and what each number misses there.
+
+Loops and records in the air, repeats averaged in halves, stand beside their prediction (`tarsus.identify.airborne`).
+With the identified numbers and the records' zeros free, and one of the causes that have a line of their own
+(`tarsus.identify.causes`), the best fit to every second repeat is judged by what it leaves of the others, both ways
+round. A cause is named where it gains there and leaves no more than noise; otherwise it is unknown, and the record that
+shows it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.arrays import Floats
+from tarsus.identify.airborne import AirRecord, moving
+from tarsus.identify.causes import CAUSES, Cause
+from tarsus.identify.checks import OVER_NOISE, SURE
+from tarsus.identify.estimates import Estimates
+
+_WIDE = 30.0
+"""Standard deviations by which identified numbers may move: what they are off where something else is."""
+_ZERO = 10.0
+"""Deviations of its noise by which the zero of a displacement may be off."""
+_OWN = 3
+"""Kinds of columns beside those of causes: identified numbers, the instruments', zeros."""
+
+
+@dataclass(frozen=True)
+class AirFit:
+    """What all records in the air say together.
+
+    records: their number; values: of samples; predicted: root mean square over the noise that the prediction leaves,
+    the zeros free and the identified numbers within their draws; pull: root mean square, in standard deviations, by
+    which the records pull these; missed: by path, by how many of its standard deviations each number moves where all
+    are free, and the standard error of that; cause: in words, with what to record for it; named: the cause, if any has
+    a line of its own and leaves noise.
+    """
+
+    records: int
+    values: int
+    predicted: float
+    pull: float
+    missed: Mapping[str, tuple[float, float]]
+    cause: str
+    record: str
+    named: Cause | None = None
+
+
+@dataclass(frozen=True)
+class _Sums:
+    """Columns of all records, each for what is believed possible, as sums by half.
+
+    square (2, P, P), cross (2, P), whole (2,): products of columns, of columns and what is left, and of that, over the
+    noise; count: of values; believed (p, q): standard deviations of the identified numbers along principal directions
+    of their draws; places: of the columns of these directions, of the instruments' numbers, of the zeros, and of each
+    cause by number.
+    """
+
+    square: Floats
+    cross: Floats
+    whole: Floats
+    count: int
+    believed: Floats
+    places: tuple[NDArray[np.intp], ...]
+
+    @classmethod
+    def of(cls, records: Sequence[AirRecord], known: Estimates) -> _Sums:
+        off = (known.samples - known.samples.mean(axis=0))[:, moving(known)]
+        _, size, ways = np.linalg.svd(off / np.sqrt(len(off)), full_matrices=False)
+        believed = size[:, None] * ways
+        made = [[one.columns(air) for one in CAUSES] for air in records]
+        widest = (max(len(own[k]) for own in made) for k in range(len(CAUSES)))
+        nudges, zeros = len(records[0].nudges), sum(air.points for air in records)
+        ends = np.cumsum([0, len(believed), nudges, zeros, *widest])
+        square, cross, whole = np.zeros((2, ends[-1], ends[-1])), np.zeros((2, ends[-1])), np.zeros(2)
+        count, zero = 0, int(ends[2])
+        for air, own in zip(records, made, strict=True):
+            x = np.zeros((ends[-1], 2 * air.points, len(air.time)))
+            x[: ends[1]] = np.tensordot(believed, air.slopes, 1)
+            x[ends[1] : ends[2]] = air.nudges
+            for k in range(air.points):
+                x[zero, k] = _ZERO * air.white[0, k]
+                zero += 1
+            for start, columns in zip(ends[3:-1], own, strict=True):
+                x[start : start + len(columns)] = np.array(columns).reshape(-1, *x.shape[1:])
+            for h, (left, white) in enumerate(zip(air.left, air.white, strict=True)):
+                part, rest = (x / white[:, None]).reshape(len(x), -1), (left / white[:, None]).ravel()
+                square[h] += part @ part.T
+                cross[h] += part @ rest
+                whole[h] += rest @ rest
+                count += len(rest)
+        places = tuple(np.arange(a, b) for a, b in pairwise(ends.tolist()))
+        return cls(square, cross, whole, count, believed, places)
+
+    def beside(self, number: int | None = None) -> NDArray[np.intp]:
+        """Columns of the identified numbers, the instruments' and the zeros, and those of a cause."""
+        more = () if number is None else (self.places[_OWN + number],)
+        return np.concatenate([*self.places[:_OWN], *more])
+
+    def fitted(
+        self, columns: NDArray[np.intp], wide: float, halves: Sequence[int] = (0, 1)
+    ) -> tuple[Floats, Floats]:
+        """Coefficients of columns by some halves, and their covariance; identified numbers may move so many standard
+        deviations."""
+        at, some = np.ix_(columns, columns), list(halves)
+        held = np.where(np.isin(columns, np.concatenate(self.places[:2])), wide**-2.0, 1.0)
+        covariance = np.linalg.inv(self.square[some].sum(axis=0)[at] + np.diag(held))
+        return covariance @ self.cross[some].sum(axis=0)[columns], covariance
+
+    def left(self, columns: NDArray[np.intp], values: Floats, halves: Sequence[int] = (0, 1)) -> float:
+        """Sum of squares that columns leave of some halves."""
+        some = list(halves)
+        square, cross = self.square[some].sum(axis=0)[np.ix_(columns, columns)], self.cross[some].sum(axis=0)
+        return float(self.whole[some].sum() - 2.0 * values @ cross[columns] + values @ square @ values)
+
+    def unseen(self, columns: NDArray[np.intp]) -> float:
+        """Sum of squares that columns leave of both halves, each by the coefficients of the other."""
+        return sum(self.left(columns, self.fitted(columns, _WIDE, (1 - h,))[0], (h,)) for h in (0, 1))
+
+    def missed(self, number: int | None, scale: float) -> tuple[Floats, Floats]:
+        """Of each identified number by how many of its standard deviations it moves beside a cause, and the standard
+        error of that, what is left being so many times the noise."""
+        values, covariance = self.fitted(self.beside(number), _WIDE)
+        size, count = np.linalg.norm(self.believed, axis=0), len(self.believed)
+        ways = self.believed / np.where(size > 0.0, size, 1.0)
+        own = scale * covariance[:count, :count]
+        return values[:count] @ ways, np.sqrt(np.einsum("ap,ab,bp->p", ways, own, ways))
+
+
+def fit_air(records: Sequence[AirRecord], known: Estimates) -> AirFit | None:
+    """What records in the air say of what was identified; None without such records, or numbers that move them."""
+    own = moving(known)
+    if not records or not own:
+        return None
+    sums = _Sums.of(records, known)
+    base, count = sums.beside(), sums.count
+    values, _ = sums.fitted(base, 1.0)
+    predicted = float(np.sqrt(sums.left(base, values) / count))
+    pull = float(np.sqrt(np.mean(values[: len(sums.believed)] ** 2)))
+    plain = sums.unseen(base)
+    rest = {k: sums.unseen(sums.beside(k)) for k in range(len(CAUSES)) if len(sums.places[_OWN + k])}
+    best = min(rest, key=rest.__getitem__)
+    # a cause is asked for where the numbers, free to move, do not explain the motion, and told if it does
+    noise = OVER_NOISE**2 * count
+    named = best if plain > noise >= rest[best] and plain - rest[best] > SURE else None
+    scale = max((plain if named is None else rest[best]) / count, 1.0)
+    off, error = sums.missed(named, scale)
+    missed = {known.paths[k]: (float(a), float(e)) for k, a, e in zip(own, off, error, strict=True)}
+    if named is not None:
+        cause, record = _said(sums, named)
+    else:
+        cause, record = _where(records) if plain > noise else _differently(missed)
+    of = None if named is None else CAUSES[named]
+    return AirFit(len(records), count, predicted, pull, missed, cause, record, of)
+
+
+def _said(sums: _Sums, number: int) -> tuple[str, str]:
+    """A cause in words, with its estimate, and what to record for it."""
+    one = CAUSES[number]
+    columns = sums.beside(number)
+    values, _ = sums.fitted(columns, _WIDE)
+    size = one.size * float(values[np.isin(columns, sums.places[_OWN + number])].sum())
+    return f"the motion in the air shows that {one.said.format(size)}", one.record
+
+
+def _differently(missed: Mapping[str, tuple[float, float]]) -> tuple[str, str]:
+    """That other values of the numbers explain the motion: which of them moves most, beside its error."""
+    path = max(missed, key=lambda one: abs(missed[one][0]) / np.hypot(1.0, missed[one][1]))
+    cause = (
+        "the motion in the air is that of a device with other numbers than the rest of the records tell, the cause is "
+        f"unknown: most of all {path}, by {abs(missed[path][0]):.2g} standard deviations"
+    )
+    return cause, "repeat loops and sweeps after the records in the air"
+
+
+def _where(records: Sequence[AirRecord]) -> tuple[str, str]:
+    """That the cause is unknown, with the set, channel and frequency that show most of it; and what to record."""
+    most = max(records, key=lambda one: float(np.max(_over_noise(one))))
+    row = int(np.argmax(_over_noise(most)))
+    kind, point = divmod(row, most.points)
+    left = most.left.mean(axis=0)[row]
+    power = np.abs(np.fft.rfft((left - left.mean()) * np.hanning(len(left)))) ** 2
+    hertz = float(np.fft.rfftfreq(len(left), float(most.time[1] - most.time[0]))[int(np.argmax(power))])
+    what = ("displacement", "velocity")[kind]
+    cause = (
+        "the motion in the air is not the predicted one, the cause is unknown: most of it shows in set "
+        f"'{most.set}', {what} of '{most.model.points[point]}', {np.max(_over_noise(most)):.2g} times its noise, near "
+        f"{hertz:.3g} Hz"
+    )
+    return cause, f"repeat '{most.set}' at half and at twice its volts, and the loops after it"
+
+
+def _over_noise(air: AirRecord) -> Floats:
+    """What is left of each channel (2 np,) over its noise."""
+    left = air.left - air.left.mean(axis=2, keepdims=True) * (np.arange(2 * air.points) < air.points)[:, None]
+    return np.sqrt(np.mean(np.mean(left**2, axis=2) / air.white**2, axis=0))
