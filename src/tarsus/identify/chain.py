@@ -139,7 +139,7 @@ class StepRunner:
         if reasons:
             self._forget(step.name)
             said = dict.fromkeys((*earlier, *reasons, *trouble.sentences()))
-            self.not_done.append(NotDone(step.name, tuple(said)))
+            self.not_done.append(NotDone(step.name, tuple(said), step.purpose))
             return
         if step.name in self.steps:
             self.known = self.known.without(self.steps.pop(step.name))

@@ -40,8 +40,8 @@ that in words. Signals that the campaign has not are ranked by `tarsus recommend
 MOST_NAMED = 4
 """Numbers that a failed check leaves preferred and that are named; of more, how many."""
 
-Question = tuple[str, str, str | None]
-"""What is open, why, and what to record for it, where that can be said."""
+Question = tuple[str, str, str]
+"""What is open, why, and what to record for it."""
 
 
 def open_questions(
@@ -54,9 +54,10 @@ def open_questions(
     """One row for each step that was not done, cause by which checks fail, number that is undecided or assumed,
     question with several answers, and purpose without records; words: verdicts by path."""
     rows: list[Question] = [
-        (one.name, f"not from these data: {'; '.join(one.reasons)}", None) for one in found.not_done
+        (one.name, f"not from these data: {'; '.join(one.reasons)}", _wanted(found, one.purpose))
+        for one in found.not_done
     ]
-    rows += _doubts(words, [one for one in checks if not one.passed])
+    rows += _doubts(found, words, [one for one in checks if not one.passed])
     rows += _numbers(found, judged, words)
     for question in dict.fromkeys(one.question for one in alternatives):
         left = [one for one in alternatives if one.question == question and one.word in (ASSUMED, UNDECIDED)]
@@ -64,7 +65,7 @@ def open_questions(
         if left:
             several = len(left) > 1
             said = f"undecided between {names}" if several else f"{names} is {left[0].word}: {left[0].figure}"
-            rows.append((question, said, None))
+            rows.append((question, said, left[0].record))
     used = {one.purpose for one in found.opened.campaign.records.values()}
     attracted = found.model.scene.ground.acting.electrostatic is not None
     rows += [
@@ -98,7 +99,7 @@ def _numbers(found: Identification, judged: Assessment | None, words: Mapping[st
     return rows
 
 
-def _doubts(words: Mapping[str, str], failed: Sequence[Check]) -> list[Question]:
+def _doubts(found: Identification, words: Mapping[str, str], failed: Sequence[Check]) -> list[Question]:
     """Checks that fail, those of one cause together, with the numbers that are preferred only because of them."""
     rows: list[Question] = []
     for cause in dict.fromkeys(one.cause for one in failed):
@@ -106,7 +107,9 @@ def _doubts(words: Mapping[str, str], failed: Sequence[Check]) -> list[Question]
         paths = dict.fromkeys(path for one in those for path in one.paths if words.get(path) == PREFERRED)
         names = f"{len(paths)} numbers" if len(paths) > MOST_NAMED else ", ".join(map(path_end, paths))
         rests = f"; preferred only: {names}" if paths else ""
-        rows.append((those[0].name, f"{failures(those)[0]}{rests}", those[0].record or None))
+        touched = next((path for one in those for path in one.paths), "")
+        record = next((one.record for one in those if one.record), "") or _record(found, touched)
+        rows.append((those[0].name, f"{failures(those)[0]}{rests}", record))
     return rows
 
 
@@ -125,12 +128,12 @@ def _why(one: NumberVerdict) -> str:
     return f"half-width {percent(half, 2)}, {percent(WIDTH)} at most" if isfinite(half) else "an end is open"
 
 
-def _more(found: Identification, step: StepResult, path: str, half: float) -> str | None:
+def _more(found: Identification, step: StepResult, path: str, half: float) -> str:
     """How many more records of the same kind bring a half-width down to a determined number's, and which: intervals
     shrink as the root of their count."""
     times = ceil((half / WIDTH) ** 2) if isfinite(half) else MOST_REPEATS + 1
     if times <= 1:
-        return None
+        return _record(found, path)
     if times > MOST_REPEATS:
         return f"others than these of {_purposes(found, step)}: {_record(found, path)}"
     return f"{number(times)} times as many of {_purposes(found, step)}, first of all {_record(found, path)}"
@@ -143,7 +146,7 @@ def _record(found: Identification, path: str) -> str:
         (one for start, one in _BEST.items() if path.startswith(start)), (Purpose.RAMPS, _hertz, "")
     )
     if not serves(purpose, found.opened):
-        return "other gaits, or single legs: `tarsus recommend` ranks them"
+        return _GAITS
     sets = [(rank(one), name, one) for name, one in found.opened.sets(purpose)]
     if not sets:
         return _wanted(found, purpose)
@@ -153,13 +156,16 @@ def _record(found: Identification, path: str) -> str:
 
 
 def _wanted(found: Identification, purpose: Purpose) -> str:
-    """Records of a purpose that the campaign has none of: purpose, drive and channels."""
+    """Records of a purpose that the campaign lacks: purpose, drive and channels."""
+    if purpose not in _KINDS:
+        return _GAITS
     volts = max((_volts(one) for one in found.opened.campaign.records.values()), default=0.0)
     most = f" up to {amount(volts, 'V', 3)}" if volts else ""
     kind = f"{_KINDS[purpose].format(most)} on drive {found.model.drive}"
     return f"'{purpose.value}': {kind}, {_channels(found, purpose)}"
 
 
+_GAITS = "other gaits, or single legs: `tarsus recommend` ranks them"
 _KINDS = {
     Purpose.MODAL: "weak swept sines in the air", Purpose.LOOPS: "slow voltage that turns at several levels{}",
     Purpose.RAMPS: "ramped squares of several frequencies{}", Purpose.BOUNCES: "squares{} that make the foot bounce",

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from tarsus.identify.landing import LandingFit
     from tarsus.identify.result import Identification
 
+_LANDINGS = "bounces and ramps in which the foot lands slowly: at low volts, and at frequencies between those recorded"
 MOST_CHANGES = 3
 """Numbers that an alternative is said to change, the most changed first."""
 
@@ -134,7 +135,8 @@ def _landing(found: Identification) -> list[Alternative]:
     question, verdict = "landing rule", found.landing
     if verdict is None:
         rule = found.model.scene.ground.landing_rule
-        return [Alternative(question, rule.kind, figure="no records decide it", used=True, word=ASSUMED)]
+        figure = "no records decide it"
+        return [Alternative(question, rule.kind, figure=figure, used=True, word=ASSUMED, record=_LANDINGS)]
     kinds: dict[str, list[tuple[LandingFit, int]]] = {}
     for one, count in zip(verdict.fits, verdict.contradicted, strict=True):
         kinds.setdefault(one.rule.kind, []).append((one, count))
@@ -147,7 +149,7 @@ def _landing(found: Identification) -> list[Alternative]:
         off = percent(float(np.median(best.off)), 3)
         figure = f"contradicted by {count} of {len(verdict.sets)} sets, off by {off}"
         word = "contradicted" if not left else PREFERRED if verdict.decided else UNDECIDED
-        out.append(Alternative(question, name, figure=figure, used=used, word=word))
+        out.append(Alternative(question, name, figure=figure, used=used, word=word, record=_LANDINGS))
     return out
 
 

@@ -105,6 +105,7 @@ def test_without_detachments_the_impacts_tell_the_film_and_the_device_says_what_
     assert own.value(RESTITUTION) == pytest.approx(full.value(RESTITUTION), rel=0.02)
     assert own.std[0] > full.std[0]  # a film that is known less leaves the restitution more open
     rows = {row[0]: row[2] for row in open_table(found).rows}
+    assert all(rows.values())
     assert rows["film and adhesion"] == (
         "'ramps': ramped squares of several frequencies up to 8 V on drive pzt, displacement and velocity of tip and "
         "center"
