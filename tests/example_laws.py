@@ -15,6 +15,7 @@ OWN = ts.load_laws(SCENES / "squeeze.py")
 EXAMPLES: list[Law] = [
     ts.Film(coefficient=1.7e-21, thickness=5e-6),
     ts.Electrostatic(coefficient=2e-20, offset=1e-6),
+    ts.laws.FringingField(coefficient=2e-20, offset=1e-6, height=4e-5),
     ts.laws.LegElectrostatic(coefficient=2e-20, offset=1e-6, rest=1e-5),
     ts.Adhesion(initial=1e-6, rate=1e-3),
     ts.Restitution(coefficient=0.378),

@@ -11,6 +11,7 @@ from scipy.special import hyp2f1
 import tarsus as ts
 from scene_files import scene
 from tarsus.base.events import EventKind
+from tarsus.measure import touchdown, volts_at
 
 G = 9.81
 
@@ -114,3 +115,23 @@ def test_slow_impacts_lose_no_less_than_is_said():
     values = {"ground.restitution": None, "ground.laws": {"power_restitution": law}}
     run = ts.simulate(scene("ball", values), 12.0)
     assert run.ok and run.events["kind"][-1] == EventKind.REST
+
+
+# --- fringing field -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("height", [5e-6, 40e-6])
+def test_fringes_lower_the_pull_in_voltage_as_the_equilibrium_says(height):
+    """The highest voltage that some displacement x balances: k x = C V^2 [1/h^2 + 1/(pi t h)], h = 3.8 um - x."""
+    plates = ts.load_scene("mems-switch").ground.electrostatic
+    fringes = ts.laws.FringingField(coefficient=plates.coefficient, offset=plates.offset, height=height)
+    ramp = {"kind": "ramp", "stop": 90.0, "duration": 2.0}
+    values = {"ground.laws": {"fringing_field": fringes}, "signals.gate": ramp}
+    run = ts.simulate(ts.with_values(ts.load_scene("mems-switch"), values), 2.0)
+    x = np.linspace(0.0, 2.6e-6, 20001)
+    gap = 3.8e-6 - x
+    pull = plates.coefficient * (1.0 / gap**2 + 1.0 / (math.pi * height * gap))
+    static = math.sqrt(float(np.max(42.0 * x / pull)))
+    found = volts_at(run, "gate", touchdown(run, "beam"))
+    assert static < found < 1.001 * static  # a ramp of 2 s comes late by some hundred cycles of 42,000
+    assert run.ledger.closure < 1e-8

@@ -6,6 +6,7 @@ from tarsus.model.laws.electro_adhesion import ElectroAdhesion
 from tarsus.model.laws.electrostatic import Electrostatic
 from tarsus.model.laws.film import Film
 from tarsus.model.laws.friction import AdhesiveFriction, AnyFriction, Friction
+from tarsus.model.laws.fringing_field import FringingField
 from tarsus.model.laws.gravity import Gravity
 from tarsus.model.laws.impact_map import (
     AnyImpactMap,
@@ -37,6 +38,7 @@ __all__ = [
     "Film",
     "Friction",
     "FrictionLaw",
+    "FringingField",
     "Gravity",
     "ImpactLaw",
     "ImpactMap",

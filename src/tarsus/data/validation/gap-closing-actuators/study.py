@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
+from tarsus import Foot, load_laws
 from tarsus.measure import departure, flight, touchdown, volts_at
 from tarsus.validation import RowCase
 
@@ -31,6 +32,7 @@ MEDIA = {
     "air": Medium(1.85e-5, 1.1839, 1.0, 68e-9, 0.4e-6),
     "water": Medium(8.88e-4, 997.0, 80.0, 0.0, 0.5e-6),
 }  # process file; the path is that of air at 1 atm
+LAWS = load_laws(Path(__file__).parent / "laws.py")
 CHIP = "fawn"  # of rows that name no layout
 
 
@@ -80,24 +82,32 @@ class Actuator:
             medium.path,
         )  # fmt: skip
 
-    def changes(self) -> dict[str, float]:
-        """What the device has of it."""
+    def changes(self) -> dict[str, object]:
+        """What the device has of it. Its two feet have one distance at contact, so that the second one, behind the
+        fingers, begins as far from its ground as the back electrode is beyond that."""
+        near = self.front - self.travel
         return {
             "robot.structure.mass.0.0": self.mass, "robot.structure.stiffness.0.0": self.stiffness,
-            "robot.structure.damping.0.0": self.damping, "robot.feet.stop.gap": self.travel,
-            "ground.laws.attraction.coefficient": self.attraction,
-            "ground.laws.attraction.front": self.front - self.travel,
-            "ground.laws.attraction.behind": self.behind + self.travel,
-            "ground.laws.film.coefficient": self.film, "ground.laws.film.path": self.path,
-            "ground.laws.film.front": self.front - self.travel, "ground.laws.film.behind": self.behind + self.travel,
+            "robot.structure.damping.0.0": self.damping,
+            "robot.feet.stop.gap": self.travel, "robot.feet.back.gap": self.behind - near,
+            "ground.electrostatic.coefficient": self.attraction, "ground.electrostatic.offset": near,
+            "ground.laws.fringes.coefficient": self.attraction, "ground.laws.fringes.offset": near,
+            "ground.laws.film.coefficient": self.film, "ground.laws.film.free_path": self.path,
+            "ground.laws.film.thickness": near,
         }  # fmt: skip
 
     def opening(self) -> dict[str, object]:
-        """From the front stop back to the rear one, at 0 V: the film is the same, seen from the other side."""
+        """From the front stop back to the rear one, at 0 V. Laws belong to all feet alike: the film on both sides of
+        the fingers is one law here, as the one foot at the rear stop sees it."""
+        film = LAWS["comb_film"](
+            coefficient=self.film, ahead=self.behind, behind=self.front, free_path=self.path
+        )
+        structure = {
+            path: value for path, value in self.changes().items() if path.startswith("robot.structure")
+        }
         return {
-            **self.changes(), "robot.feet.stop.normal": -1, "robot.feet.stop.gap": 0.0,
-            "ground.laws.film.front": self.behind, "ground.laws.film.behind": self.front,
-            "initial.displacement": (-self.travel,), "signals.gate.stop": 0.0,
+            **structure, "robot.feet": {"stop": Foot(point="shuttle", gap=0.0, normal=-1)},
+            "ground.electrostatic": None, "ground.laws": {"film": film}, "initial.displacement": (-self.travel,),
         }  # fmt: skip
 
     def closing(self, volts: float) -> dict[str, object]:
@@ -106,8 +116,8 @@ class Actuator:
 
     def pull(self, volts: float) -> float:
         """Attraction at rest [N]."""
-        gaps = 1.0 / self.front**2 + 1.0 / (math.pi * HEIGHT * self.front) - 1.0 / self.behind**2
-        return self.attraction * volts**2 * gaps
+        ahead, back = (1.0 / gap**2 + 1.0 / (math.pi * HEIGHT * gap) for gap in (self.front, self.behind))
+        return self.attraction * volts**2 * (ahead - back)
 
     def pull_in_volts(self) -> float:
         """Static pull-in of two plates without fringe and back electrode [V]: a scale for ramps."""
