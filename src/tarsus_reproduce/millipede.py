@@ -23,7 +23,7 @@ from tarsus.model.structure import Walker
 from tarsus.orbits.motion import FromRest, Motion, SettledMotion, motion_asked
 from tarsus.orbits.returns import drive_period
 from tarsus.orbits.scored import scored
-from tarsus.solve import Run, Shared, offered, simulate
+from tarsus.solve import Run, Shared, simulate
 from tarsus.study.studyfile import load_sweep
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import OUTCOMES
@@ -435,7 +435,7 @@ def _swept(study: str, sweeps: Sequence[Sweep]) -> Swept:
     found = Swept(study, path, float_paths(first.scene)[path].unit, x, replicates, {}, {}, {}, {}, {})
     settled = None
     for sweep in sweeps:
-        arrays, about, motion = score_runs(sweep), offered(sweep.scene, sweep.seconds), sweep.motion
+        arrays, about, motion = score_runs(sweep), Run.offered(sweep.scene, sweep.seconds), sweep.motion
         spread = arrays["spread"]
         if isinstance(motion, SettledMotion):
             settled = float(arrays["settled"].mean())

@@ -13,7 +13,7 @@ import tarsus as ts
 from tarsus.measure import Judgement, RunTable, Scope, measured, measures_of
 from tarsus.measure.periods import PER_WINDOW, PerWindow
 from tarsus.solve.codes import EVENT_TYPE
-from tarsus.solve.run import offered
+from tarsus.solve.run import Run
 
 BOUNCE, CAPTURE, RELEASE, REST, START, MARK = 1, 2, 3, 4, 5, 6
 
@@ -235,7 +235,7 @@ def test_a_measure_that_is_added_is_one_of_runs_batches_and_sweeps(monkeypatch):
     assert 0.0 < run.measures.shortest_flight.value < 0.02
     batch = ts.simulate_batch(scene, {}, 0.06)
     assert batch.measure("shortest_flight")[0] == pytest.approx(run.measures.shortest_flight.value, rel=1e-4)
-    assert "shortest_flight" in offered(scene, 0.06)
+    assert "shortest_flight" in Run.offered(scene, 0.06)
 
 
 def test_a_rest_that_is_told_late_takes_its_place():

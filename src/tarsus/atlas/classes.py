@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from tarsus.orbits.basins import CHAOTIC, FAILED, OTHERS, UNSETTLED
 from tarsus.orbits.settling import Settling
-from tarsus.solve import CARRIED
 
 Codes = NDArray[np.int16]
 
@@ -86,6 +85,5 @@ def on_the_ground(settling: Settling) -> tuple[NDArray[np.bool_], NDArray[np.boo
     """Whether all feet, and any foot, of every run (nr,) lie on the ground for as long as the motion's period."""
     runs, feet = settling.runs, settling.runs.plan.feet
     since = np.array([max(int(k), 1) for k in settling.multiple]) * settling.periods
-    begun = runs.feet[..., CARRIED.index("since")]
-    count = (runs.held & (begun <= (runs.time - since)[:, None])).sum(axis=1)
+    count = (runs.held & (runs.since <= (runs.time - since)[:, None])).sum(axis=1)
     return (count == feet) & (feet > 0), count > 0

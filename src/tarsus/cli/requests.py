@@ -97,17 +97,13 @@ def _changed(name: str, values: dict[str, Any], law_files: Sequence[Path]) -> Sc
 
 def duration_for(scene: Scene, text: str | None) -> float:
     """Duration [s] of a run: the one asked for, else the scene's own; absurd ones are refused."""
-    from tarsus.solve import MOST_STEPS, estimated_steps
+    from tarsus.solve import too_long
 
     seconds = quantities_of(duration=(text, "s")).get("duration", scene.duration)
     if not seconds > 0.0:
         raise InputError(f"--duration: expected a time (s) above 0, got '{text}'")
-    steps = estimated_steps(scene, seconds)
-    if steps > MOST_STEPS:
-        raise InputError(
-            f"--duration: {seconds:g} s of this scene would take about {steps:.1e} steps, and at most "
-            f"{MOST_STEPS:.0e} are allowed; the longest run is about {seconds * MOST_STEPS / steps:.2g} s"
-        )
+    if said := too_long(scene, seconds):
+        raise InputError(f"--duration: {said}")
     return seconds
 
 

@@ -18,7 +18,7 @@ from tarsus.base.spec import with_values
 from tarsus.model.drive.waveforms import OnOff
 from tarsus.orbits.starts import Box
 from tarsus.plan.lowering import lower_scene
-from tarsus.solve import EventColumns, GradientBatch, GradientRun, Session
+from tarsus.solve import GradientBatch, GradientRun, Session
 
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers
@@ -185,9 +185,8 @@ class Trials:
         """Touchdowns of the foot after an instant [s] in all runs of a batch: numbers (k,) of the runs, and columns."""
         names = ("time", "speed_before", "speed_after", "energy")
         runs, columns = [np.zeros(0, dtype=np.int64)], [np.zeros((len(names), 0))]
-        for part in batch.parts:
-            rows = EventColumns([part.log.events])
-            own = np.repeat(part.members, np.diff(part.log.event_end, prepend=0))
+        for members, table in batch.tables():
+            rows, own = table.events, np.repeat(members, np.diff(table.first))
             hits = np.flatnonzero(
                 np.isin(rows["kind"], np.array(IMPACTS, dtype=float))
                 & (rows["foot"] == self.number)

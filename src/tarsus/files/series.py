@@ -48,6 +48,14 @@ def dataset_of(variables: Variables, attrs: Mapping[str, Any] | None = None) -> 
     return xarray.Dataset(data, coords=coords, attrs=dict(attrs or {}))
 
 
+def outcome_variable(
+    numbers: np.ndarray, meanings: Mapping[str, str], dims: tuple[str, ...], notes: Mapping[str, Any]
+) -> Variable:
+    """How runs ended: numbers of names, each with its sentence, as flags."""
+    flags = {"flag_values": np.arange(len(meanings), dtype=np.int8), "flag_meanings": " ".join(meanings)}
+    return Variable(dims, numbers, {"long_name": "how the run ended", **flags, **meanings, **notes})
+
+
 def is_text(values: np.ndarray) -> bool:
     """Whether an array holds names."""
     return values.dtype.kind in "US" or values.dtype == object

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
-from tarsus.files.library import SceneLike, as_scene
+from tarsus.files.library import SceneLike, as_scene, seconds_of
 from tarsus.fit.least_squares import least_squares_from
 from tarsus.fit.problem import Problem
 from tarsus.fit.ranges import Range
@@ -20,7 +20,7 @@ from tarsus.fit.terms import Term
 from tarsus.fit.unknowns import Ranges, Unknown, Unknowns
 from tarsus.fit.verdict import verdict_of
 from tarsus.model.scene import Scene
-from tarsus.solve import SINGLE_RUN, Accuracy, Run, Shared, seconds_of, simulate_batch
+from tarsus.solve import SINGLE_RUN, Accuracy, Run, Shared, simulate_batch
 from tarsus.tables.table import ROW, Column, Table, Tabled
 
 NORMAL = 1.959964

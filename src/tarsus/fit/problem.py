@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
-from tarsus.files.library import SceneLike, as_scene
+from tarsus.files.library import SceneLike, as_scene, seconds_of
 from tarsus.fit.case import Case
 from tarsus.fit.readers import OfMeasure
 from tarsus.fit.residuals import FAILED, Residuals, RunsTried, differences
@@ -18,7 +18,7 @@ from tarsus.fit.term_rows import TermRole, TermRows, term_rows_of
 from tarsus.fit.terms import Term
 from tarsus.fit.unknowns import Ranges, Unknown, Unknowns
 from tarsus.model.scene import Scene
-from tarsus.solve import SINGLE_RUN, Accuracy, Batch, Shared, seconds_of, simulate_batch
+from tarsus.solve import SINGLE_RUN, Accuracy, Batch, Shared, simulate_batch
 
 Derived = Callable[[Mapping[str, float]], Mapping[str, float]]
 """Further numbers of the scene by path, of the unknowns' SI values by name."""

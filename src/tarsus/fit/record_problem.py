@@ -30,7 +30,6 @@ from tarsus.plan.lowering import Plan, lower_scene, slot
 from tarsus.plan.rows import Rows
 from tarsus.solve import (
     Contacts,
-    Direction,
     Entered,
     Output,
     ScenePair,
@@ -184,7 +183,7 @@ class RecordProblem:
     scenes: tuple[Scene, ...]
     records: tuple[SeenRecord, ...]
     priors: Mapping[str, Prior]
-    directions: Mapping[str, Direction] = field(default_factory=dict)
+    directions: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     _made: dict[bytes, tuple[list[Scene], list[Plan]]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
@@ -209,7 +208,7 @@ class RecordProblem:
         """Those of some names by which windows have derivatives: of the scene, then of single feet."""
         return tuple(name for name in (*self.paths, *self.feet) if name in (names or ()))
 
-    def _along(self, name: str) -> Direction:
+    def _along(self, name: str) -> Mapping[str, float]:
         """How far numbers of the scene move for one of a number."""
         return self.directions.get(name, {name: 1.0})
 

@@ -17,7 +17,7 @@ from tarsus.fit.readers import OfEvents, OfMeasure, OfStates, Reader
 from tarsus.fit.terms import Goal, Number, Reading, Samples, Term, Value
 from tarsus.measure.measure import no_measure
 from tarsus.model.scene import Scene
-from tarsus.solve import offered
+from tarsus.solve import Run
 
 
 class TermRole(Enum):
@@ -56,7 +56,7 @@ def term_rows_of(scene: Scene, terms: Sequence[Term], seconds: float) -> list[Te
     InputError
         With everything that does not fit: measures, feet, paths, units, signs.
     """
-    units = {name: one.unit for name, one in offered(scene, seconds).items()}
+    units = {name: one.unit for name, one in Run.offered(scene, seconds).items()}
     problems: list[str] = []
     if not terms:
         problems.append("terms: expected at least one reading, record of samples or goal")

@@ -14,7 +14,7 @@ from tarsus.model.laws import Gravity, Restitution
 from tarsus.model.robot import Foot, Robot
 from tarsus.model.scene import Ground, Scene
 from tarsus.model.structure import Lumped
-from tarsus.solve import BUILT, simulate
+from tarsus.solve import Engine, simulate
 from tarsus.tables.numbers import spaced
 from tarsus.tables.table import Table
 from tarsus.tables.view import View
@@ -56,7 +56,7 @@ def doctor() -> View:
         "system": platform.platform(),
         "processors": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
         "devices": len(device_names()),
-        "engine": ", ".join(filter(None, BUILT.values())),
+        "engine": ", ".join(filter(None, Engine.built().values())),
         "engine_error": _engine_error(),
     }
     return View(data, Table("", ("what", "found"), [(spaced(name), str(one)) for name, one in data.items()]))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import gymnasium
@@ -18,7 +18,7 @@ from tarsus.learn.actions import Action, VoltageAction
 from tarsus.learn.sensors import Sensors
 from tarsus.measure.tally import TALLIED
 from tarsus.model.scene import Scene
-from tarsus.solve import Drawn, Session, State
+from tarsus.solve import Session, State
 
 Floats = NDArray[np.float64]
 
@@ -117,7 +117,7 @@ class WalkerEnv(gymnasium.Env[Any, Any]):
         scene: SceneLike = "hexapod-walker",
         actions: Action | None = None,
         sensors: Sensors | None = None,
-        ground: Mapping[str, Any] | Drawn | None = None,
+        ground: Mapping[str, Any] | Callable[..., Mapping[str, Any]] | None = None,
         reward: str = "progress * 1e6",
         dt: float | str = "1 ms",
         steps: int = 200,
@@ -154,7 +154,7 @@ class WalkerVectorEnv(VectorEnv[Any, Any, Any]):
         scene: SceneLike = "hexapod-walker",
         actions: Action | None = None,
         sensors: Sensors | None = None,
-        ground: Mapping[str, Any] | Drawn | None = None,
+        ground: Mapping[str, Any] | Callable[..., Mapping[str, Any]] | None = None,
         reward: str = "progress * 1e6",
         dt: float | str = "1 ms",
         steps: int = 200,

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tarsus.base.messages import nearest
 from tarsus.core import _native
 from tarsus.files.ledger import read_number
+from tarsus.files.series import Variable
 from tarsus.files.summary import measures_summary
 from tarsus.measure.history import Counting
 from tarsus.measure.segments import Floats, Rows
@@ -292,3 +293,27 @@ def of_feet(
     worst = about.scope is Scope.WORST
     seen, value, spread = _native.over_feet(found.count, found.mean, found.spread, len(feet), worst)
     return Measured(value, spread, seen, about, feet, mean, span, counting)
+
+
+def measure_variables(
+    name: str,
+    about: Measure | Measured,
+    dims: tuple[str, ...],
+    value: np.ndarray,
+    spread: np.ndarray,
+    per_foot: np.ndarray | None,
+    notes: Mapping[str, Any],
+) -> dict[str, Variable]:
+    """A measure as variables over ``dims``: value and spread of their shape, and that of each foot where given."""
+    notes = {"units": about.unit, "scope": str(about.scope), **notes}
+    out = {
+        name: Variable(dims, value, {"long_name": about.definition, **notes}),
+        f"{name}_spread": Variable(
+            dims, spread, {"long_name": f"standard deviation of {name} from period to period", **notes}
+        ),
+    }
+    if per_foot is not None:
+        out[f"{name}_per_foot"] = Variable(
+            (*dims, "foot"), per_foot, {"long_name": f"{name} of each foot", **notes}
+        )
+    return out

@@ -19,9 +19,9 @@ from tarsus.base.spec import with_values
 from tarsus.orbits.differences import return_slopes
 from tarsus.orbits.newton import zero_near
 from tarsus.orbits.orbit import TRANSIENTS, Orbit, stable_near
-from tarsus.orbits.returns import Returned, ReturnMap, middle_of_flight
+from tarsus.orbits.returns import Returned, ReturnMap
 from tarsus.orbits.walking import WalkMap
-from tarsus.solve import Shared
+from tarsus.solve import Contacts, Shared
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
@@ -204,7 +204,7 @@ class Follower:
         if isinstance(orbit.map, WalkMap):
             first, state = orbit.map.later(orbit.state, orbit.events, orbit.multiple)
         else:
-            later = middle_of_flight({}, orbit.events, 0.0, orbit.period) or 0.0
+            later = Contacts().middle_of_flight(orbit.events, 0.0, orbit.period) or 0.0
             first = replace(orbit.map, start=orbit.start + later)
             found = orbit.map.window(orbit.state, [first.start]).states
             state = np.concatenate([found.x[:, 0], found.v[:, 0]])

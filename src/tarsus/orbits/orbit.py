@@ -27,12 +27,11 @@ from tarsus.orbits.returns import (
     Returned,
     ReturnMap,
     drive_period,
-    middle_of_flight,
     return_map,
 )
 from tarsus.orbits.sequence import ACCUMULATED, kept_events, sequence_of
 from tarsus.orbits.walking import WalkMap, walk_map
-from tarsus.solve import Contacts, ResultCode, Run, contacts_of, follow_contact, simulate
+from tarsus.solve import Contacts, ResultCode, Run, simulate
 from tarsus.tables.numbers import amount
 from tarsus.tables.table import ROW, Column, Table
 
@@ -378,11 +377,9 @@ def _section(run: Run, period: float, count: int) -> tuple[float, Contacts]:
     feet held then; the drives' own phase 0 where some foot is always held."""
     begin, end = count * period, (count + 1) * period
     events = run.events[run.events["time"] < end]
-    held: dict[int, float] = {}
-    for event in events[events["time"] < begin]:
-        follow_contact(held, event)
-    middle = middle_of_flight(held, events[events["time"] >= begin], begin, end)
-    return (begin, contacts_of(held)) if middle is None else (middle, Contacts())
+    contacts = Contacts().after(events[events["time"] < begin], 0.0, begin)
+    middle = contacts.middle_of_flight(events[events["time"] >= begin], begin, end)
+    return (begin, contacts) if middle is None else (middle, Contacts())
 
 
 def _mismatches(run: Run, returns: ReturnMap, wanted: tuple[int, ...]) -> tuple[Floats, dict[int, float]]:

@@ -20,12 +20,11 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.model.drive.waveforms import Constant
 from tarsus.orbits.differences import return_slopes
-from tarsus.orbits.sequence import sequence
+from tarsus.orbits.sequence import sequence_of
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.rows import Rows, rows_of
 from tarsus.plan.slots import rows_for, slot
 from tarsus.solve import (
-    EVENT_TYPE,
     Accuracy,
     Contacts,
     Engine,
@@ -33,9 +32,7 @@ from tarsus.solve import (
     Shared,
     Window,
     WindowStart,
-    follow_contact,
     simulate_windows,
-    structured_events,
 )
 
 if TYPE_CHECKING:
@@ -83,10 +80,6 @@ ALIKE = 1e-9
 """Relative difference below which a ratio of periods is a whole number: what is left of decimals in a file."""
 
 
-_WHOLE = [(EVENT_TYPE.names or ()).index(name) for name in ("foot", "kind")]
-"""Columns of event rows that are whole numbers."""
-
-
 @dataclass(frozen=True)
 class Returned:
     """Where a state returns to: state (2n,) at the end of a window, which begins with what feet do at the section, at
@@ -111,7 +104,7 @@ class Returned:
     @cached_property
     def contacts(self) -> Contacts:
         """What the feet do at the end."""
-        return self.begun.after(structured_events(self.window.rows), self.start, self.end)
+        return self.begun.after(self.window.events, self.start, self.end)
 
     @cached_property
     def events(self) -> NDArray[np.void]:
@@ -122,7 +115,7 @@ class Returned:
     def by_foot(self) -> list[tuple[int, int]]:
         """(foot, kind) of the events that distinguish motions, foot by foot: states return continuously where events
         of different feet change their order."""
-        return sorted(sequence(*self.window.rows[:, _WHOLE].T.astype(int).tolist()), key=lambda one: one[0])
+        return sorted(sequence_of(self.window.events), key=lambda one: one[0])
 
     def same_events(self, other: Returned) -> bool:
         """Whether every foot does the same on the way as in another return, and both reach their end."""
@@ -257,8 +250,7 @@ class ReturnMap:
         """The map with its section in the middle of the longest flight of the period behind a state with its contacts,
         and the state there; with the section as it is where some foot is always held."""
         window = self._window(state, [self.start + self.period], contacts)
-        held = dict(zip(contacts.held, contacts.since or (), strict=True))
-        later = middle_of_flight(held, window.events, self.start, self.start + self.period)
+        later = contacts.middle_of_flight(window.events, self.start, self.start + self.period)
         if window.code is not ResultCode.DONE:
             return None
         if later is None or later == self.start:
@@ -327,18 +319,3 @@ def varied(scene: Scene, values: Mapping[str, float], shared: Shared) -> tuple[P
     else:
         rows = rows_of(plan)
     return plan, rows, drive_period(changed), HORIZON * drive_period(base)
-
-
-def middle_of_flight(
-    held: Mapping[int, float], events: NDArray[np.void], begin: float, end: float
-) -> float | None:
-    """Time [s] in the middle of the longest time from ``begin`` to ``end`` in which no foot is on the ground; None
-    without one. held: the feet on the ground at first; events: those in between, in order."""
-    now, since, best, where = dict(held), begin, 0.0, None
-    for time, event in [*zip(events["time"].tolist(), events, strict=True), (end, None)]:
-        if not now and time - since > best:
-            best, where = time - since, 0.5 * (since + time)
-        if event is not None:
-            follow_contact(now, event)
-        since = time
-    return where

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,21 +16,7 @@ def kept_events(events: NDArray[np.void]) -> list[int]:
 
     Bounces that accumulate to a rest are none of their own: how many of infinitely many are resolved says nothing.
     """
-    return _kept(events["foot"].tolist(), events["kind"].tolist())
-
-
-def sequence_of(events: NDArray[np.void]) -> tuple[tuple[int, int], ...]:
-    """(foot, kind) of the events of a period that distinguish one motion from another, in order."""
-    return sequence(events["foot"].tolist(), events["kind"].tolist())
-
-
-def sequence(foot: Sequence[int], kind: Sequence[int]) -> tuple[tuple[int, int], ...]:
-    """The same by foot and kind of each event."""
-    return tuple((foot[i], kind[i]) for i in _kept(foot, kind))
-
-
-def _kept(foot: Sequence[int], kind: Sequence[int]) -> list[int]:
-    out: list[int] = []
+    foot, kind, out = events["foot"].tolist(), events["kind"].tolist(), list[int]()
     for i in range(len(foot)):
         if kind[i] in ACCUMULATED:
             while own := [k for k in out if foot[k] == foot[i]]:
@@ -41,3 +25,9 @@ def _kept(foot: Sequence[int], kind: Sequence[int]) -> list[int]:
                 out.remove(own[-1])
         out.append(i)
     return out
+
+
+def sequence_of(events: NDArray[np.void]) -> tuple[tuple[int, int], ...]:
+    """(foot, kind) of the events of a period that distinguish one motion from another, in order."""
+    kept = events[kept_events(events)]
+    return tuple(zip(kept["foot"].tolist(), kept["kind"].tolist(), strict=True))

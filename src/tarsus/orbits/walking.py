@@ -27,7 +27,7 @@ from tarsus.orbits.returns import (
 )
 from tarsus.plan.lowering import Plan, level_only, lower_scene
 from tarsus.plan.rows import rows_of
-from tarsus.solve import Contacts, Engine, ResultCode, Window, contacts_of, follow_contact
+from tarsus.solve import Contacts, Engine, ResultCode, Window
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
@@ -52,45 +52,40 @@ class WalkMap(ReturnMap):
         events: of its period, from the section on."""
         span = multiple * self.period
         start = self.start + _quiet(events, 0.0, span)
-        at = self.contacts_at(state)
-        held = dict(zip(at.held, at.since or (), strict=True))
         logged = events.copy()
         logged["time"] += self.start
-        for event in logged[logged["time"] <= start]:
-            follow_contact(held, event)
+        contacts = self.contacts_at(state).after(logged[logged["time"] <= start], self.start, start)
         anew = set(events["foot"][events["kind"] == EventKind.RELEASE].tolist())
-        return self.at_section(start, held, end_of(self.window(state, [start])), anew, bool(self.aging))
+        return self.at_section(start, contacts, end_of(self.window(state, [start])), anew, bool(self.aging))
 
     def propagated(self, state: Floats, periods: int) -> tuple[WalkMap, Floats] | None:
         """What a state becomes after so many periods; the section is in the longest time without an event."""
         n2, contacts = 2 * len(self.plan.system.mass), self.contacts_at(state)
         place = state[:n2]
         for _ in range(periods + 1):  # the last of them shows the events
-            held, before = dict(zip(contacts.held, contacts.since or (), strict=True)), place
+            began, before = contacts, place
             window = self._window(place, [self.start + self.period], contacts)
             if window.code is not ResultCode.DONE:
                 return None
             contacts = contacts.after(window.events, self.start, float(window.times[-1])).earlier(self.period)
             place = end_of(window) - end_of(window)[0] * self.shift
         start = _quiet(window.events, self.start, self.start + self.period)
-        began = contacts_of(held)
-        for event in window.events[window.events["time"] <= start]:
-            follow_contact(held, event)
+        here = began.after(window.events[window.events["time"] <= start], self.start, start)
         anew = set(window.events["foot"][window.events["kind"] == EventKind.RELEASE].tolist())
         place = end_of(self._window(before, [start], began))
         aging = any(law.hook == "strength" for law in self.plan.laws.acting.values())
-        return self.at_section(start, held, place, anew, aging)
+        return self.at_section(start, here, place, anew, aging)
 
     def at_section(
-        self, start: float, held: dict[int, float], place: Floats, anew: set[int], aging: bool
+        self, start: float, contacts: Contacts, place: Floats, anew: set[int], aging: bool
     ) -> tuple[WalkMap, Floats]:
         """The map with another section [s], and its state: displacements and velocities (2n,) there less the surge, and
-        ages. held: since when feet are on the ground [s]; anew: feet whose contact begins anew in every period; aging:
+        ages. contacts: what feet do there; anew: feet whose contact begins anew in every period; aging:
         whether contacts know since when they are."""
-        contacts, along = contacts_of(held), _along(self.plan, place)
+        along = _along(self.plan, place)
         stuck = tuple(i for i in contacts.held if along[i] == 0.0)
         old = tuple(i for i in contacts.held if i in anew) if aging else ()
-        ages = np.array([held[i] for i in old]) - start
+        ages = np.array([contacts.begun[i] for i in old]) - start
         found = replace(self, start=start, contacts=contacts, stuck=stuck, aging=old)
         return found, np.concatenate([place - place[0] * self.shift, ages])
 
@@ -118,9 +113,8 @@ class WalkMap(ReturnMap):
     def contacts_at(self, state: Floats) -> Contacts:
         """What the feet do at the section in a state."""
         n2 = 2 * len(self.plan.system.mass)
-        since = dict(zip(self.contacts.held, self.contacts.since or (), strict=True))
-        since |= {i: self.start + age for i, age in zip(self.aging, state[n2:].tolist(), strict=True)}
-        return contacts_of(since)
+        aged = {i: self.start + age for i, age in zip(self.aging, state[n2:].tolist(), strict=True)}
+        return Contacts.of(self.contacts.begun | aged)
 
     def returned(self, state: Floats, window: Window) -> Returned:
         """Where a window takes a state to, and how far the walker has come."""
@@ -129,8 +123,7 @@ class WalkMap(ReturnMap):
         found = replace(found, state=found.state - travel * self.shift, travel=travel)
         if not self.aging:
             return found
-        since = dict(zip(found.contacts.held, found.contacts.since or (), strict=True))
-        ages = np.array([since.get(i, np.nan) for i in self.aging]) - found.end
+        ages = np.array([found.contacts.begun.get(i, np.nan) for i in self.aging]) - found.end
         return replace(found, state=np.concatenate([found.state, ages]))
 
     def travel_multiplier(self, state: Floats, multiple: int = 1) -> float:
@@ -153,16 +146,14 @@ def walk_map(scene: Scene, run: Run, count: int) -> tuple[WalkMap, Floats]:
     level_only(plan, "motions repeat, each step like the one before,")
     check_memory(plan)
     start = _quiet(run.events, count * period, (count + 1) * period)
-    held: dict[int, float] = {}
-    for event in run.events[run.events["time"] <= start]:
-        follow_contact(held, event)
+    contacts = Contacts().after(run.events[run.events["time"] <= start], 0.0, start)
     at = run.states(np.array([start]))
     renewed = (run.events["kind"] == EventKind.RELEASE) & (run.events["time"] > start)
     anew = set(run.events["foot"][renewed].tolist())
     tables = Engine(plan, HORIZON * period).tables
     first = WalkMap(plan, tables, rows_of(plan), period, start, Contacts())
     place = np.concatenate([at.x[:, 0], at.v[:, 0]])
-    return first.at_section(start, held, place, anew, bool(run.scene.ground.acting_on("strength")))
+    return first.at_section(start, contacts, place, anew, bool(run.scene.ground.acting_on("strength")))
 
 
 def _along(plan: Plan, state: Floats) -> Floats:

@@ -20,7 +20,7 @@ from tarsus.base.events import EVENT_WORDS, IMPACTS, EventKind
 from tarsus.base.spec import by_path, float_paths, paths_of, with_values
 from tarsus.base.units import parse_quantity
 from tarsus.files.draws import read_draws
-from tarsus.files.library import SceneLike, as_scene, load_scene
+from tarsus.files.library import SceneLike, as_scene, load_scene, seconds_of
 from tarsus.measure import Counting
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import REFUSALS
@@ -31,16 +31,7 @@ from tarsus.report.packing import script_text
 from tarsus.report.pages import asset, page, rendered, write_page
 from tarsus.report.player import distinct_drives, drive_label, walk_section
 from tarsus.report.style import BLUE, CONTACT, CYCLE, GREEN, INK, MUTED, PURPLE, VERMILION
-from tarsus.solve import (
-    DEFINITIONS,
-    SENTENCES,
-    Explored,
-    Run,
-    compiled_engine,
-    engine_bytes,
-    seconds_of,
-    simulate,
-)
+from tarsus.solve import Explored, Run, compiled_engine, engine_bytes, simulate
 from tarsus.tables.numbers import spaced
 
 if TYPE_CHECKING:
@@ -222,11 +213,11 @@ class Explorer:
             "body": list(shown.coordinates), "columns": one.columns, "points": shown.points, "plays": not small,
             "kinds": [EVENT_WORDS.get(kind, "") for kind in range(max(EventKind) + 1)],
             "impacts": [int(kind) for kind in IMPACTS],
-            "codes": list(SENTENCES), "faults": [REFUSALS[word] for word in one.faults],
+            "codes": list(one.sentences), "faults": [REFUSALS[word] for word in one.faults],
             "measures": [
                 {"name": name, "words": spaced(name), "unit": of.unit,
                  "definition": of.words.format(span="drive period", **counted)}
-                for name, of in ((name, DEFINITIONS[name]) for name in one.measures)
+                for name, of in one.definitions.items()
             ],
             "falling": list(one.scene.ground.falling),
             "command": command, "words": dict(self.words), "load": load, "given": given,

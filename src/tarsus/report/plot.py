@@ -18,7 +18,7 @@ from tarsus.base.messages import nearest
 from tarsus.base.verb import callable_package
 from tarsus.report.sheet import name_axes
 from tarsus.report.style import CONTACT, CYCLE, INK, MOST_LINES, MUTED, level_limits
-from tarsus.solve import RUN_FIGURES
+from tarsus.solve import Run
 from tarsus.tables.numbers import spaced
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def series(run: Run, name: str, only: Sequence[str] | None = None, *, axes: Axes
     data = dataset_of(run.variables(), {})
     known = offered(data)
     if name not in known:
-        raise InputError(f"a run has no series '{name}'{nearest(name, [*RUN_FIGURES, *known])}")
+        raise InputError(f"a run has no series '{name}'{nearest(name, [*Run.figures, *known])}")
     axes = _on(axes)
     draw_series(axes, data[name], only)
     axes.set_title(run.scene.name)

@@ -17,7 +17,7 @@ from tarsus.files.store import SERIES_FILE
 from tarsus.model.laws.userfile import laws_of
 from tarsus.report import plot as figures
 from tarsus.report.saved import blank, figure_of, offered, write_figure
-from tarsus.solve import RUN_FIGURES, Batch, Run, load_run
+from tarsus.solve import Batch, Run, load_run
 
 
 def plot(
@@ -72,9 +72,9 @@ def _of_result(result: Run | Batch, name: str | None, over: str | None, only: Se
         return figure_of(result.to_dataset(), name or next(iter(result.measured())), over=over, only=only)
     if over is not None:
         raise InputError("over is for batches and sweeps: a run is drawn over time")
-    if name is not None and name not in RUN_FIGURES:
+    if name is not None and name not in Run.figures:
         return figures.series(result, name, only, axes=blank())
-    return _figure(result, name or RUN_FIGURES[0], only)
+    return _figure(result, name or Run.figures[0], only)
 
 
 def drawn(
@@ -82,8 +82,8 @@ def drawn(
 ) -> tuple[str, Axes]:
     """What was drawn, and the axes."""
     whole_run = saved.is_dir() and (saved / SERIES_FILE).is_file()
-    if whole_run and (name is None or name in RUN_FIGURES):
-        return name or RUN_FIGURES[0], _of_run(saved, name or RUN_FIGURES[0], over, only, laws)
+    if whole_run and (name is None or name in Run.figures):
+        return name or Run.figures[0], _of_run(saved, name or Run.figures[0], over, only, laws)
     file = saved / (SERIES_FILE if whole_run else COLLECTED_FILE) if saved.is_dir() else saved
     if saved.is_dir() and not file.is_file():
         raise InputError(f"'{saved}' holds no run and no finished sweep ({SERIES_FILE} or {COLLECTED_FILE})")
@@ -92,7 +92,7 @@ def drawn(
         if not known:
             raise InputError(f"'{file}' holds neither series nor measures")
         if name is not None and name not in known:
-            raise InputError(f"'{saved}' has no '{name}'{nearest(name, [*RUN_FIGURES * whole_run, *known])}")
+            raise InputError(f"'{saved}' has no '{name}'{nearest(name, [*Run.figures * whole_run, *known])}")
         return name or known[0], figure_of(data, name or known[0], over=over, only=only)
 
 

@@ -14,7 +14,7 @@ from tarsus.base.spec import float_paths
 from tarsus.report.charts import Charts, with_room
 from tarsus.report.pages import Plate, page, rendered
 from tarsus.report.style import BLUE, MUTED
-from tarsus.solve import offered
+from tarsus.solve import Run
 from tarsus.study.axes import Logspace
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import DONE, OUTCOMES
@@ -70,7 +70,7 @@ def sweep_html(sweep: Sweep, collected: str | Path) -> str:
     """The page of a result, as text."""
     found = _read(sweep, Path(collected))
     units = {name: float_paths(sweep.scene)[sweep.paths(name)[0]].unit for name in sweep.vary}
-    measures = offered(sweep.scene, sweep.seconds)
+    measures = Run.offered(sweep.scene, sweep.seconds)
     kinds = {name: measures[name].unit for name in sweep.measures}
     drawn = [
         (name, _figures(sweep, found, name, units, kinds[name])) for name in sweep.measures[:MOST_MEASURES]

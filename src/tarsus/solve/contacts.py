@@ -70,6 +70,17 @@ class Contacts:
     since: Sequence[float] | None = None
     leaving: Sequence[int] = ()
 
+    @classmethod
+    def of(cls, held: Mapping[int, float]) -> Contacts:
+        """Of feet on the ground, by since when they are there [s]."""
+        feet = sorted(held)
+        return cls(feet, [held[foot] for foot in feet])
+
+    @property
+    def begun(self) -> dict[int, float]:
+        """Since when [s] each foot is on the ground, of those of which it is known."""
+        return dict(zip(self.held, self.since or (), strict=False))
+
     def faults(self, feet: int, start: float) -> list[str]:
         """Sentences on what is wrong for a plan of so many feet and a window that starts at ``start`` [s]."""
         problems = [
@@ -107,18 +118,25 @@ class Contacts:
         each = (events[name].tolist() for name in ("foot", "kind", "time"))
         for foot, kind, time in zip(*each, strict=True):
             _change(held, foot, kind, min(time, end))
-        return contacts_of(held)
+        return Contacts.of(held)
+
+    def middle_of_flight(self, events: npt.NDArray[np.void], begin: float, end: float) -> float | None:
+        """Time [s] in the middle of the longest time from ``begin`` to ``end`` in which no foot is on the ground, from
+        these on; None without one. events: those in between, in order."""
+        now, since, best, where = dict.fromkeys(self.held, begin), begin, 0.0, None
+        each = (events[name].tolist() for name in ("time", "foot", "kind"))
+        for time, foot, kind in [*zip(*each, strict=True), (end, -1, 0)]:
+            if not now and time - since > best:
+                best, where = time - since, 0.5 * (since + time)
+            _change(now, foot, kind, time)
+            since = time
+        return where
 
     def earlier(self, by: float) -> Contacts:
         """The same so long [s] before, as where a motion repeats."""
         return Contacts(
             self.held, None if self.since is None else [one - by for one in self.since], self.leaving
         )
-
-
-def follow_contact(held: dict[int, float], event: np.void) -> None:
-    """Take an event into account in the feet on the ground and since when they are there [s]."""
-    _change(held, int(event["foot"]), int(event["kind"]), float(event["time"]))
 
 
 _BEGINS = frozenset(map(int, CONTACT_BEGINS))
@@ -132,9 +150,3 @@ def _change(held: dict[int, float], foot: int, kind: int, time: float) -> None:
             held[foot] = time
     elif kind in _ENDS:
         held.pop(foot, None)
-
-
-def contacts_of(held: Mapping[int, float]) -> Contacts:
-    """Feet on the ground and since when, as a window takes them."""
-    feet = sorted(held)
-    return Contacts(feet, [held[foot] for foot in feet])

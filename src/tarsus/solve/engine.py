@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -33,10 +33,6 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Tables = ModeBook | _native.LegTables
 """Contact modes of a structure, or step tables of a walker's legs."""
-
-BUILT: dict[str, str] = _native.built
-"""How the engine was made: compiler, target (native or a processor), rows (vector instructions), checks at run time."""
-
 
 FLIGHT, LEAST_FLIGHT = 1e-9, 1e-12
 """Height below which flights are none, of the widest gap and [m]. An atom is a hundred times as high as 1 pm, and no
@@ -361,6 +357,11 @@ class Engine:
     plan: Plan
     duration: float
     shared: Shared = field(default_factory=Shared)
+
+    @staticmethod
+    def built() -> Mapping[str, str]:
+        """How it was made: compiler, target (native or a processor), rows (vector instructions), checks at run time."""
+        return _native.built
 
     @property
     def key(self) -> tuple[object, ...]:

@@ -14,13 +14,14 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.core import _native
 from tarsus.core import arrays as a
-from tarsus.measure.measure import Scope
+from tarsus.measure.measure import Definition, Scope
 from tarsus.measure.periods import PER_WINDOW
 from tarsus.measure.walking import WALK
 from tarsus.measure.whole import WHOLE_RUN
 from tarsus.model.structure import Walker
 from tarsus.plan.lowering import gravity_on
 from tarsus.solve.channels import BODY, DRIVE, FOOT, ON_A_PAGE, channel
+from tarsus.solve.codes import SENTENCES
 from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, Shared
 from tarsus.solve.packet import on_a_page, packed, packet_arrays
 from tarsus.solve.run import prepared
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     from tarsus.model.scene import Scene
     from tarsus.plan.rows import Rows
 
-DEFINITIONS = {**WALK, **PER_WINDOW, **WHOLE_RUN}
+_DEFINITIONS = {**WALK, **PER_WINDOW, **WHOLE_RUN}
 """Measures of runs by name."""
 FEW, FEW_DRIVES = 5, 2
 """Sliders of a small explorer, and those of them that are of the drives."""
@@ -39,6 +40,9 @@ FEW, FEW_DRIVES = 5, 2
 @dataclass(frozen=True)
 class Explored:
     """A scene over some seconds, its sliders and their lattice; left: paths of numbers without a slider."""
+
+    sentences = SENTENCES
+    """What each of the engine's codes says."""
 
     scene: Scene
     seconds: float
@@ -84,6 +88,11 @@ class Explored:
         """Names of the measures that a page shows."""
         return _native.WALK_MEASURES if self.body else _native.FOOT_MEASURES
 
+    @property
+    def definitions(self) -> dict[str, Definition]:
+        """What they are, by name."""
+        return {name: _DEFINITIONS[name] for name in self.measures}
+
     @cached_property
     def arrays(self) -> dict[str, Any]:
         """What the packet holds, by name. Raises InputError for more contact modes than a packet holds."""
@@ -92,7 +101,7 @@ class Explored:
         arrays |= {f"signals.{name}": of for name, of in lattice.pool.arrays.items()}
         structure = self.scene.robot.structure
         length = structure.length if isinstance(structure, Walker) else 0.0
-        worst = [DEFINITIONS[name].scope is Scope.WORST for name in self.measures]
+        worst = [_DEFINITIONS[name].scope is Scope.WORST for name in self.measures]
         mass = structure.total_mass if isinstance(structure, Walker) else 0.0
         arrays |= {
             "measure.mass": [float(mass)],

@@ -212,7 +212,7 @@ class Readings:
         """Charge that has flown into its terminal."""
         capacitance = 0.0 if motional else self.scene.robot.drives[drive].capacitance or 0.0
         level, gains = self._level(drive), self._gains(drive)
-        gain = np.asarray(polyval(level, gains)) if gains[1:].any() else gains[0]
+        gain = np.asarray(polyval(level, gains), dtype=np.float64) if gains[1:].any() else gains[0]
         return Weights(x=self._load(drive), x_gain=gain, known=capacitance * level)
 
     def current(self, drive: str, *, motional: bool = False) -> Weights:

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.messages import Hinted
 from tarsus.base.spec import float_paths, with_values
-from tarsus.files.series import Variable
+from tarsus.files.series import Variable, outcome_variable
 from tarsus.measure.history import EventHistories
-from tarsus.measure.measure import Measure, Measured, Measures, measure_name, no_measure
+from tarsus.measure.measure import Measured, Measures, measure_name, measure_variables, no_measure
 from tarsus.measure.table import Judgement, RunTable
 from tarsus.measure.walking import measured, measures_of
 from tarsus.plan.slots import Kind, slot
@@ -332,38 +332,6 @@ def _joined(ends: Sequence[np.ndarray]) -> NDArray[np.intp]:
 def _runs(batch: Batch) -> str:
     """How many runs a batch has, by axis of a grid, and how long each is."""
     return f"{' x '.join(map(str, batch.shape))} run{'' if len(batch) == 1 else 's'} of {batch.duration:g} s"
-
-
-def measure_variables(
-    name: str,
-    about: Measure | Measured,
-    dims: tuple[str, ...],
-    value: np.ndarray,
-    spread: np.ndarray,
-    per_foot: np.ndarray | None,
-    notes: Mapping[str, Any],
-) -> dict[str, Variable]:
-    """A measure as variables over ``dims``: value and spread of their shape, and that of each foot where given."""
-    notes = {"units": about.unit, "scope": str(about.scope), **notes}
-    out = {
-        name: Variable(dims, value, {"long_name": about.definition, **notes}),
-        f"{name}_spread": Variable(
-            dims, spread, {"long_name": f"standard deviation of {name} from period to period", **notes}
-        ),
-    }
-    if per_foot is not None:
-        out[f"{name}_per_foot"] = Variable(
-            (*dims, "foot"), per_foot, {"long_name": f"{name} of each foot", **notes}
-        )
-    return out
-
-
-def outcome_variable(
-    numbers: np.ndarray, meanings: Mapping[str, str], dims: tuple[str, ...], notes: Mapping[str, Any]
-) -> Variable:
-    """How runs ended: numbers of names, each with its sentence, as flags."""
-    flags = {"flag_values": np.arange(len(meanings), dtype=np.int8), "flag_meanings": " ".join(meanings)}
-    return Variable(dims, numbers, {"long_name": "how the run ended", **flags, **meanings, **notes})
 
 
 def _variables(batch: Batch, found: Mapping[str, Measured]) -> dict[str, Variable]:

@@ -80,10 +80,6 @@ SAME_EVENT = 1e-9
 """Times of events that differ by less than this part of the run's duration are the same: steps leave as much."""
 
 
-RUN_FIGURES = ("motion", "impacts", "ledger")
-"""Figures of a run that are made of more than one of its series."""
-
-
 @dataclass(frozen=True, repr=False)
 class Run(Hinted):
     """A finished simulation over ``duration`` [s]: by `simulate`, one of a batch, or read from a folder.
@@ -107,6 +103,8 @@ class Run(Hinted):
     wall_s: float = math.nan
     stored: RunArrays | None = None
 
+    figures: ClassVar[tuple[str, ...]] = ("motion", "impacts", "ledger")
+    """Figures that are made of more than one of its series."""
     _guesses: ClassVar[Mapping[str, str]] = {
         "t": "'time'", "times": "'time'", "gaps": "'gap'", "x": "'states(times).x', or 'to_dataset()'",
         "displacement": "to_dataset()['displacement']", "velocity": "to_dataset()['velocity']",
@@ -133,6 +131,12 @@ class Run(Hinted):
             scene, arrays.duration, period, log, accuracy=Accuracy(**accuracy) if accuracy else None, ended_as=code,
             stored=arrays,
         )  # fmt: skip
+
+    @classmethod
+    def offered(cls, scene: Scene, duration: float) -> dict[str, Measure]:
+        """Every measure that runs of a scene over ``duration`` [s] have, by name, with unit and definition; the values
+        mean nothing."""
+        return dict(measures_of(cls(scene, duration, scene_period(scene, duration), Log.nothing(duration))))
 
     def arrays(self) -> RunArrays:
         """What a folder holds of the run, of which `of` makes it again."""
@@ -175,7 +179,7 @@ class Run(Hinted):
 
         By `tarsus.plot.motion`, `impacts`, `ledger` and `series`, which take the options. Raises InputError as they do.
         """
-        if name in RUN_FIGURES:
+        if name in self.figures:
             return drawn(self, name, **options)
         return drawn(self, "series", name, **options)
 
@@ -485,19 +489,6 @@ def load_run(folder: str | os.PathLike[str], laws: Mapping[str, Any] | None = No
     from tarsus.files.store import read_run
 
     return Run.of(read_run(folder, laws))
-
-
-def offered(scene: Scene, duration: float) -> dict[str, Measure]:
-    """Every measure that runs of a scene have, by name, with unit and definition; the values mean nothing.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    duration
-        Model time of a run [s].
-    """
-    return dict(measures_of(Run(scene, duration, scene_period(scene, duration), Log.nothing(duration))))
 
 
 def drawn(result: Run | Batch, how: str, *args: Any, **options: Any) -> Any:

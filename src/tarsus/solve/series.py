@@ -44,8 +44,7 @@ class Series(Hinted):
     """
 
     _guesses: ClassVar[Mapping[str, str]] = {
-        "t": "'time'", "gap": "state.gap", "x": "state.x", "v": "state.v", "volts": "series['volts']",
-        "charge": "series['charge']", "current": "series['current']",
+        "t": "'time'", "gap": "state.gap", "x": "state.x", "v": "state.v",
     }  # fmt: skip
 
     def __init__(self, run: Run, time: Floats) -> None:
@@ -77,6 +76,21 @@ class Series(Hinted):
     @cached_property
     def _readings(self) -> Readings:
         return Readings(self.run.scene, self.time)
+
+    @property
+    def volts(self) -> Floats:
+        """Volts (nd, nt) of the drives."""
+        return self["volts"]
+
+    @property
+    def charge(self) -> Floats:
+        """Charges (nd, nt) [C] on their actuators."""
+        return self["charge"]
+
+    @property
+    def current(self) -> Floats:
+        """Currents (nd, nt) [A] into them."""
+        return self["current"]
 
     @property
     def force(self) -> Floats:

@@ -14,7 +14,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import by_path, float_paths, one_number, paths_of, with_values
 from tarsus.base.units import parse_quantity
 from tarsus.base.workers import Workers, is_executor, places, spread, workers
-from tarsus.files.library import SceneLike, as_scene
+from tarsus.files.library import SceneLike, as_scene, seconds_of
 from tarsus.plan.slots import check_bounds, courses_of_all, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy, Shared
@@ -175,19 +175,16 @@ def gradient(
     return run.gradient_of_runs(lambda one: objective(one.all_events, one.states(when)))
 
 
-def seconds_of(scene: Scene, duration: float | str | None) -> float:
-    """The duration [s] given, or the scene's own. Raises InputError unless it is positive and finite."""
-    if not isinstance(duration, int | float | str | np.number | None):
-        said = f"duration: expected a time [s] or a text with a unit, got {duration!r:.60}"
-        raise InputError([f"{said}; values of the scene are named, as in volts=6"])
-    try:
-        given = scene.duration if duration is None else duration
-        seconds = parse_quantity(given, "s") if isinstance(given, str) else float(given)
-    except InputError as error:
-        raise InputError([f"duration: {said}" for said in error.problems]) from None
-    if not (math.isfinite(seconds) and seconds > 0.0):
-        raise InputError([f"duration: expected a time above 0 s, got {seconds:g} s"])
-    return seconds
+def too_long(scene: Scene, seconds: float) -> str | None:
+    """What is said of runs of so many seconds that are refused, for they take more than `MOST_STEPS`; None of
+    others."""
+    steps = estimated_steps(scene, seconds)
+    if steps <= MOST_STEPS:
+        return None
+    return (
+        f"a run would take about {steps:.1e} steps, and at most {MOST_STEPS:.0e} are allowed; "
+        f"the longest run is about {seconds * MOST_STEPS / steps:.2g} s"
+    )
 
 
 def estimated_steps(scene: Scene, duration: float) -> float:

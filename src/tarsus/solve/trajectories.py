@@ -95,6 +95,11 @@ class Trajectories:
         """Which feet (nr, m) are on the ground."""
         return self.feet[..., CARRIED.index("contact")] != FootState.AIR
 
+    @property
+    def since(self) -> Floats:
+        """Since when (nr, m) [s] those are."""
+        return self.feet[..., CARRIED.index("since")]
+
     def of_runs(self, runs: NDArray[np.intp]) -> Trajectories:
         """Copies of some runs where they are, which go on by themselves."""
         moved = ("data", "time", "state", "feet", "code")

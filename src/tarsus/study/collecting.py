@@ -13,10 +13,11 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths
 from tarsus.files.runstore import COLLECTED_FILE, RunStore, store_sentence
-from tarsus.files.series import Put, Variable, blank, write_netcdf
+from tarsus.files.series import Put, Variable, blank, outcome_variable, write_netcdf
 from tarsus.files.version import package_version
 from tarsus.files.whole import part_of
-from tarsus.solve import measure_variables, offered, outcome_variable
+from tarsus.measure.measure import measure_variables
+from tarsus.solve import Run
 from tarsus.study.axes import Floats, Grid
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import OUTCOMES, score_shapes
@@ -138,7 +139,7 @@ def collected_variables(
     dims = tuple(axes) if grid else ("run",)
     shape = tuple(map(len, axes.values())) if grid else (sweep.runs,)
     feet = list(sweep.scene.robot.feet)
-    known, definitions = float_paths(sweep.scene), offered(sweep.scene, sweep.seconds)
+    known, definitions = float_paths(sweep.scene), Run.offered(sweep.scene, sweep.seconds)
     out: dict[str, Variable] = {}
     for name in sweep.vary:
         paths = sweep.paths(name)

@@ -35,7 +35,7 @@ from tarsus.measure.walking import OF_EPISODES
 from tarsus.model.scene import Scene
 from tarsus.model.structure.walker import Walker
 from tarsus.orbits.motion import FromRest, Motion, motion_asked
-from tarsus.solve import MOST_STEPS, estimated_steps, offered
+from tarsus.solve import Run, too_long
 from tarsus.study.axes import AnyAxis, Floats, Grid, Sobol, SweepAxis
 from tarsus.study.manufacture import Saltelli, Scattered
 
@@ -178,7 +178,7 @@ class Sweep(Description):
         scene = info.data.get("scene")
         if scene is None:
             return value
-        names = offered(scene, scene.duration)
+        names = Run.offered(scene, scene.duration)
         if not value:
             raise PathErrors([("", f"expected at least one measure, got none{nearest('', names)}")])
         faults = [(str(i), no_measure(name, names)) for i, name in enumerate(value) if name not in names]
@@ -201,11 +201,8 @@ class Sweep(Description):
         faults += [(f"vary.{path}", text) for path, text in self.design.faults(self.vary)]
         if not faults and self.runs > MOST_RUNS:
             faults = [("vary", f"{self.runs} runs are asked for, and at most {MOST_RUNS:.0e} are allowed")]
-        steps = estimated_steps(self.scene, self.seconds)
-        if steps > MOST_STEPS:
-            longest = self.seconds * MOST_STEPS / steps
-            text = f"a run would take about {steps:.1e} steps; the longest is about {longest:.2g} s"
-            faults.append(("duration", text))
+        if said := too_long(self.scene, self.seconds):
+            faults.append(("duration", said))
         if faults:
             raise PathErrors(faults)
         return self

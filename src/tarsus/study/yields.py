@@ -20,7 +20,7 @@ from tarsus.files.library import SceneLike, as_scene
 from tarsus.files.whole import write_text
 from tarsus.measure.shares import share_of
 from tarsus.model.structure import Walker
-from tarsus.solve import ResultCode, offered
+from tarsus.solve import ResultCode, Run
 from tarsus.study.collecting import measures_in
 from tarsus.study.manufacture import Saltelli, Scattered
 from tarsus.study.robots import Robots, Scatter, as_arguments
@@ -373,7 +373,7 @@ class YieldStudy:
         InputError with every wrong measure and requirement."""
         walks = isinstance(robots.scene.robot.structure, Walker)
         require = dict.fromkeys(WALKS if walks else BOUNCES) if require is None else require
-        known = offered(robots.scene, robots.scene.duration)
+        known = Run.offered(robots.scene, robots.scene.duration)
         options = {"chunk": "2 s", **options}
         sweep = robots.sweep(count, list(require), seed=seed, **options)
         required: dict[str, float | None] = {}

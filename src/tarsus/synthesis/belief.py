@@ -14,7 +14,6 @@ from tarsus.base.spec import Description, float_paths, get_value, with_values
 from tarsus.fit.verdict import LEVEL
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
-from tarsus.solve import Direction
 from tarsus.synthesis.devices import identified_paths
 from tarsus.synthesis.walks import MOST_LEGS
 
@@ -29,7 +28,7 @@ class Belief:
     Raises InputError for numbers that are zero, and for what has no spread.
     """
 
-    unknown: Mapping[str, Direction]
+    unknown: Mapping[str, Mapping[str, float]]
     covariance: Floats
 
     def __post_init__(self) -> None:
@@ -108,7 +107,7 @@ class Belief:
             for one, by in moved for path, value in one.items()
         })  # fmt: skip
 
-    def directions(self, scene: Scene) -> dict[str, Direction]:
+    def directions(self, scene: Scene) -> dict[str, Mapping[str, float]]:
         """Directions of the logarithms at the values of a scene."""
         return {
             name: {path: float(get_value(scene, path)) for path in one} for name, one in self.unknown.items()

@@ -23,7 +23,7 @@ from tarsus.base.quantities import Quantity
 from tarsus.fit.record_problem import RecordProblem, Seen, SeenRecord, Segment
 from tarsus.fit.unknowns import Prior
 from tarsus.model.scene import Scene
-from tarsus.solve import Contacts, Direction, Output, ResultCode, Run, simulate
+from tarsus.solve import Contacts, Output, ResultCode, Run, simulate
 from tarsus.synthesis.recordings import Recording, outputs_of, placed
 
 IMPACTS = 3
@@ -100,7 +100,7 @@ def deviations(information: Floats) -> Floats:
 def told_by(
     scene: Scene,
     recording: Recording,
-    unknown: Mapping[str, Direction],
+    unknown: Mapping[str, Mapping[str, float]],
     sensing: Sensing | None = None,
     *,
     drive: str = "",
