@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.fft import next_fast_len
-from scipy.ndimage import binary_dilation, convolve1d, correlate1d
+from scipy.ndimage import binary_dilation, convolve1d
 
 from tarsus.base.arrays import Complexes, Floats
 from tarsus.identify.clock import PACE, stretched
@@ -45,18 +45,6 @@ _MIDDLE = 1.2533
 """Standard error of a median over that of a mean, of normal numbers."""
 _STRONGEST = 4.0
 """Factor at most by which what a low-pass has weakened is brought back: noise is, too."""
-_BENT = (
-    np.array([7.0, 128.0, -270.0, 128.0, 7.0]) / 54.0,
-    np.array([1.0, 32.0, 0.0, -32.0, -1.0]) / 36.0,
-)
-"""Factors by which displacements and velocities at five samples give the acceleration at the middle one, all in units
-of the step: exact for polynomials of the ninth degree, 0.2 % off at three samples a period."""
-_TURNS = 10
-"""Rounds in which displacements at the samples are found from late ones: within `_NEAR` of a whole number of samples
-they settle to 0.1 us at three samples a period."""
-_NEAR = 0.25
-"""Samples beside a whole number of them up to which late displacements are brought back so; farther, the rounds add as
-much noise as there is."""
 _BLEND = 256
 """Samples over which the end of a record is led back to its beginning for a transform."""
 _PROMPT = Lateness(UNTOLD, None)
@@ -220,11 +208,7 @@ class Instruments:
             values[k] /= self.gain(point, quantity)
         for (point, quantity), k in moving.items():
             if quantity is Quantity.DISPLACEMENT and (lag := self.lag(point)):
-                velocity = moving.get((point, Quantity.VELOCITY))
-                if velocity is None:
-                    values[k] = _divided(values[k], record.step, lag, None)
-                else:
-                    values[k] = _moved(values[k], values[velocity], record.step, lag)
+                values[k] = _divided(values[k], record.step, lag, None)
         for (_, quantity), k in moving.items():
             low, late = self.low(quantity), self.late + self.starts.get(record.source, 0.0) if swept else 0.0
             if low is not None or late:
@@ -353,50 +337,6 @@ def _compared(record: Measurement, point: str) -> tuple[float, float, float, flo
     if not 1.0 / _MOST < abs(gain) < _MOST:
         return None
     return float(gain), float(error[0]), float(lag / gain), float(error[1] / abs(gain))
-
-
-def _moved(late: Floats, velocity: Floats, step: float, lag: float) -> Floats:
-    """A displacement that lags behind its velocity (ns,), as it was at the moments of the samples.
-
-    Between two samples the motion is the polynomial of fifth degree through displacement, velocity and acceleration at
-    both, the latter from five samples of the former two (`_BENT`). The displacements at the samples are those of which
-    it gives the late ones; a velocity alone misses the second mode of a structure by a sixth at three samples a period
-    after a jump of the drive, and adds no noise: it is taken between the samples (`_NEAR`).
-    """
-    samples = round(lag / step)
-    if abs(lag / step - samples) > _NEAR:
-        return late + _integrated(velocity, step, lag)
-    late, part = _shifted(late, -samples), lag / step - samples  # within half a sample
-    before = int(part > 0.0)
-    u = before - part
-    rising = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
-    speeds = u * (1.0 - u) ** 3 * (1.0 + 3.0 * u), -(u**3) * (1.0 - u) * (4.0 - 3.0 * u)
-    bends = 0.5 * u**2 * (1.0 - u) ** 3, 0.5 * u**3 * (1.0 - u) ** 2
-    v = step * velocity
-    bent_by_speed = correlate1d(v, _BENT[1], mode="nearest")
-    out = late
-    for _ in range(_TURNS):
-        bent = correlate1d(out, _BENT[0], mode="nearest") + bent_by_speed
-        seen = sum(
-            r * _shifted(out, n) + c * _shifted(v, n) + b * _shifted(bent, n)
-            for r, c, b, n in zip((1.0 - rising, rising), speeds, bends, (before, before - 1), strict=True)
-        )
-        out = out + late - seen
-    return out
-
-
-def _shifted(values: Floats, samples: int) -> Floats:
-    """Values (ns,) so many samples later, the first or the last one held."""
-    return values[np.clip(np.arange(len(values)) - samples, 0, len(values) - 1)]
-
-
-def _integrated(velocity: Floats, step: float, lag: float) -> Floats:
-    """Integral of a velocity (ns,) over the last ``lag`` [s]."""
-
-    def integral(s: Complexes) -> Complexes:
-        return np.append(lag, -np.expm1(-s[1:] * lag) / s[1:])
-
-    return _passed(velocity, step, integral)
 
 
 def _divided(values: Floats, step: float, late: float, low: LowPass | None) -> Floats:

@@ -49,7 +49,7 @@ def test_a_delay_is_found_to_a_fifth_of_a_microsecond_and_taken_off(lag):
 
 @pytest.mark.parametrize("lag", [6e-6, 20e-6])
 def test_taking_off_adds_little_noise(lag):
-    """A slow motion is brought back with the noise it had, also between two samples."""
+    """A slow motion is brought back with as much noise as it had, also between two samples."""
     time, random = STEP * np.arange(4000.0), np.random.default_rng(1)
     omega, size, noise = 2.0 * np.pi * 40.0, 1e-5, 1e-7
     own = noise * random.standard_normal(len(time))
@@ -57,8 +57,8 @@ def test_taking_off_adds_little_noise(lag):
     speed = size * omega * np.cos(omega * time)
     late = Measurement(channels, np.array([size * np.sin(omega * (time - lag)) + own, speed]), STEP)
     found = Instruments({"tip": Relation(WithError(1.0, 1e-4), WithError(lag, 5e-8))}, STEP)
-    left = found.taken_off(late, False)["x"] - size * np.sin(omega * time) - own
-    assert left[20:-20].std() < 0.3 * noise
+    left = found.taken_off(late, False)["x"] - size * np.sin(omega * time)
+    assert left[20:-20].std() < 1.03 * noise
 
 
 def test_the_other_channel_may_have_the_gain():
