@@ -336,36 +336,3 @@ class Differences:
         both = cut_off(size, self.change, by, self.places)
         cut = np.where(self.values.valid.all(axis=0), both, by * size)
         return np.where(self.same & np.isfinite(size), 0.0, cut + self.off)
-
-
-class EventKeys(NamedTuple):
-    """Foot, kind and time [s] of events (ne,), each foot's in order."""
-
-    foot: NDArray[np.generic]
-    kind: NDArray[np.generic]
-    time: Floats
-
-
-class Matched(NamedTuple):
-    """Numbers (k,) of events of a run and of those of another that are the same; from when on [s] others follow,
-    infinite where none do, and the foot that begins with it, -1 for none."""
-
-    here: NDArray[np.intp]
-    there: NDArray[np.intp]
-    time: float
-    foot: int
-
-
-def matched_events(own: EventKeys, other: EventKeys) -> Matched:
-    """Foot by foot the same kinds of events one after the other: feet far from each other may change places."""
-    pairs, parting = [(np.zeros(0, dtype=np.intp),) * 2], (np.inf, -1)
-    for foot in np.unique(np.concatenate([own.foot, other.foot])):
-        here, there = (np.flatnonzero(one.foot == foot) for one in (own, other))
-        count = min(len(here), len(there))
-        same = own.kind[here[:count]] == other.kind[there[:count]]
-        alike = count if same.all() else int(np.argmin(same))
-        pairs.append((here[:alike], there[:alike]))
-        after = [float(one.time[at[alike]]) for one, at in ((own, here), (other, there)) if len(at) > alike]
-        parting = min(parting, (min(after, default=np.inf), int(foot)))
-    here, there = (np.concatenate(part) for part in zip(*pairs, strict=True))
-    return Matched(here, there, *parting)

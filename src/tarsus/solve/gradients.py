@@ -31,7 +31,6 @@ from tarsus.solve.slopes import (
     Lane,
     LaneSlopes,
     Wanted,
-    WindowSpan,
     as_states,
     no_states,
     weights_of,
@@ -108,12 +107,11 @@ class GradientRun(Run):
 
     def _differenced(self, times: Floats) -> Differenced:
         """The run and those beside it, sampled at times (nt,) [s]."""
-        span = WindowSpan(np.zeros(1), np.full(1, np.inf), times)
         own, finer = ran_of(self, times), ran_of(self._finer, times)
         return Differenced(
             own,
             finer,
-            span,
+            np.full(1, np.inf),
             partial(self._lanes, times),
             weights_of(self.plan),
             enough=0.0,
@@ -365,7 +363,14 @@ def ran_of(run: Run, times: Floats) -> Ran:
     )
     nothing = np.zeros((1, 0))
     return Ran(
-        run.log.codes, rows, np.array([0, len(rows)]), states, np.array([0, len(times)]), nothing, nothing
+        run.log.codes,
+        rows,
+        np.array([0, len(rows)]),
+        states,
+        times,
+        np.array([0, len(times)]),
+        nothing,
+        nothing,
     )
 
 

@@ -53,7 +53,9 @@ def _integrated(run: Run, time: Floats, channels: list[Pieces]) -> Floats:
     edges = edges[edges <= end]
     width = max(TURN / plan.rate, end / MOST)
     counts = np.ceil(np.diff(edges) / width).astype(np.intp)
-    share = (np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)) / np.repeat(counts, counts)
+    share = (np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)) / np.repeat(
+        counts, counts
+    )
     step = np.repeat(np.diff(edges) / counts, counts)
     begin = np.repeat(edges[:-1], counts) + share * np.repeat(np.diff(edges), counts)
     nodes = (begin[:, None] + 0.5 * step[:, None] * (_NODES + 1.0)).ravel()
@@ -70,7 +72,9 @@ def _starts(pieces: Pieces, end: float) -> Floats:
         return pieces.start[pieces.start < end]
     own = pieces.start[pieces.loop :]
     rounds = np.arange(max(int(np.ceil((end - own[0]) / (own[-1] - own[0]))), 1))
-    found = np.concatenate([pieces.start[: pieces.loop], (own[:-1] + rounds[:, None] * (own[-1] - own[0])).ravel()])
+    found = np.concatenate(
+        [pieces.start[: pieces.loop], (own[:-1] + rounds[:, None] * (own[-1] - own[0])).ravel()]
+    )
     return np.asarray(found[found < end])
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
@@ -275,77 +275,111 @@ def simulate_batch(
     given = columns(scene, vary, grid=grid)
     values = by_path(scene, _combined(given) if grid else given)
     axes = {paths_of(scene, name)[0]: of for name, of in given.items()} if grid else {}
-    count = len(next(iter(values.values()))) if values else 1
-    if is_executor(threads) and count > 1 and not ledger and gradients is None:
-        return _elsewhere(scene, values, axes, seconds, accuracy, track, threads)
-    shared = Shared() if shared is None else shared
-    data, rest = _divided(scene, values)
+    asked = _BatchAsked(scene, values, axes, seconds, accuracy, track, Shared() if shared is None else shared)
     if ledger or gradients is not None:
         local = None if is_executor(threads) else threads  # runs with accounts or derivatives do not travel
-        paths = None if gradients is None else tuple(gradients)
-        return _run_by_run(scene, values, axes, seconds, accuracy, local, shared, paths)
-    groups: dict[tuple[float, ...], list[int]] = {}
-    for i, chosen in enumerate(
-        zip(*(values[path].tolist() for path in rest), strict=True) if rest else [()] * count
-    ):
-        groups.setdefault(chosen, []).append(i)
-    periods = np.zeros(count)
-    once = len(groups) > 1 and count <= _TOGETHER and not any(map(_moves_drive, rest))
-    courses = courses_of_all(scene, {path: values[path] for path in data}) if once else None
-
-    def work(job: tuple[tuple[float, ...], NDArray[np.int64]]) -> Part:
-        chosen, members = job
-        variant = with_values(scene, dict(zip(rest, chosen, strict=True))) if rest else scene
-        own = {path: values[path][members] for path in data}
-        known = None if courses is None else courses(members)
-        engine, rows = prepared(variant, own, seconds, shared, len(members), known)
-        periods[members] = rows.periods
-        return Part.of(engine.run(rows, accuracy, track), members)
-
-    size = min(_CHUNK, max(_FEWEST, -(-count // workers(threads))))
-    jobs = [
-        (chosen, np.array(members[first : first + size]))
-        for chosen, members in groups.items()
-        for first in range(0, len(members), size)
-    ]
-    parts = list(spread(work, jobs, threads))
-    return Batch(scene, values, seconds, periods, parts, None, axes, accuracy or Accuracy(), track)
+        return asked.run_by_run(local, None if gradients is None else tuple(gradients))
+    if is_executor(threads):
+        return asked.elsewhere(threads) if len(asked) > 1 else asked.on_threads(None)
+    return asked.on_threads(threads)
 
 
-def _elsewhere(
-    scene: Scene,
-    values: Mapping[str, np.ndarray],
-    axes: Mapping[str, np.ndarray],
-    seconds: float,
-    accuracy: Accuracy | None,
-    track: bool,
-    executor: Executor,
-) -> Batch:
-    """The batch in shares, one after the other for each worker of an executor."""
-    count = len(next(iter(values.values())))
-    shares = np.array_split(np.arange(count), min(places(executor) * _SHARES, count))
-    work = partial(_share, scene, seconds, accuracy, track)
-    jobs = [{path: own[members] for path, own in values.items()} for members in shares]
-    found = list(spread(work, jobs, executor))
-    periods = np.concatenate([own for own, _ in found])
-    parts = [
-        Part(members[part.members], part.log)
-        for members, (_, made) in zip(shares, found, strict=True)
-        for part in made
-    ]
-    return Batch(scene, values, seconds, periods, parts, None, axes, accuracy or Accuracy(), track)
+@dataclass(frozen=True)
+class _BatchAsked:
+    """Runs that are asked for together: of a scene with values (nr,) by path, of a grid also those of each axis, how
+    long [s], how exactly, and what engines share."""
+
+    scene: Scene
+    values: Mapping[str, np.ndarray]
+    axes: Mapping[str, np.ndarray]
+    seconds: float
+    accuracy: Accuracy | None
+    track: bool
+    shared: Shared
+
+    def __len__(self) -> int:
+        return len(next(iter(self.values.values()))) if self.values else 1
+
+    def _batch(self, periods: NDArray[np.float64], parts: Sequence[Part]) -> Batch:
+        """What has come of them."""
+        accuracy = self.accuracy or Accuracy()
+        return Batch(
+            self.scene, self.values, self.seconds, periods, parts, None, self.axes, accuracy, self.track
+        )
+
+    def on_threads(self, threads: Workers) -> Batch:
+        """Those that differ in data of a plan together, some at a time. Raises InputError as `simulate_batch`."""
+        scene, values, seconds, count = self.scene, self.values, self.seconds, len(self)
+        data, rest = _divided(scene, values)
+        each = zip(*(values[path].tolist() for path in rest), strict=True) if rest else [()] * count
+        groups: dict[tuple[float, ...], list[int]] = {}
+        for i, chosen in enumerate(each):
+            groups.setdefault(chosen, []).append(i)
+        periods = np.zeros(count)
+        once = len(groups) > 1 and count <= _TOGETHER and not any(map(_moves_drive, rest))
+        courses = courses_of_all(scene, {path: values[path] for path in data}) if once else None
+
+        def work(job: tuple[tuple[float, ...], NDArray[np.int64]]) -> Part:
+            chosen, members = job
+            variant = with_values(scene, dict(zip(rest, chosen, strict=True))) if rest else scene
+            own = {path: values[path][members] for path in data}
+            known = None if courses is None else courses(members)
+            engine, rows = prepared(variant, own, seconds, self.shared, len(members), known)
+            periods[members] = rows.periods
+            return Part.of(engine.run(rows, self.accuracy, self.track), members)
+
+        size = min(_CHUNK, max(_FEWEST, -(-count // workers(threads))))
+        jobs = [
+            (chosen, np.array(members[first : first + size]))
+            for chosen, members in groups.items()
+            for first in range(0, len(members), size)
+        ]
+        return self._batch(periods, list(spread(work, jobs, threads)))
+
+    def elsewhere(self, executor: Executor) -> Batch:
+        """In shares, one after the other for each worker of an executor."""
+        count = len(self)
+        shares = np.array_split(np.arange(count), min(places(executor) * _SHARES, count))
+        own = [{path: of[members] for path, of in self.values.items()} for members in shares]
+        jobs = [replace(self, values=values, axes={}) for values in own]
+        found = list(spread(_alone, jobs, executor))
+        parts = [
+            Part(members[part.members], part.log)
+            for members, (_, made) in zip(shares, found, strict=True)
+            for part in made
+        ]
+        return self._batch(np.concatenate([periods for periods, _ in found]), parts)
+
+    def run_by_run(self, threads: Workers, paths: tuple[str, ...] | None) -> Batch:
+        """Single runs, each with its energy account, or with its derivatives by the numbers at paths."""
+
+        def work(i: int) -> tuple[Part, float, bool, GradientRun | None]:
+            own, one = {path: float(v[i]) for path, v in self.values.items()}, np.array([i])
+            if paths is None:
+                run = changed_run(self.scene, own, self.seconds, self.accuracy, self.shared)
+                return Part.of(run.log, one), run.period, run.code is ResultCode.LEDGER_OPEN, None
+            from tarsus.solve.gradients import gradient_run
+
+            made = gradient_run(with_values(self.scene, own), paths, self.seconds, self.accuracy, self.shared)
+            return Part.of(made.log, one), made.period, False, made
+
+        parts, periods, opened, made = zip(*spread(work, range(len(self)), threads), strict=True)
+        common = (self.scene, self.values, self.seconds, np.array(periods), parts)
+        if paths is None:
+            return Batch(*common, frozenset(np.flatnonzero(opened).tolist()), self.axes, self.accuracy)
+        from tarsus.solve.gradients import GradientBatch
+
+        return GradientBatch(*common, None, self.axes, self.accuracy, made=made)
+
+
+def _alone(asked: _BatchAsked) -> tuple[NDArray[np.float64], Sequence[Part]]:
+    """Some runs of a batch on one thread: their periods, and what the engine noted."""
+    batch = asked.on_threads(1)
+    return batch.periods, batch.parts
 
 
 _SHARES = 2
 """Shares of a batch for each worker: a slow one then delays the others by half a share at most."""
-
-
-def _share(
-    scene: Scene, seconds: float, accuracy: Accuracy | None, track: bool, values: Mapping[str, np.ndarray]
-) -> tuple[NDArray[np.float64], Sequence[Part]]:
-    """Some runs of a batch on one thread: their periods, and what the engine noted."""
-    batch = simulate_batch(scene, values, seconds, threads=1, accuracy=accuracy, track=track)
-    return batch.periods, batch.parts
 
 
 def _divided(scene: Scene, values: Mapping[str, np.ndarray]) -> tuple[list[str], list[str]]:
@@ -357,38 +391,6 @@ def _divided(scene: Scene, values: Mapping[str, np.ndarray]) -> tuple[list[str],
     return [path for path, p in places.items() if p is not None], [
         path for path, p in places.items() if p is None
     ]
-
-
-def _run_by_run(
-    scene: Scene,
-    values: Mapping[str, np.ndarray],
-    axes: Mapping[str, np.ndarray],
-    seconds: float,
-    accuracy: Accuracy | None,
-    threads: Workers,
-    shared: Shared,
-    paths: tuple[str, ...] | None,
-) -> Batch:
-    """The batch made of single runs, each with its energy account, or with its derivatives by the numbers at paths."""
-
-    def work(i: int) -> tuple[Part, float, bool, GradientRun | None]:
-        own = {path: float(v[i]) for path, v in values.items()}
-        if paths is None:
-            run = changed_run(scene, own, seconds, accuracy, shared)
-            return Part.of(run.log, np.array([i])), run.period, run.code is ResultCode.LEDGER_OPEN, None
-        from tarsus.solve.gradients import gradient_run
-
-        made = gradient_run(with_values(scene, own), paths, seconds, accuracy, shared)
-        return Part.of(made.log, np.array([i])), made.period, False, made
-
-    count = len(next(iter(values.values()))) if values else 1
-    parts, periods, opened, made = zip(*spread(work, range(count), threads), strict=True)
-    common = (scene, values, seconds, np.array(periods), parts)
-    if paths is None:
-        return Batch(*common, frozenset(np.flatnonzero(opened).tolist()), axes, accuracy)
-    from tarsus.solve.gradients import GradientBatch
-
-    return GradientBatch(*common, None, axes, accuracy, made=made)
 
 
 def _combined(axes: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

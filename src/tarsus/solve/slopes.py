@@ -20,10 +20,8 @@ from tarsus.solve.differences import (
     LEAST,
     STEP,
     Differences,
-    EventKeys,
     MotionValues,
     better_step,
-    matched_events,
 )
 from tarsus.solve.window_run import Ran, gathered
 
@@ -117,28 +115,21 @@ class EventsAlike(NamedTuple):
         return out
 
     def _match(self, own: Ran, other: Ran, window: int) -> tuple[float, int]:
-        """Put the events of one window into places; from when on there are others, and of which foot."""
+        """Put the events of one window into places; from when on [s] there are others, and which foot begins with it,
+        -1 of none."""
         mine, theirs = (np.arange(*one.begin[window : window + 2]) for one in (own, other))
-        rows = own.events[mine], other.events[theirs]
-        found = matched_events(
-            *(EventKeys(one[:, a.E_FOOT], one[:, a.E_KIND], one[:, a.E_TIME]) for one in rows)
-        )
-        self.place[mine] = -1
-        self.place[mine[found.here]] = theirs[found.there]
-        return found.time, found.foot
-
-
-class WindowSpan(NamedTuple):
-    """Of windows: when each begins (nw,) [s], and from when on (nw,) an event may be missing that comes just beyond its
-    end; times (ns,) [s] of the samples of all."""
-
-    begin: Floats
-    late: Floats
-    times: Floats
-
-    def taken(self, windows: Integers, first: Integers) -> WindowSpan:
-        """Of some of the windows, from where each one's samples begin."""
-        return WindowSpan(self.begin[windows], self.late[windows], self.times[gathered(first, windows)[0]])
+        self.place[mine], parting = -1, (np.inf, -1)
+        feet = own.events[mine, a.E_FOOT], other.events[theirs, a.E_FOOT]
+        for foot in np.unique(np.concatenate(feet)):
+            here, there = (of[feet_of == foot] for of, feet_of in zip((mine, theirs), feet, strict=True))
+            count = min(len(here), len(there))
+            same = own.events[here[:count], a.E_KIND] == other.events[there[:count], a.E_KIND]
+            alike = count if same.all() else int(np.argmin(same))
+            self.place[here[:alike]] = there[:alike]
+            rest = ((own, here[alike:]), (other, there[alike:]))
+            after = [float(of.events[at[0], a.E_TIME]) for of, at in rest if len(at)]
+            parting = min(parting, (min(after, default=np.inf), int(foot)))
+        return parting
 
 
 class Lane(NamedTuple):
@@ -227,7 +218,7 @@ class _Base:
 
     own: Ran
     finer: Ran
-    span: WindowSpan
+    late: Floats
 
     @property
     def moments(self) -> Floats:
@@ -251,14 +242,14 @@ class _Base:
     def _keys(self) -> npt.NDArray[np.complex128]:
         """Samples in order, window by window: of complex numbers the real part, here the window, goes before."""
         window = self.each_sample(np.arange(len(self.own.codes)))
-        return np.asarray(window + 1j * self.span.times, dtype=np.complex128)
+        return np.asarray(window + 1j * self.own.times, dtype=np.complex128)
 
     def side(self, other: Ran, doubt: NoSlope = NoSlope.OTHERWISE, since: Floats | None = None) -> _Side:
         """What other windows show of these, of samples from some moments (nw,) on."""
         alike, states, times = (
-            EventsAlike.of(self.own, other, self.span.late, doubt),
+            EventsAlike.of(self.own, other, self.late, doubt),
             other.states,
-            self.span.times,
+            self.own.times,
         )
         has = alike.place >= 0
         rows = np.where(has[:, None], _taken(other.events, alike.place), self.own.events)
@@ -279,7 +270,7 @@ class _Base:
         of = self.each_event(np.arange(len(self.own.codes)))
         low = np.searchsorted(self._keys, of + 1j * np.minimum(here, there), side="left")
         high = np.searchsorted(self._keys, of + 1j * np.maximum(here, there), side="right")
-        out = np.zeros(len(self.span.times), dtype=bool)
+        out = np.zeros(len(self.own.times), dtype=bool)
         for k in np.flatnonzero((low < high) & (here != there)).tolist():
             out[low[k] : high[k]] = True
         return out
@@ -319,7 +310,7 @@ class _Base:
             smooth = np.flatnonzero(~samples[begin:end])
             if samples[end - 1]:
                 since = begin + (smooth[-1] + 1 if len(smooth) else 0)
-                out.or_from(float(self.span.times[since]), w, -1, NoSlope.KINKED)
+                out.or_from(float(self.own.times[since]), w, -1, NoSlope.KINKED)
         return out
 
 
@@ -374,14 +365,15 @@ class LaneSlopes:
 class Differenced:
     """Windows, the same in other steps, and the derivatives of the first by what lies beside them.
 
-    lanes: makes lanes, none of numbers that may not vary so far; weights (n,): by how much coordinates move feet.
+    late (nw,) [s]: from when on an event may be missing that comes just beyond a window's end; lanes: makes lanes, none
+    of numbers that may not vary so far; weights (n,): by how much coordinates move feet.
     enough: part of slopes that they may be off by before other pairs are made, in better steps; tries: how often that
     is; farthest: times the first step to which another may be lengthened.
     """
 
     own: Ran
     finer: Ran
-    span: WindowSpan
+    late: Floats
     lanes: Callable[[Sequence[Wanted]], list[Lane]]
     weights: Floats
     enough: float
@@ -403,12 +395,11 @@ class Differenced:
     def _base(self, windows: Integers) -> _Base:
         if len(windows) == len(self.own.codes):
             return self._whole
-        span = self.span.taken(windows, self.own.first)
-        return _Base(self.own.taken(windows), self.finer.taken(windows), span)
+        return _Base(self.own.taken(windows), self.finer.taken(windows), self.late[windows])
 
     @cached_property
     def _whole(self) -> _Base:
-        return _Base(self.own, self.finer, self.span)
+        return _Base(self.own, self.finer, self.late)
 
     def found(self, lane: Lane, bent: Floats | None = None) -> LaneSlopes:
         """Derivatives by what a lane came to; bent (nl,): by which part slopes change over a step, where that is known
@@ -417,7 +408,7 @@ class Differenced:
         since = lane.since or (None, None)
         sides = [base.side(ran, since=when) for ran, when in zip(lane.ran, since, strict=True)]
         samples, rows = (Differences(values, lane.places) for values in base.values(sides, self.weights))
-        judge, felt = (samples, [0, 1]) if len(base.span.times) else (rows, FELT)
+        judge, felt = (samples, [0, 1]) if len(base.own.times) else (rows, FELT)
         own, noise = (_filled(np.fmax.reduce(one[felt])) for one in (judge.bents, judge.noises))
         known = bent is not None
         bent = own if bent is None else bent
@@ -428,7 +419,7 @@ class Differenced:
         lost = Lost.first(reasons)
         parts = []
         for one, gone in (
-            (samples, base.span.times >= base.each_sample(lost.time)),
+            (samples, base.own.times >= base.each_sample(lost.time)),
             (rows, base.moments >= base.each_event(lost.time)),
         ):
             error = one.error(bent) + one.values.each(lane.rounded) * np.abs(one.slope)
@@ -476,7 +467,7 @@ class Differenced:
     def slopes(self, names: tuple[str, ...]) -> WindowSlopes:
         """All of them, in the order of names."""
         own, flags, count = self.own, list[WindowFlag](), len(names)
-        samples = np.zeros((2, len(self._whole.shown), len(self._whole.span.times), count))
+        samples = np.zeros((2, len(self._whole.shown), len(self._whole.own.times), count))
         rows = np.zeros((2, a.EVENT_WIDTH, len(own.events), count))
         for number, found in self.best(count).items():
             windows, lost = found.lane.windows, found.lost

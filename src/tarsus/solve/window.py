@@ -18,8 +18,8 @@ from tarsus.solve.codes import EVENT_TYPE, ResultCode, event_places, structured_
 from tarsus.solve.contacts import APEX, CONTACT, Contacts
 from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, Tables, settings_of
 from tarsus.solve.motion import RunLaws
-from tarsus.solve.window_gradients import WindowGradients
-from tarsus.solve.window_run import WindowStart, WindowStarts, run_windows
+from tarsus.solve.window_gradients import SEEN, Copies, WindowGradients
+from tarsus.solve.window_run import Ran, WindowStart, WindowStarts, run_windows
 
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers
@@ -103,24 +103,35 @@ class WindowBatch(Sequence[Window]):
     """Windows of one plan, one after the other; each of them is there by its number.
 
     starts: where each started; data: the rows of data there were, sources (nw, 2): which of these each ran on, and its
-    row there; times (nt,) [s]: of all, end to end, those of window w from first[w] to first[w + 1]; states and slopes:
-    at these; rows: event rows of all, those of window w from begin[w] to begin[w + 1]; codes: how each ended; ends
-    (nw, 2n) and feet (nw, m, k): as `Window.end` and `Window.feet`.
+    row there; ran: what they came to; slopes: derivatives of that.
     """
 
     plan: Plan
     starts: Sequence[WindowStart]
     data: Sequence[Rows]
     sources: npt.NDArray[np.int64]
-    times: Floats
-    first: npt.NDArray[np.int64]
-    states: SampledStates
-    rows: Floats
-    begin: npt.NDArray[np.int64]
-    codes: tuple[ResultCode, ...]
-    ends: Floats
-    feet: Floats
+    ran: Ran
     slopes: WindowSlopes | None = None
+
+    @property
+    def times(self) -> Floats:
+        """Times (nt,) [s] of all, end to end, those of window w from first[w] to first[w + 1]."""
+        return self.ran.times
+
+    @property
+    def first(self) -> npt.NDArray[np.int64]:
+        """Where those of each window begin (nw + 1,)."""
+        return self.ran.first
+
+    @property
+    def states(self) -> SampledStates:
+        """States at these."""
+        return self.ran.states
+
+    @property
+    def rows(self) -> Floats:
+        """Event rows of all."""
+        return self.ran.events
 
     def __len__(self) -> int:
         return len(self.starts)
@@ -129,14 +140,15 @@ class WindowBatch(Sequence[Window]):
         if isinstance(window, slice):
             return [self[w] for w in range(*window.indices(len(self)))]
         w = range(len(self))[window]
-        at, events = slice(*self.first[w : w + 2]), slice(*self.begin[w : w + 2])
+        ran = self.ran
+        at, events = slice(*ran.first[w : w + 2]), slice(*ran.begin[w : w + 2])
         slopes = None if self.slopes is None else self.slopes.part(w, at, events)
         source, row = self.sources[w].tolist()
         own = self.data[source].taken(slice(row, row + 1))
         acting = RunLaws(self.plan, own.starting(np.asarray(self.starts[w].state, dtype=float)))
+        code = ResultCode.of(int(ran.codes[w]))
         return Window(
-            acting, self.times[at], self.states.part(at), self.codes[w], self.rows[events], self.ends[w], self.feet[w],
-            slopes,
+            acting, ran.times[at], ran.states.part(at), code, ran.events[events], ran.ends[w], ran.feet[w], slopes,
         )  # fmt: skip
 
 
@@ -183,18 +195,13 @@ def simulate_windows(
     tables = shared or Engine(plan, end).tables
     settings = settings_of(plan, end, accuracy)
     if gradients is None:
-        ran, states, slopes = run_windows(plan, tables, data, given, settings, threads), None, None
+        ran, slopes = run_windows(plan, tables, data, given, settings, threads), None
     else:
-        from tarsus.solve.window_copies import SEEN, Copies
-
         along = gradients.along(len(starts), len(plan.system.mass))
         seen, at = given.denser(SEEN)
         finer = settings_of(plan, end, accuracy.finer)
         ran = run_windows(plan, tables, data, seen, settings)
         copies = Copies(plan, tables, data, seen, gradients, along, settings)
         found = copies.differenced(ran, run_windows(plan, tables, data, seen, finer))
-        slopes, states = found.slopes(gradients.names(along)).at(at), ran.states.part(at)
-    return WindowBatch(
-        plan, starts, data, given.sources, given.times, given.first, states or ran.states, ran.events, ran.begin,
-        tuple(ResultCode.of(int(code)) for code in ran.codes), ran.ends, ran.feet, slopes,
-    )  # fmt: skip
+        slopes, ran = found.slopes(gradients.names(along)).at(at), ran.at(at, given.first)
+    return WindowBatch(plan, starts, data, given.sources, ran, slopes)

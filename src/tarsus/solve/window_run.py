@@ -153,12 +153,14 @@ def _problems(one: WindowStart, state: Floats, times: Floats, feet: int, size: i
 @dataclass(frozen=True)
 class Ran:
     """What windows came to: codes (nw,); events (ne, 12), those of window w from begin[w] to begin[w + 1]; states at
-    the times of all, end to end, those of window w from first[w] to first[w + 1]; ends (nw, 2n) and feet (nw, m, k)."""
+    times (nt,) [s] of all, end to end, those of window w from first[w] to first[w + 1]; ends (nw, 2n) and feet
+    (nw, m, k)."""
 
     codes: Integers
     events: Floats
     begin: Integers
     states: SampledStates
+    times: Floats
     first: Integers
     ends: Floats
     feet: Floats
@@ -166,25 +168,29 @@ class Ran:
     def taken(self, windows: Integers) -> Ran:
         """Some of them, in any order."""
         events, begin = gathered(self.begin, windows)
-        samples, first = gathered(self.first, windows)
+        at, first = gathered(self.first, windows)
         return Ran(
-            self.codes[windows], self.events[events], begin, self.states.part(samples), first, self.ends[windows],
-            self.feet[windows],
+            self.codes[windows], self.events[events], begin, self.states.part(at), self.times[at], first,
+            self.ends[windows], self.feet[windows],
         )  # fmt: skip
+
+    def at(self, samples: Integers, first: Integers) -> Ran:
+        """With some of the samples alone, those of each window from first on."""
+        return replace(self, states=self.states.part(samples), times=self.times[samples], first=first)
 
     @classmethod
     def joined(cls, parts: Sequence[Ran]) -> Ran:
         """Several, one after the other."""
         if len(parts) == 1:
             return parts[0]
-        whole = {
+        whole: dict[str, Any] = {
             name: np.concatenate([getattr(one, name) for one in parts])
-            for name in ("codes", "events", "ends", "feet")
+            for name in ("codes", "events", "times", "ends", "feet")
         }
-        return cls(
-            begin=_one_after_another([one.begin for one in parts]), states=end_to_end([one.states for one in parts]),
-            first=_one_after_another([one.first for one in parts]), **whole,
-        )  # fmt: skip
+        whole |= {
+            name: _one_after_another([getattr(one, name) for one in parts]) for name in ("begin", "first")
+        }
+        return cls(states=end_to_end([one.states for one in parts]), **whole)
 
 
 def _one_after_another(firsts: Sequence[Integers]) -> Integers:
@@ -227,7 +233,7 @@ def run_windows(
     else:
         states = _walked(plan, starts, data, made.samples)
     begin = np.concatenate([[0], made.event_end]).astype(np.int64)
-    return Ran(made.codes, made.events, begin, states, starts.first, made.states, made.feet)
+    return Ran(made.codes, made.events, begin, states, starts.times, starts.first, made.states, made.feet)
 
 
 def _walked(plan: Plan, starts: WindowStarts, data: Sequence[Rows], samples: Floats) -> SampledStates:
