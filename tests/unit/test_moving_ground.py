@@ -58,9 +58,9 @@ def test_what_is_refused_in_words(case: str) -> None:
 def test_what_is_refused_of_robots_and_starts() -> None:
     with pytest.raises(ts.InputError, match="a walker has no base that could stay"):
         moving("millipede", TABLE | {"base": "stays"})
-    with pytest.raises(ts.InputError, match="initial.in_laboratory: the ground does not move"):
+    with pytest.raises(ts.InputError, match=r"initial\.in_laboratory: the ground does not move"):
         scene("ball", {"initial.in_laboratory": True})
-    with pytest.raises(ts.InputError, match="robot.structure.upward: the structure needs to know"):
+    with pytest.raises(ts.InputError, match=r"robot\.structure\.upward: the structure needs to know"):
         ts.with_values(ts.load_scene("hexapod"), {"ground.motion": TABLE, "ground.gravity": None})
 
 
@@ -99,11 +99,11 @@ def test_ground_that_stays_costs_nothing() -> None:
 
 
 def test_accelerometers_feel_the_ground() -> None:
-    """That in the laboratory, by differences of y + s over times; a point that stays on the ground feels the ground's."""
+    """That in the laboratory: of a ball in flight gravity alone, and by differences of y + s over times."""
     run = ts.simulate(moving("ball", {"normal": {"displacement": SINE | {"amplitude": 1e-3}}}), 0.4)
     times, h = np.linspace(0.1, 0.3, 7), 1e-4
     felt = run.outputs([Output(Quantity.ACCELERATION, "ball")], times)[0]
-    np.testing.assert_allclose(felt, -9.81, rtol=1e-9)  # of a ball in flight, which feels nothing of its table
+    np.testing.assert_allclose(felt, -9.81, rtol=1e-9)
     shift = run.scene.ground.motion.normal
     place = [run.states(times + by).x[0] + shift.at(times + by) for by in (-h, 0.0, h)]
     np.testing.assert_allclose((place[0] - 2.0 * place[1] + place[2]) / h**2, -9.81, rtol=1e-5)
