@@ -1,8 +1,50 @@
-"""The one exception that bad input raises."""
+"""The one exception that bad input raises, and the sentences it holds."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from enum import Enum
+
+
+class Fault(Enum):
+    """Kinds of problem that a caller answers otherwise than by showing them."""
+
+    NO_CHANNEL = "a file lacks a channel"
+    NO_UNIT = "nothing says the unit of a channel"
+    NO_SERIES = "a file holds no time series"
+    RESPONSES = "a file holds frequency responses and no time series"
+
+
+class Problem(str):
+    """One sentence on what is wrong, with its parts: callers act on these and never on the words.
+
+    path: where, a dotted path of a description or a file ("" for all of what was given); said: the sentence without
+    it; channel: of a file; fault: its kind, where a caller may answer it; cure: what to do, in the words of Python.
+    """
+
+    def __init__(
+        self, text: str, *, path: str = "", said: str = "", channel: str = "", fault: Fault | None = None,
+        cure: str = "",
+    ) -> None:  # fmt: skip
+        self.path, self.said, self.channel, self.fault, self.cure = path, said or text, channel, fault, cure
+
+    def __new__(cls, text: str, **_: object) -> Problem:
+        return super().__new__(cls, text)
+
+    @classmethod
+    def at(cls, path: str, said: str) -> Problem:
+        """A sentence at a path, which stands before it."""
+        return cls(f"{path}: {said}" if path else said, path=path, said=said)
+
+    @classmethod
+    def of_channel(cls, file: str, channel: str, said: str, fault: Fault | None = None, cure: str = "") -> Problem:
+        """A sentence on a channel of a file."""
+        shown = f"{file}: channel '{channel}' {said}{cure and '; '}{cure}"
+        return cls(shown, path=file, said=said, channel=channel, fault=fault, cure=cure)
+
+    def cured(self, fault: Fault, cure: str) -> str:
+        """The sentence with another cure, where it is of this kind."""
+        return self.replace(self.cure, cure) if self.fault is fault and self.cure else self
 
 
 class InputError(ValueError):
@@ -15,13 +57,18 @@ class InputError(ValueError):
 
     Attributes
     ----------
-    problems : list[str]
+    problems : list[Problem]
         The sentences, in the order found.  ``str(error)`` joins them with newlines.
     """
 
     def __init__(self, problems: str | Iterable[str]) -> None:
-        self.problems: list[str] = [problems] if isinstance(problems, str) else list(problems)
+        given = [problems] if isinstance(problems, str) else problems
+        self.problems: list[Problem] = [one if isinstance(one, Problem) else Problem(one) for one in given]
         super().__init__("\n".join(self.problems))
 
-    def __reduce__(self) -> tuple[type[InputError], tuple[list[str]]]:
+    def __reduce__(self) -> tuple[type[InputError], tuple[list[Problem]]]:
         return type(self), (self.problems,)
+
+    def has(self, fault: Fault) -> bool:
+        """Whether a problem is of a kind."""
+        return any(one.fault is fault for one in self.problems)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Union, get_
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from tarsus.base.errors import InputError
+from tarsus.base.errors import InputError, Problem
 from tarsus.base.units import describe_unit
 
 MOST_FAULTS = 100
@@ -22,7 +22,7 @@ class PathErrors(InputError):
 
     def __init__(self, faults: Iterable[tuple[str, str]]) -> None:
         self.faults: list[tuple[str, str]] = list(faults)
-        super().__init__(f"{path}: {text}" if path else text for path, text in self.faults)
+        super().__init__(Problem.at(path, text) for path, text in self.faults)
 
     def __reduce__(self) -> tuple[type[PathErrors], tuple[list[tuple[str, str]]]]:  # type: ignore[override]
         return type(self), (self.faults,)
@@ -247,7 +247,7 @@ def located_faults(cls: Any, error: ValidationError) -> list[tuple[str, str]]:
     return found if more <= 0 else [*found, ("", f"{more} more problems are not listed")]
 
 
-def sentences(cls: Any, error: ValidationError, prefix: str = "") -> list[str]:
+def sentences(cls: Any, error: ValidationError, prefix: str = "") -> list[Problem]:
     """Every problem in a pydantic error as ``"path: sentence"``.
 
     Parameters
@@ -259,11 +259,8 @@ def sentences(cls: Any, error: ValidationError, prefix: str = "") -> list[str]:
     prefix
         Path of the description inside the file, without a trailing dot.
     """
-    lines: list[str] = []
-    for path, text in located_faults(cls, error):
-        whole = ".".join(filter(None, (prefix, path)))
-        lines.append(f"{whole}: {text}" if whole else text)
-    return lines
+    faults = located_faults(cls, error)
+    return [Problem.at(".".join(filter(None, (prefix, path))), text) for path, text in faults]
 
 
 def together(sentences: Sequence[str]) -> list[str]:

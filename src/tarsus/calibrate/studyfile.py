@@ -63,12 +63,14 @@ def load_study(name: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
     try:
         raw["scene"] = scene_of_study(raw.pop("device", None), raw.pop("set", {}), file.parent, laws)
     except InputError as error:
-        problems += [said.replace("scene:", "device:", 1) for said in error.problems]
+        problems += [
+            f"device: {said.said}" if said.path == "scene" else said for said in error.problems
+        ]
         raw["scene"] = None
     try:
         study = validate(Study, {"name": file.stem, **raw})
     except InputError as error:
-        others = [said for said in error.problems if raw["scene"] is not None or not said.startswith("scene")]
+        others = [one for one in error.problems if raw["scene"] is not None or one.path.partition(".")[0] != "scene"]
         raise InputError([*problems, *others]) from None
     if problems or table is None:
         raise InputError(problems)

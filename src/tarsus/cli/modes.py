@@ -9,9 +9,6 @@ from cyclopts import Parameter
 
 from tarsus.cli.options import FLAG, PAGES, Many, MaybeFolder, Pages, at_least
 
-UNIT = "give its unit under channels"
-"""What readers ask for, in the words of Python."""
-
 
 def modes(
     *files: Path,
@@ -50,7 +47,7 @@ def modes(
         folder for modes.json, modes.csv, shapes.unv (UFF 55) and report.html; nothing is written when left out.
     """
     import tarsus
-    from tarsus.base.errors import InputError
+    from tarsus.base.errors import Fault, InputError
     from tarsus.cli import console, requests
     from tarsus.files.jsontext import read_json
     from tarsus.modes.writing import MODES_FILES, compared, summary_of, write_modes
@@ -67,7 +64,7 @@ def modes(
             )
         except InputError as error:
             raise InputError(
-                [one.replace(UNIT, "give it with --read NAME=UNIT") for one in error.problems]
+                [one.cured(Fault.NO_UNIT, "give it with --read NAME=UNIT") for one in error.problems]
             ) from None
     written: list[Path] = []
     names = tuple(str(file) for file in files)

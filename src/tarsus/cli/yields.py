@@ -127,9 +127,8 @@ def _options() -> Iterator[None]:
     except InputError as error:
         said = []
         for problem in error.problems:
-            path, colon, what = problem.partition(": ")
-            name = next((option for pattern, option in OPTIONS if re.match(pattern, path)), None)
-            said.append(f"{name}: {what}" if name and colon else problem)
+            name = next((option for pattern, option in OPTIONS if re.match(pattern, problem.path)), None)
+            said.append(f"{name}: {problem.said}" if name else problem)
         raise InputError(said) from None
 
 

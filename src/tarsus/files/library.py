@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import BaseModel
 
-from tarsus.base.errors import InputError
+from tarsus.base.errors import InputError, Problem
 from tarsus.base.messages import alternatives, kind_of, nearest
 from tarsus.base.units import parse_quantity
 from tarsus.files.installed import device_names, device_path, is_path
@@ -51,18 +51,18 @@ def as_scene(scene: SceneLike, /, **values: Any) -> Scene:
     return changed(found, **values) if values else found
 
 
-def seconds_of(scene: Scene, duration: float | str | None) -> float:
-    """The duration [s] given, or the scene's own. Raises InputError unless it is positive and finite."""
+def seconds_of(scene: Scene, duration: float | str | None, name: str = "duration") -> float:
+    """The duration [s] given under a name, or the scene's own. Raises InputError unless it is positive and finite."""
     if not isinstance(duration, int | float | str | np.number | None):
-        said = f"duration: expected a time [s] or a text with a unit, got {duration!r:.60}"
+        said = f"{name}: expected a time [s] or a text with a unit, got {duration!r:.60}"
         raise InputError([f"{said}; values of the scene are named, as in volts=6"])
     try:
         given = scene.duration if duration is None else duration
         seconds = parse_quantity(given, "s") if isinstance(given, str) else float(given)
     except InputError as error:
-        raise InputError([f"duration: {said}" for said in error.problems]) from None
+        raise InputError([f"{name}: {said}" for said in error.problems]) from None
     if not (math.isfinite(seconds) and seconds > 0.0):
-        raise InputError([f"duration: expected a time above 0 s, got {seconds:g} s"])
+        raise InputError([f"{name}: expected a time above 0 s, got {seconds:g} s"])
     return seconds
 
 
@@ -216,7 +216,9 @@ _AXIS_FIELDS = {"kind", "paths", "values", "start", "stop", "count"}
 def scene_of_study(named: Any, settings: Any, folder: Path, laws: Mapping[str, type[Law]] | None) -> Scene:
     """The scene that a study names (a device, or a file from the study's folder) with its settings."""
     if not isinstance(named, str):
-        raise InputError(f"scene: expected the name of a device or the path of a scene file, got {named!r}")
+        raise InputError(
+            Problem.at("scene", f"expected the name of a device or the path of a scene file, got {named!r}")
+        )
     if not isinstance(settings, Mapping):
         raise InputError(f"set: expected a table of paths and values, got {settings!r}")
     values = dict(flat_values(settings))
@@ -224,7 +226,7 @@ def scene_of_study(named: Any, settings: Any, folder: Path, laws: Mapping[str, t
     try:
         scene = load_scene(folder / named if is_path(named) else named, laws=laws, **short)
     except InputError as error:
-        raise InputError([f"scene: {problem}" for problem in error.problems]) from None
+        raise InputError([Problem.at("scene", problem) for problem in error.problems]) from None
     try:
         return override(scene, values, by="a study") if values else scene
     except InputError as error:

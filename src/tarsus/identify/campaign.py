@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
-from tarsus.base.errors import InputError
+from tarsus.base.errors import Fault, InputError, Problem
 from tarsus.base.messages import PathErrors, nearest
 from tarsus.base.spec import (
     Amount,
@@ -35,6 +35,7 @@ from tarsus.model.drive.gait import AnyGait
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import still_only
+from tarsus.records.excluded import Excluded, excluded_of
 from tarsus.records.measurement import Measurement
 from tarsus.records.purpose import Purpose
 from tarsus.records.readers import read_measurement
@@ -162,12 +163,12 @@ class Opened:
 
 @dataclass(frozen=True)
 class RecordFile:
-    """One file as read: the set it belongs to, its record, or None with the sentences that say why not."""
+    """One file as read: the set it belongs to, its record, or None with what is wrong."""
 
     set: str
     file: str
     record: Measurement | None
-    problems: tuple[str, ...] = ()
+    problems: tuple[Excluded, ...] = ()
 
 
 def read_campaign(path: str | os.PathLike[str]) -> Opened:
@@ -289,10 +290,10 @@ def read_records(opened: Opened, name: str) -> list[RecordFile]:
         if not path.is_file():
             nothing = "no file matches it" if is_pattern(file) else "there is no such file"
             what = "is a folder" if path.is_dir() else f"is missing: {nothing}"
-            out.append(RecordFile(name, file, None, (f"{file}: {what}",)))
+            out.append(RecordFile(name, file, None, (Excluded(file, "", what),)))
         elif twin is not None:
             again, said = _twice(file, twin)
-            out.append(RecordFile(name, again, None, (f"{again}: {said}",)))
+            out.append(RecordFile(name, again, None, (Excluded(again, "", said),)))
         else:
             out.append(_read(opened, name, file, [r for r in out if r.record is not None]))
         earlier.append(file)
@@ -307,13 +308,13 @@ def _read(opened: Opened, name: str, file: str, others: Sequence[RecordFile]) ->
         common = opened.campaign.defaults
         record = _measured(opened.folder / file, choices, set(common.channels) if common else set())
     except InputError as error:
-        return RecordFile(name, file, None, tuple(_of_drive(said, one) for said in error.problems))
+        return RecordFile(name, file, None, tuple(_of_drive(file, said, one) for said in error.problems))
     record = at_points(record, opened.model.scene.robot.structure.points)
     for other in others:
         if other.record is not None and np.array_equal(other.record.values, record.values):
-            return RecordFile(name, file, None, (f"{file}: {_twice(file, other.file)[1]}",))
+            return RecordFile(name, file, None, (Excluded(file, "", _twice(file, other.file)[1]),))
     problems, checked = checked_drive(record, one)
-    problems = [*_clipped(record, one), *problems]
+    problems = [replace(said, file=file) for said in (*_clipped(record, one), *problems)]
     return RecordFile(name, file, None if problems else checked, tuple(problems))
 
 
@@ -335,8 +336,7 @@ def _measured(path: Path, choices: dict[str, Any], optional: set[str]) -> Measur
     try:
         return read_measurement(path, **choices)
     except InputError as error:
-        said = " ".join(error.problems)
-        lacking = {key for key in optional if f"has no channel '{key}'" in said}
+        lacking = {said.channel for said in error.problems if said.fault is Fault.NO_CHANNEL} & optional
         channels = {key: one for key, one in choices["channels"].items() if key not in lacking}
         if not channels or not lacking:
             raise
@@ -365,20 +365,20 @@ def _twice(file: str, other: str) -> tuple[str, str]:
     return file, f"holds the same record as {other}: it is no repeat, and {other} alone counts"
 
 
-def _of_drive(said: str, one: RecordSet) -> str:
-    """A sentence on a missing channel, which says so if the channel is the drive's."""
+def _of_drive(file: str, said: Problem, one: RecordSet) -> Excluded:
+    """What is wrong with a file, which says so if the drive's channel is missing."""
     names = {one.drive, *(key for key, choice in one.channels.items() if choice.name == one.drive)}
-    missing = any(f"has no channel '{name}'" in said for name in names)
-    return said.replace(" has no channel", ": the drive is missing: there is no channel") if missing else said
+    if said.fault is Fault.NO_CHANNEL and said.channel in names:
+        return Excluded(file, "", f"the drive is missing: there is no channel '{said.channel}'")
+    return excluded_of(file, said)
 
 
-def checked_drive(record: Measurement, one: RecordSet) -> tuple[list[str], Measurement]:
-    """Sentences on a recorded drive that is missing or not the one that was meant; the record with remarks on one that
-    is used, and with the drive as it was before a recorder rounded it, where it was meant to the digit."""
+def checked_drive(record: Measurement, one: RecordSet) -> tuple[list[Excluded], Measurement]:
+    """What is wrong with a recorded drive that is missing or not the one that was meant; the record with remarks on one
+    that is used, and with the drive as it was before a recorder rounded it, where it was meant to the digit."""
     if record.drive is None:
-        return [
-            f"{record.source}: the drive is missing: no channel is known to be it; name it with drive"
-        ], record
+        missing = "the drive is missing: no channel is known to be it; name it with drive"
+        return [Excluded(record.source, "", missing)], record
     if one.signal is None:
         return [], record
     volts = record[record.drive]
@@ -391,13 +391,13 @@ def checked_drive(record: Measurement, one: RecordSet) -> tuple[list[str], Measu
         values = record.values.copy()
         values[record.index(record.drive)] = fit.unrounded(volts)
         record = replace(record, values=values)
-    where = f"{record.source}, channel '{record.drive}'"
-    notes = [f"{where}: {said}" for said in notes]
-    return [f"{where}: {said}" for said in faults], replace(record, notes=(*record.notes, *notes))
+    noted, found = ([Excluded(record.source, record.drive, said) for said in some] for some in (notes, faults))
+    return found, replace(record, notes=(*record.notes, *map(str, noted)))
 
 
-def _clipped(record: Measurement, one: RecordSet) -> list[str]:
-    """Sentences on channels that look clipped, but those that are accepted so."""
+def _clipped(record: Measurement, one: RecordSet) -> list[Excluded]:
+    """Channels that look clipped, but those that are accepted so."""
     accepted = {choice.name or key for key, choice in one.channels.items() if choice.accept_clipped}
     wanted = [name for name in record.names if name not in accepted]
-    return [f"{record.source}: {said}" for said in record.select(wanted).clipped()] if wanted else []
+    clipped = record.select(wanted).clipped() if wanted else ()
+    return [Excluded(record.source, said.channel, said.said) for said in clipped]

@@ -56,7 +56,7 @@ class Evidence:
             found = read_records(self.opened, name)
             self.readings += found
             for reading in found:
-                self.left_out += [excluded_of(reading.file, said) for said in reading.problems]
+                self.left_out += reading.problems
         records = [r.record for r in self.readings if r.record is not None]
         if records:
             step = min(record.step for record in records)
@@ -96,7 +96,7 @@ class Evidence:
     def take_off(self, instruments: Instruments) -> None:
         """Trace all records without what is their instruments'; what was formed of the records before is dropped."""
         self.instruments, self.traces = instruments, {}
-        self.left_out = [excluded_of(r.file, said) for r in self.readings for said in r.problems]
+        self.left_out = [one for r in self.readings for one in r.problems]
         for name, one in self.opened.campaign.records.items():
             if one.purpose in (Purpose.MODAL, Purpose.WALKING):
                 continue

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tarsus.base.errors import InputError
+from tarsus.base.errors import Fault, InputError
 from tarsus.base.units import format_quantity
 from tarsus.formats import content_of
 from tarsus.records.readers import read_measurement, read_response
@@ -49,9 +49,8 @@ def record_view(file: Path, channel: Sequence[str] = (), **choices: str | int | 
         try:
             data = _of_response(read_response(file, **given))
         except InputError as other:
-            responses = any("it holds frequency responses" in said for said in error.problems)
-            refusal = other if responses else error
-            problems = [one.replace("give its unit under channels", UNIT) for one in refusal.problems]
+            refusal = other if error.has(Fault.RESPONSES) else error
+            problems = [one.cured(Fault.NO_UNIT, UNIT) for one in refusal.problems]
             if given:
                 raise InputError(problems) from None
             return _as_written(file, problems)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from tarsus.base.errors import InputError
+from tarsus.base.errors import Fault, InputError
 from tarsus.modes.gather import decays, merged, responses_of
 from tarsus.modes.modal import ModalFit, identify_modes
 from tarsus.records.measurement import FrequencyResponse, Measurement
@@ -98,5 +98,5 @@ def _read(source: Source, reading: Mapping[str, Any], decay: bool) -> Measuremen
         except InputError as error:
             errors.append(error)
     # what it holds is said by the reading that got farther
-    holds_none = any("holds no time series" in said for said in errors[-1].problems)
+    holds_none = errors[-1].has(Fault.NO_SERIES) or errors[-1].has(Fault.RESPONSES)
     raise errors[0 if holds_none else -1]

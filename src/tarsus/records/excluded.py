@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import TypeVar
 
 import numpy as np
+
+from tarsus.base.errors import Fault, Problem
 
 Item = TypeVar("Item")
 
@@ -60,10 +61,8 @@ def enough(
     return evenly(items, most), [Excluded(file, channel, text, count, Exclusion.ENOUGH)] * (count > 0)
 
 
-def excluded_of(file: str, said: str) -> Excluded:
-    """A reader's sentence, which may name its file and channel already, with both apart."""
-    rest = said.removeprefix(file)
-    named = re.match(r"(?:, |: )channel '([^']*)'(?:: | )", rest)
-    if named is None or rest == said:
-        return Excluded(file, "", rest.removeprefix(":").strip())
-    return Excluded(file, named[1], rest[named.end() :].strip())
+def excluded_of(file: str, problem: Problem) -> Excluded:
+    """What is wrong with a file, as data that were not used."""
+    if problem.path == file and problem.fault is not Fault.NO_CHANNEL:
+        return Excluded(file, problem.channel, f"{problem.said}{problem.cure and '; '}{problem.cure}")
+    return Excluded(file, "", problem.removeprefix(file).removeprefix(":").strip())

@@ -267,11 +267,8 @@ class Session(Hinted):
             return dt
         if dt == self._asked[0]:
             return self._asked[1]
-        try:
-            self._asked = dt, seconds_of(self.scene, dt)
-            return self._asked[1]
-        except InputError as error:
-            raise InputError([said.replace("duration: ", "dt: ", 1) for said in error.problems]) from None
+        self._asked = dt, seconds_of(self.scene, dt, "dt")
+        return self._asked[1]
 
     def _state(self, parts: Any, began: Floats | None = None) -> State:
         from tarsus.solve.stepping import state_of

@@ -43,7 +43,7 @@ class Scattered(Description):
         faults = [(name, "is no axis, so it cannot be a part") for name in self.parts if name not in axes]
         for word, (low, high) in (("dead", self.dead), ("weak", self.weak)):
             if not 0 <= low <= high:
-                faults.append(("", f"{word}: expected fewest:most of at least 0, got {low}:{high}"))
+                faults.append((word, f"expected fewest:most of at least 0, got {low}:{high}"))
         if self.dead[1] + self.weak[1] > len(self.parts):
             faults.append(
                 (

@@ -212,7 +212,7 @@ class Sweep(Description):
         try:
             motion = self.motion
         except InputError as error:
-            return [_located(problem) for problem in error.problems]
+            return [(problem.path, problem.said) for problem in error.problems]
         if isinstance(motion, FromRest):
             return []
         paths = [path for name in self.vary for path in self.paths(name) if path.startswith("initial.")]
@@ -264,12 +264,6 @@ class Sweep(Description):
     def paths(self, axis: str) -> tuple[str, ...]:
         """Paths that take the values of an axis."""
         return self.vary[axis].paths or (axis,)
-
-
-def _located(problem: str) -> tuple[str, str]:
-    """A problem as a path and a sentence."""
-    path, colon, text = problem.partition(": ")
-    return (path, text) if colon and " " not in path else ("", problem)
 
 
 def _join(name: str, path: str) -> str:

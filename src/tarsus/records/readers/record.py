@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tarsus.base.errors import InputError
+from tarsus.base.errors import Fault, InputError, Problem
 from tarsus.base.messages import nearest
 from tarsus.formats.axes import Sampling, axis_series, check_declared, even, is_axis, series_axis
 from tarsus.formats.raw import Domain, RawFile, RawSeries, Role
@@ -50,7 +50,7 @@ def measurement_of(raw: RawFile, choices: Choices) -> Measurement:
         and (one.name not in over_lines or one.name in choices.channels)
     ]
     if not candidates:
-        raise InputError(f"{raw.source} holds no time series{_responses(raw)}")
+        raise InputError(_no_series(raw))
     selected, notes = _with_units(raw, choices, candidates)
     notes = [*raw.notes, *notes, *_left_out(raw, candidates, column)]
     if choices.channels:
@@ -94,9 +94,12 @@ def _over_lines(raw: RawFile, timed: bool) -> set[str]:
     return {one.name for one in (*axes, *beside)}
 
 
-def _responses(raw: RawFile) -> str:
-    complex_ones = any(one.role is Role.RESPONSE or np.iscomplexobj(one.values) for one in raw.series)
-    return "; it holds frequency responses: read them with read_response" if complex_ones else ""
+def _no_series(raw: RawFile) -> Problem:
+    said = f"{raw.source} holds no time series"
+    if any(one.role is Role.RESPONSE or np.iscomplexobj(one.values) for one in raw.series):
+        said += "; it holds frequency responses: read them with read_response"
+        return Problem(said, fault=Fault.RESPONSES)
+    return Problem(said, fault=Fault.NO_SERIES)
 
 
 def _with_units(
@@ -116,7 +119,8 @@ def _with_units(
             + (f" ('{said}' is no unit of a known quantity)" if said else "")
         )
     if unknown and (choices.channels or not selected):
-        raise InputError([f"{text}; give its unit under channels" for text in unknown])
+        cure = "give its unit under channels"
+        raise InputError([Problem(f"{text}; {cure}", fault=Fault.NO_UNIT, cure=cure) for text in unknown])
     return selected, [*notes, *(f"{text}: not used" for text in unknown)]
 
 
@@ -151,7 +155,9 @@ def _same_length(
     other = [one for one in selected if len(one.series.values) != wanted]
     against = "others have" if column is None else f"'{column.name}' has"
     texts = [
-        f"{raw.source}: channel '{one.series.name}' has {len(one.series.values)} samples where {against} {wanted}"
+        Problem.of_channel(
+            raw.source, one.series.name, f"has {len(one.series.values)} samples where {against} {wanted}"
+        )
         for one in other
     ]
     if texts and (choices.channels or not fitting):
@@ -178,8 +184,12 @@ def _sampling(
         found = [(one, even(raw.source, axis.values[:length], axis.resolution)) for one, axis in own]
         first = found[0][1]
         problems = [
-            f"{raw.source}: channel '{one.name}' is sampled every {other.step:g} s from {other.start:g} s, "
-            f"'{found[0][0].name}' every {first.step:g} s from {first.start:g} s; read them one at a time"
+            Problem.of_channel(
+                raw.source,
+                one.name,
+                f"is sampled every {other.step:g} s from {other.start:g} s, '{found[0][0].name}' every "
+                f"{first.step:g} s from {first.start:g} s; read them one at a time",
+            )
             for one, other in found[1:]
             if abs(other.step - first.step) > 1e-9 * first.step
             or abs(other.start - first.start) > 0.01 * first.step
@@ -247,11 +257,12 @@ def _clipping(raw: RawFile, selected: Sequence[Selected], values: np.ndarray) ->
                 cause = f"reach its full scale of {channel.full_scale:g} {one.scaled.quantity.unit}"
         if not count:
             continue
-        text = f"{raw.source}: channel '{one.series.name}' is clipped: {count} of {len(row)} samples {cause}"
+        text = f"is clipped: {count} of {len(row)} samples {cause}"
         if one.choice.accept_clipped:
-            notes.append(f"{text}; it is used, as chosen")
+            notes.append(f"{raw.source}: channel '{one.series.name}' {text}; it is used, as chosen")
         else:
-            problems.append(f"{text}; measure in a wider range, or take it with accept_clipped")
+            cure = "measure in a wider range, or take it with accept_clipped"
+            problems.append(Problem.of_channel(raw.source, one.series.name, f"{text}; {cure}"))
     if problems:
         raise InputError(problems)
     return notes

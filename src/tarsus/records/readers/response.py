@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.errors import InputError
+from tarsus.base.errors import Fault, InputError, Problem
 from tarsus.base.messages import nearest
 from tarsus.formats.axes import axis_series, series_axis
 from tarsus.formats.raw import Axis, Domain, RawFile, RawSeries, Reference, Role
@@ -146,15 +146,13 @@ def _with_units(
             found.append(_Response(Selected(series, choice, output), _reference(series).name, source))
             notes += unit_note(raw.source, series, choice)
             continue
-        what = " and ".join(
-            text
-            for text, known in (
-                ("what it is of (give its unit under channels)", output),
-                ("its input (give input_unit)", source),
-            )
+        cures = (("what it is of", "give its unit under channels", output), ("its input", "give input_unit", source))
+        nothing = f"{raw.source}: nothing says of the response '{series.name}'"
+        unknown += [
+            Problem(f"{nothing} {what}; {cure}", fault=Fault.NO_UNIT, cure=cure)
+            for what, cure, known in cures
             if known is None
-        )
-        unknown.append(f"{raw.source}: nothing says of the response '{series.name}' {what}")
+        ]
     if unknown and (choices.channels or not found):
         raise InputError(unknown)
     return found, [*notes, *(f"{text}: not used" for text in unknown)]

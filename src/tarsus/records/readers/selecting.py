@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tarsus.base.errors import InputError
+from tarsus.base.errors import Fault, InputError, Problem
 from tarsus.base.messages import nearest
 from tarsus.base.units import parse_quantity
 from tarsus.formats.raw import RawFile, RawSeries, truncated
@@ -61,7 +61,12 @@ def chosen_series(
             [
                 f"{raw.source}: '{name}' is not of the kind asked for"
                 if name in raw.names
-                else f"{raw.source} has no channel '{name}'{nearest(name, known)}"
+                else Problem(
+                    f"{raw.source} has no channel '{name}'{nearest(name, known)}",
+                    path=raw.source,
+                    channel=name,
+                    fault=Fault.NO_CHANNEL,
+                )
                 for name in missing
             ]
         )
@@ -101,8 +106,12 @@ def not_finite(source: str, series: RawSeries, length: int, first: int = 0) -> l
         return []
     gaps = 1 + int(np.count_nonzero(np.diff(bad) > 1))
     return [
-        f"{source}: channel '{series.name}' has {gaps} {'gap' if gaps == 1 else 'gaps'}: {len(bad)} samples are no "
-        f"finite number, the first at sample {bad[0]}"
+        Problem.of_channel(
+            source,
+            series.name,
+            f"has {gaps} {'gap' if gaps == 1 else 'gaps'}: {len(bad)} samples are no finite number, the first at "
+            f"sample {bad[0]}",
+        )
     ]
 
 
