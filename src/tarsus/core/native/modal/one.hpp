@@ -189,8 +189,13 @@ inline Scan scan_bounded(Modal& m, double bound, double limit) {
 
 template <class S>
 TARSUS_INLINE Scan scan_one(Modal& m, const StepClass& step, double limit) {
-  if (!m.mode->is_held[0]) m.margin[0] = m.outputs[0];
-  return scan_bounded(m, chord_bound<S>(m, step, 0, [&m](int p) { return block_speeds<S>(m, p); }), limit);
+  double bound = chord_bound<S>(m, step, 0, [&m](int p) { return block_speeds<S>(m, p); });
+  if (!m.mode->is_held[0]) {
+    m.margin[0] = m.outputs[0];
+  } else if (!m.steady) {
+    bound += bulge_of_inputs(m, step, 0, limit);
+  }
+  return scan_bounded(m, bound, limit);
 }
 
 }  // namespace tarsus::modal

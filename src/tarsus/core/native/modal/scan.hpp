@@ -69,14 +69,36 @@ inline bool find_doubt(const Modal& m, int event, const double* margin, double b
 // Part of a new highest gap that the nodes may miss: a highest gap is reported, and decides nothing.
 constexpr double MISSED_PEAK = 1e-4;
 
-// How far a function through nodal values lies off its chord in the widest interval between nodes, by its second derivative.
-inline double bulge_of(const Nodes& nodes, Row values) {
-  for (int n = 0; n < 2; n++) {
-    Row slope = Row(0.0);
-    for (int j = 0; j < N; j++) slope.set(j, total(load(nodes.derivative[j]) * values));
-    values = slope;
+// The slope of a function through nodal values, by the length of the step.
+inline Row slope_of(const Nodes& nodes, Row values) {
+  Row slope = Row(0.0);
+  for (int j = 0; j < N; j++) slope.set(j, total(load(nodes.derivative[j]) * values));
+  return slope;
+}
+
+// How far a function through nodal values lies off its chord in the widest interval between nodes that begin before the scaled time
+// ``limit``, by its second derivative.
+inline double bulge_of(const Nodes& nodes, Row values, double limit) {
+  Row second = slope_of(nodes, slope_of(nodes, values));
+  for (int j = 2; j < N; j++) {
+    if (nodes.tau[j - 1] >= limit) second.set(j, 0.0);
   }
-  return 0.125 * nodes.spacing * nodes.spacing * size_of(values);
+  return 0.125 * nodes.spacing * nodes.spacing * size_of(second);
+}
+
+// How far what changing inputs add to an output at once, as a drive's force to the pull on a held foot, lies off its chords: the
+// motion of the modes is bounded by itself.
+TARSUS_APART inline double bulge_of_inputs(const Modal& m, const StepClass& step, int output, double limit) {
+  const double *feed = m.mode->feed + output * m.sizes.inputs(), *rate = m.mode->feed_rate + output * m.sizes.inputs();
+  Row sum = Row(0.0);
+  bool any = false;
+  for (int i : m.inputs) {
+    if (m.constant[i] || (feed[i] == 0.0 && rate[i] == 0.0)) continue;
+    any = true;
+    sum += m.values[i] * feed[i];
+    if (rate[i] != 0.0) sum += slope_of(m.nodes, m.values[i]) * (rate[i] / step.length);
+  }
+  return any ? bulge_of(m.nodes, sum, limit) : 0.0;
 }
 
 // Whether the gap between the nodes could exceed theirs by more than that part of a new highest gap.
@@ -116,7 +138,7 @@ inline void look_along(Modal& m, const StepClass& step, int foot, double t, doub
   }
   const Row strength = m.laws.strength(foot, m.nodes.times() * step.length + (t - m.feet[foot].since), m.volts[foot]);
   const SlidingBound bound = bound_by_law(m.laws, foot, m.margin[foot], strength, Row(0.0), Row(0.0));
-  const double commanded = m.laws.commanded() ? size_of(bound.slope[HELD_STRENGTH]) * bulge_of(m.nodes, strength) : 0.0;
+  const double commanded = m.laws.commanded() ? size_of(bound.slope[HELD_STRENGTH]) * bulge_of(m.nodes, strength, limit) : 0.0;
   const double between = size_of(bound.slope[MARGIN]) * of_margin + commanded + of_along;
   m.margin[forward] = bound.value - m.outputs[forward];
   m.margin[backward] = bound.value + m.outputs[forward];
@@ -131,16 +153,21 @@ TARSUS_APART Scan scan(Modal& m, const StepClass& step, double t, double limit) 
   for (int i = 0; i < m.sizes.feet; i++) {
     const bool held = m.mode->is_held[i];
     m.margin[i] = m.outputs[i];
-    double own = 0.0;  // of what its volts do between nodes
+    double own = 0.0;  // of what its volts and the drives do between nodes
     if (held) {
       const Row breaking = breaking_pull(m, i, t + m.nodes.times() * step.length, m.volts[i]);
       m.margin[i] = breaking - m.outputs[i];
-      if (m.laws.commanded()) own = bulge_of(m.nodes, breaking);
+      if (m.laws.commanded()) own = bulge_of(m.nodes, breaking, limit);
+      own += bulge_of_inputs(m, step, i, limit);
     }
     const auto bound_of = [&](int o) { return chord_bound<S>(m, step, o, [speeds](int p) { return S::get(speeds + p * S::WIDTH); }); };
     const double bound = bound_of(i) + own;
     look(m, i, bound, limit, m.feet[i].departure, out);
-    if (m.sizes.ways > 0) look_along(m, step, i, t, bound, bound_of(m.sizes.feet + i), limit, out);
+    if (m.sizes.ways > 0) {
+      const int along = m.sizes.feet + i;
+      const double fed = m.mode->is_stuck[i] ? bulge_of_inputs(m, step, along, limit) : 0.0;
+      look_along(m, step, i, t, bound, bound_of(along) + fed, limit, out);
+    }
     if (m.settings.track && !held && hides_peak(m, i, bound, limit)) out.coarse = true;
   }
   return out;
