@@ -43,6 +43,8 @@ SLOW = 1e-4
 errs by."""
 STEPS = 2e-3 / 2.0 ** np.arange(7)
 """Steps of differences, parts of the number: from where motion is hardly bent to where rounding is felt."""
+MOVED = 0.1
+"""Part of the largest of its kind that a number of an event changes by at most where motion is hardly bent."""
 PATHS = 3
 LATEST = 300
 """Events compared: after more the motion is so sensitive that differences of runs are no derivatives."""
@@ -66,6 +68,22 @@ def changes_alone(scene: ts.Scene, path: str) -> bool:
     return not symmetric or place[0] == place[-1]
 
 
+def scale_of_zero(scene: ts.Scene, path: str) -> float:
+    """Of a number that is zero: the largest power of ten that moves no event by a part of ``MOVED``."""
+    before = ts.simulate(scene, accuracy=TIGHT).events
+    for power in range(0, -31, -1):
+        try:
+            after = ts.simulate(ts.with_values(scene, {path: 10.0**power}), accuracy=TIGHT).events
+        except ts.InputError:
+            continue
+        if common([before, after]) == len(before) and all(
+            np.abs(after[name] - before[name])[:LATEST].max(initial=0.0) <= MOVED * np.abs(before[name]).max(initial=0.0)
+            for name in FIELDS
+        ):
+            return 10.0**power
+    return 10.0**-30
+
+
 def differences(scene: ts.Scene, path: str) -> tuple[Floats, Floats]:
     """Derivatives (fields, events) by a number of what events tell, and their errors: of the table of Richardson's
     extrapolations of central differences, that one each which differs least from its neighbours.
@@ -74,7 +92,7 @@ def differences(scene: ts.Scene, path: str) -> tuple[Floats, Floats]:
     three steps remain.
     """
     at = float(get_value(scene, path))
-    sizes = STEPS * (abs(at) or 1.0)
+    sizes = STEPS * (abs(at) or scale_of_zero(scene, path))
     batch = ts.simulate_batch(
         scene, {path: np.concatenate([at + sizes, at - sizes])}, accuracy=TIGHT, threads=1, track=False
     )

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from random_scenes import edge_scene
+from random_scenes import edge_scene, plain_scene
 from tarsus.base.events import EventKind
 from tarsus.model.drive.pieces import Pieces
 from tarsus.model.structure import WalkerBody, WalkerLeg
@@ -111,3 +111,29 @@ ONCE_HELD = (318, 391, 731, 947, 956)
 def test_no_foot_of_a_structure_nobody_chose_is_held_against_more_than_its_strength(seed: int) -> None:
     run = ts.simulate(edge_scene(seed))
     assert run.ok and most_above_strength(run) < 1e-9
+
+
+@pytest.mark.parametrize("gap", [7e-12, 1e-10, 1e-8, 1e-6])
+def test_a_pull_that_bends_within_a_step_releases_where_it_passes_the_strength(gap: float) -> None:
+    """Of two feet on one coordinate one is held, so that steps are far longer than the pieces of the drive, a cubic:
+    between two nodes of such a step the pull was above the strength, and the foot left 18 us late at the next kink."""
+    run = ts.simulate(plain_scene(1482, legged=False), accuracy=ts.Accuracy(gap=gap))
+    released = run.events[run.events["kind"] == EventKind.RELEASE]
+    assert run.ok and released["time"][0] == pytest.approx(8.0434366554e-5, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("duration", "frequency", "phase", "gap"),
+    [(92.87, 0.4419, 1.5537, 0.0456), (0.1304, 29.863, 1.54029, 0.00364), (2.4488, 0.6528, 1.5487, 0.046)],
+)
+def test_the_pull_on_a_foot_that_lands_is_that_of_its_moment(
+    duration: float, frequency: float, phase: float, gap: float
+) -> None:
+    """On a single mass it is the drive's force, also where the step in which the foot lands begins before the top of a
+    sine, at which a piece of the drive ends: that piece was continued, to 7000 times the force."""
+    structure = ts.Lumped(coordinates=("foot",), mass=(1.0,), stiffness=(0.0,), damping=(0.0,))
+    wave = ts.Sine(amplitude=STRENGTH / 2.0, frequency=frequency, phase=phase)
+    scene = ts.with_values(jumping(structure, "foot", STRENGTH, duration), {"robot.feet.f.gap": gap, "signals.d": wave})
+    caught = ts.simulate(scene.model_copy(update={"initial": ts.Initial(velocity=(-1.0,))})).events[0]
+    force = STRENGTH / 2.0 * np.sin(2.0 * np.pi * frequency * caught["time"] + phase)
+    assert caught["kind"] == EventKind.CAPTURE and caught["pull"] == pytest.approx(force, rel=1e-7)

@@ -94,13 +94,16 @@ struct Player {
     return value;
   }
 
-  // Value at time t within the cursor's piece (from the left at a kink).
+  // Value at time t, up to the next kink and from the left there. A step may have gone beyond the cursor's piece where that ends
+  // smoothly.
   double value(int c, double t) const {
-    const Cursor& at = cursor[c];
+    Cursor at = cursor[c];
+    const auto begun = [&] { return t - at.shift - signals.start[at.piece]; };
+    while (begun() > signals.end[at.piece] - signals.start[at.piece] && !signals.sharp[at.piece] && next_piece(at)) {
+    }
     const int64_t p = at.piece;
     if (signals.flat[p]) return level(at);
-    const double begun = t - at.shift - signals.start[p];
-    return polynomial(p, 2.0 * begun / (signals.end[p] - signals.start[p]) - 1.0);
+    return polynomial(p, 2.0 * begun() / (signals.end[p] - signals.start[p]) - 1.0);
   }
 
   // Values at the nodes of the step [t, t + h]; true where they are constant. A step may reach beyond a kink: the
