@@ -15,7 +15,7 @@ class Fault(Enum):
     RESPONSES = "a file holds frequency responses and no time series"
 
 
-class Problem(str):
+class InputProblem(str):
     """One sentence on what is wrong, with its parts: callers act on these and never on the words.
 
     path: where, a dotted path of a description or a file ("" for all of what was given); said: the sentence without
@@ -28,16 +28,16 @@ class Problem(str):
     ) -> None:  # fmt: skip
         self.path, self.said, self.channel, self.fault, self.cure = path, said or text, channel, fault, cure
 
-    def __new__(cls, text: str, **_: object) -> Problem:
+    def __new__(cls, text: str, **_: object) -> InputProblem:
         return super().__new__(cls, text)
 
     @classmethod
-    def at(cls, path: str, said: str) -> Problem:
+    def at(cls, path: str, said: str) -> InputProblem:
         """A sentence at a path, which stands before it."""
         return cls(f"{path}: {said}" if path else said, path=path, said=said)
 
     @classmethod
-    def of_channel(cls, file: str, channel: str, said: str, fault: Fault | None = None, cure: str = "") -> Problem:
+    def of_channel(cls, file: str, channel: str, said: str, fault: Fault | None = None, cure: str = "") -> InputProblem:
         """A sentence on a channel of a file."""
         shown = f"{file}: channel '{channel}' {said}{cure and '; '}{cure}"
         return cls(shown, path=file, said=said, channel=channel, fault=fault, cure=cure)
@@ -57,16 +57,18 @@ class InputError(ValueError):
 
     Attributes
     ----------
-    problems : list[Problem]
+    problems : list[InputProblem]
         The sentences, in the order found.  ``str(error)`` joins them with newlines.
     """
 
     def __init__(self, problems: str | Iterable[str]) -> None:
         given = [problems] if isinstance(problems, str) else problems
-        self.problems: list[Problem] = [one if isinstance(one, Problem) else Problem(one) for one in given]
+        self.problems: list[InputProblem] = [
+            one if isinstance(one, InputProblem) else InputProblem(one) for one in given
+        ]
         super().__init__("\n".join(self.problems))
 
-    def __reduce__(self) -> tuple[type[InputError], tuple[list[Problem]]]:
+    def __reduce__(self) -> tuple[type[InputError], tuple[list[InputProblem]]]:
         return type(self), (self.problems,)
 
     def has(self, fault: Fault) -> bool:

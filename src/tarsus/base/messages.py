@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Union, get_
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from tarsus.base.errors import InputError, Problem
+from tarsus.base.errors import InputError, InputProblem
 from tarsus.base.units import describe_unit
 
 MOST_FAULTS = 100
@@ -22,7 +22,7 @@ class PathErrors(InputError):
 
     def __init__(self, faults: Iterable[tuple[str, str]]) -> None:
         self.faults: list[tuple[str, str]] = list(faults)
-        super().__init__(Problem.at(path, text) for path, text in self.faults)
+        super().__init__(InputProblem.at(path, text) for path, text in self.faults)
 
     def __reduce__(self) -> tuple[type[PathErrors], tuple[list[tuple[str, str]]]]:  # type: ignore[override]
         return type(self), (self.faults,)
@@ -247,7 +247,7 @@ def located_faults(cls: Any, error: ValidationError) -> list[tuple[str, str]]:
     return found if more <= 0 else [*found, ("", f"{more} more problems are not listed")]
 
 
-def sentences(cls: Any, error: ValidationError, prefix: str = "") -> list[Problem]:
+def sentences(cls: Any, error: ValidationError, prefix: str = "") -> list[InputProblem]:
     """Every problem in a pydantic error as ``"path: sentence"``.
 
     Parameters
@@ -260,7 +260,7 @@ def sentences(cls: Any, error: ValidationError, prefix: str = "") -> list[Proble
         Path of the description inside the file, without a trailing dot.
     """
     faults = located_faults(cls, error)
-    return [Problem.at(".".join(filter(None, (prefix, path))), text) for path, text in faults]
+    return [InputProblem.at(".".join(filter(None, (prefix, path))), text) for path, text in faults]
 
 
 def together(sentences: Sequence[str]) -> list[str]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import BaseModel
 
-from tarsus.base.errors import InputError, Problem
+from tarsus.base.errors import InputError, InputProblem
 from tarsus.base.messages import alternatives, kind_of, nearest
 from tarsus.base.units import parse_quantity
 from tarsus.files.installed import device_names, device_path, is_path
@@ -217,7 +217,7 @@ def scene_of_study(named: Any, settings: Any, folder: Path, laws: Mapping[str, t
     """The scene that a study names (a device, or a file from the study's folder) with its settings."""
     if not isinstance(named, str):
         raise InputError(
-            Problem.at("scene", f"expected the name of a device or the path of a scene file, got {named!r}")
+            InputProblem.at("scene", f"expected the name of a device or the path of a scene file, got {named!r}")
         )
     if not isinstance(settings, Mapping):
         raise InputError(f"set: expected a table of paths and values, got {settings!r}")
@@ -226,7 +226,7 @@ def scene_of_study(named: Any, settings: Any, folder: Path, laws: Mapping[str, t
     try:
         scene = load_scene(folder / named if is_path(named) else named, laws=laws, **short)
     except InputError as error:
-        raise InputError([Problem.at("scene", problem) for problem in error.problems]) from None
+        raise InputError([InputProblem.at("scene", problem) for problem in error.problems]) from None
     try:
         return override(scene, values, by="a study") if values else scene
     except InputError as error:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
-from tarsus.base.errors import Fault, InputError, Problem
+from tarsus.base.errors import Fault, InputError, InputProblem
 from tarsus.base.messages import PathErrors, nearest
 from tarsus.base.spec import (
     Amount,
@@ -365,7 +365,7 @@ def _twice(file: str, other: str) -> tuple[str, str]:
     return file, f"holds the same record as {other}: it is no repeat, and {other} alone counts"
 
 
-def _of_drive(file: str, said: Problem, one: RecordSet) -> Excluded:
+def _of_drive(file: str, said: InputProblem, one: RecordSet) -> Excluded:
     """What is wrong with a file, which says so if the drive's channel is missing."""
     names = {one.drive, *(key for key, choice in one.channels.items() if choice.name == one.drive)}
     if said.fault is Fault.NO_CHANNEL and said.channel in names:

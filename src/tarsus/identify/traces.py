@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
-from tarsus.base.errors import InputError, Problem
+from tarsus.base.errors import InputError, InputProblem
 from tarsus.identify.volts import Volts, moved
 from tarsus.impacts.detection import STILL, runs_of
 from tarsus.records.clipping import digit_of
@@ -115,21 +115,21 @@ def trace_of(
     InputError
         For points without a channel, a missing drive, or a rest too short to tell the zero.
     """
-    problems: list[Problem] = []
+    problems: list[InputProblem] = []
     found: dict[tuple[str, Quantity], int] = {}
     for k, channel in enumerate(record.channels):
         found.setdefault((channel.at, channel.quantity), k)
     for point in points:
         for quantity, word in ((Quantity.DISPLACEMENT, "displacement"), (Quantity.VELOCITY, "velocity")):
             if (point, quantity) not in found:
-                problems.append(Problem.at(record.source, f"no channel is the {word} of point '{point}'"))
+                problems.append(InputProblem.at(record.source, f"no channel is the {word} of point '{point}'"))
     if drive not in record.names:
-        problems.append(Problem.at(record.source, f"the drive is missing: there is no channel '{drive}'"))
+        problems.append(InputProblem.at(record.source, f"the drive is missing: there is no channel '{drive}'"))
     count = int(np.floor(rest / record.step * (1.0 + 1e-9)))
     still = count + min(int(np.floor(late / record.step)), 0)
     if still < _FEWEST_AT_REST:
         problems.append(
-            Problem.at(
+            InputProblem.at(
                 record.source,
                 f"{still} samples at rest before the drive begins, {_FEWEST_AT_REST} or more are needed to know the "
                 "zero and the noise",
@@ -146,7 +146,7 @@ def trace_of(
         if channel.at in points and not np.ptp(row) > 0.0
     ]:
         raise InputError([
-            Problem.of_channel(record.source, name, "has one value throughout: its noise is not known")
+            InputProblem.of_channel(record.source, name, "has one value throughout: its noise is not known")
             for name in still_channels
         ])  # fmt: skip
     noise_x, noise_v = (

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tarsus.base.errors import InputError, Problem
+from tarsus.base.errors import InputError, InputProblem
 from tarsus.tables.numbers import amount
 
 LEAST = 1.0
@@ -59,7 +59,7 @@ class SettledMotion:
                 f"a settled motion takes runs of {amount(least, 's')} at least, got {given}; an episode of that length "
                 f"from the scene's own start is from_rest = '{given}'"
             )
-            raise InputError(Problem.at("duration", short))
+            raise InputError(InputProblem.at("duration", short))
         return cls(least if duration is None else duration, starts)
 
     def __str__(self) -> str:
@@ -84,13 +84,13 @@ def motion_asked(
     if from_rest is None:
         return SettledMotion.of(STARTS if starts is None else starts, slowest, duration)
     if duration is not None:
-        raise InputError(Problem.at("duration", "an episode is as long as from_rest says; give one of the two"))
+        raise InputError(InputProblem.at("duration", "an episode is as long as from_rest says; give one of the two"))
     if starts is not None:
         alone = "an episode from rest has the scene's own start alone; leave one of the two out"
-        raise InputError(Problem.at("starts", alone))
+        raise InputError(InputProblem.at("starts", alone))
     if from_rest < slowest * (1.0 - ROUNDING):
         raise InputError(
-            Problem.at(
+            InputProblem.at(
                 "from_rest",
                 f"expected at least a drive period of the slowest gait, {slowest:.4g} s, got {from_rest:.4g} s",
             )

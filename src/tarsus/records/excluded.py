@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from tarsus.base.errors import Fault, Problem
+from tarsus.base.errors import Fault, InputProblem
 
 Item = TypeVar("Item")
 
@@ -61,7 +61,7 @@ def enough(
     return evenly(items, most), [Excluded(file, channel, text, count, Exclusion.ENOUGH)] * (count > 0)
 
 
-def excluded_of(file: str, problem: Problem) -> Excluded:
+def excluded_of(file: str, problem: InputProblem) -> Excluded:
     """What is wrong with a file, as data that were not used."""
     if problem.path == file and problem.fault is not Fault.NO_CHANNEL:
         return Excluded(file, problem.channel, f"{problem.said}{problem.cure and '; '}{problem.cure}")

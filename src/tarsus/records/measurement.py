@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tarsus.base.arrays import Complexes, Floats
-from tarsus.base.errors import InputError, Problem
+from tarsus.base.errors import InputError, InputProblem
 from tarsus.base.messages import nearest
 from tarsus.base.quantities import Quantity
 from tarsus.records.clipping import heaped_samples
@@ -151,7 +151,7 @@ class Measurement:
             )
         return replace(self, values=self.values[:, inside], start=float(self.time[inside[0]]))
 
-    def clipped(self) -> tuple[Problem, ...]:
+    def clipped(self) -> tuple[InputProblem, ...]:
         """A sentence for every channel whose samples reach its full scale.
 
         Where that is not known, for a velocity or acceleration whose largest or smallest value comes again and again,
@@ -169,7 +169,7 @@ class Measurement:
                 continue
             if hit:
                 text = f"is clipped: {hit} of {len(row)} samples {cause}"
-                said.append(Problem(f"channel '{channel.name}' {text}", said=text, channel=channel.name))
+                said.append(InputProblem(f"channel '{channel.name}' {text}", said=text, channel=channel.name))
         return tuple(said)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from tarsus.base.errors import InputError, Problem
+from tarsus.base.errors import InputError, InputProblem
 from tarsus.base.messages import nearest
 from tarsus.base.spec import FloatInfo, by_path, float_paths
 from tarsus.base.units import format_quantity, parse_quantity
@@ -84,7 +84,7 @@ class Robots:
         for pattern, text in by_path(scene, scatter).items():
             found = [path for path in known if fnmatch.fnmatchcase(path, pattern)]
             if not found:
-                problems.append(Problem.at(pattern, f"is not a number in this scene{nearest(pattern, known)}"))
+                problems.append(InputProblem.at(pattern, f"is not a number in this scene{nearest(pattern, known)}"))
             for path in found:
                 try:
                     if isinstance(text, tuple):
@@ -93,7 +93,7 @@ class Robots:
                     else:
                         axes[path] = _scattered(known[path], text)
                 except InputError as error:
-                    problems += [Problem.at(pattern, one) for one in error.problems]
+                    problems += [InputProblem.at(pattern, one) for one in error.problems]
                     break
                 legs |= _leg(pattern, path)
         parts = ()
@@ -155,7 +155,7 @@ def as_arguments(scatter: Mapping[str, Scatter]) -> dict[str, Any]:
         if path in ("dead", "weak"):
             counted = re.fullmatch(r"(\d+):(\d+)(?:@(\d+(?:\.\d+)?)%)?", str(text).replace(" ", ""))
             if counted is None or (counted[3] and path == "dead"):
-                problems.append(Problem.at(path, f"expected fewest:most{'@60%' * (path == 'weak')}, got '{text}'"))
+                problems.append(InputProblem.at(path, f"expected fewest:most{'@60%' * (path == 'weak')}, got '{text}'"))
                 continue
             out[path] = (int(counted[1]), int(counted[2]))
             if counted[3]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
-from tarsus.base.errors import InputError, Problem
+from tarsus.base.errors import InputError, InputProblem
 from tarsus.base.units import parse_quantity
 from tarsus.base.workers import Workers
 from tarsus.files.jsontext import json_text
@@ -382,13 +382,13 @@ class YieldStudy:
             try:
                 required[name] = None if value is None else parse_quantity(value, known[name].unit)
             except InputError as error:
-                problems += [Problem.at(name, one) for one in error.problems]
+                problems += [InputProblem.at(name, one) for one in error.problems]
         if problems:
             raise InputError(problems)
         legs = robots.legs_sweep(draws, list(require), seed=seed, **options) if draws else None
         if draws and legs is None:
             raise InputError(
-                Problem.at(
+                InputProblem.at(
                     "draws",
                     "Sobol indices compare the scatter of two legs or numbers at least; give 0 draws, or more",
                 )

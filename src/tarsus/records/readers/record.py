@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tarsus.base.errors import Fault, InputError, Problem
+from tarsus.base.errors import Fault, InputError, InputProblem
 from tarsus.base.messages import nearest
 from tarsus.formats.axes import Sampling, axis_series, check_declared, even, is_axis, series_axis
 from tarsus.formats.raw import Domain, RawFile, RawSeries, Role
@@ -94,12 +94,12 @@ def _over_lines(raw: RawFile, timed: bool) -> set[str]:
     return {one.name for one in (*axes, *beside)}
 
 
-def _no_series(raw: RawFile) -> Problem:
+def _no_series(raw: RawFile) -> InputProblem:
     said = f"{raw.source} holds no time series"
     if any(one.role is Role.RESPONSE or np.iscomplexobj(one.values) for one in raw.series):
         said += "; it holds frequency responses: read them with read_response"
-        return Problem(said, fault=Fault.RESPONSES)
-    return Problem(said, fault=Fault.NO_SERIES)
+        return InputProblem(said, fault=Fault.RESPONSES)
+    return InputProblem(said, fault=Fault.NO_SERIES)
 
 
 def _with_units(
@@ -120,7 +120,7 @@ def _with_units(
         )
     if unknown and (choices.channels or not selected):
         cure = "give its unit under channels"
-        raise InputError([Problem(f"{text}; {cure}", fault=Fault.NO_UNIT, cure=cure) for text in unknown])
+        raise InputError([InputProblem(f"{text}; {cure}", fault=Fault.NO_UNIT, cure=cure) for text in unknown])
     return selected, [*notes, *(f"{text}: not used" for text in unknown)]
 
 
@@ -155,7 +155,7 @@ def _same_length(
     other = [one for one in selected if len(one.series.values) != wanted]
     against = "others have" if column is None else f"'{column.name}' has"
     texts = [
-        Problem.of_channel(
+        InputProblem.of_channel(
             raw.source, one.series.name, f"has {len(one.series.values)} samples where {against} {wanted}"
         )
         for one in other
@@ -184,7 +184,7 @@ def _sampling(
         found = [(one, even(raw.source, axis.values[:length], axis.resolution)) for one, axis in own]
         first = found[0][1]
         problems = [
-            Problem.of_channel(
+            InputProblem.of_channel(
                 raw.source,
                 one.name,
                 f"is sampled every {other.step:g} s from {other.start:g} s, '{found[0][0].name}' every "
@@ -262,7 +262,7 @@ def _clipping(raw: RawFile, selected: Sequence[Selected], values: np.ndarray) ->
             notes.append(f"{raw.source}: channel '{one.series.name}' {text}; it is used, as chosen")
         else:
             cure = "measure in a wider range, or take it with accept_clipped"
-            problems.append(Problem.of_channel(raw.source, one.series.name, f"{text}; {cure}"))
+            problems.append(InputProblem.of_channel(raw.source, one.series.name, f"{text}; {cure}"))
     if problems:
         raise InputError(problems)
     return notes

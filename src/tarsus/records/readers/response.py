@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.errors import Fault, InputError, Problem
+from tarsus.base.errors import Fault, InputError, InputProblem
 from tarsus.base.messages import nearest
 from tarsus.formats.axes import axis_series, series_axis
 from tarsus.formats.raw import Axis, Domain, RawFile, RawSeries, Reference, Role
@@ -149,7 +149,7 @@ def _with_units(
         cures = (("what it is of", "give its unit under channels", output), ("its input", "give input_unit", source))
         nothing = f"{raw.source}: nothing says of the response '{series.name}'"
         unknown += [
-            Problem(f"{nothing} {what}; {cure}", fault=Fault.NO_UNIT, cure=cure)
+            InputProblem(f"{nothing} {what}; {cure}", fault=Fault.NO_UNIT, cure=cure)
             for what, cure, known in cures
             if known is None
         ]

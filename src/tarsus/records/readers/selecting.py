@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tarsus.base.errors import Fault, InputError, Problem
+from tarsus.base.errors import Fault, InputError, InputProblem
 from tarsus.base.messages import nearest
 from tarsus.base.units import parse_quantity
 from tarsus.formats.raw import RawFile, RawSeries, truncated
@@ -61,7 +61,7 @@ def chosen_series(
             [
                 f"{raw.source}: '{name}' is not of the kind asked for"
                 if name in raw.names
-                else Problem(
+                else InputProblem(
                     f"{raw.source} has no channel '{name}'{nearest(name, known)}",
                     path=raw.source,
                     channel=name,
@@ -106,7 +106,7 @@ def not_finite(source: str, series: RawSeries, length: int, first: int = 0) -> l
         return []
     gaps = 1 + int(np.count_nonzero(np.diff(bad) > 1))
     return [
-        Problem.of_channel(
+        InputProblem.of_channel(
             source,
             series.name,
             f"has {gaps} {'gap' if gaps == 1 else 'gaps'}: {len(bad)} samples are no finite number, the first at "
