@@ -193,7 +193,7 @@ TARSUS_INLINE Scan scan_one(Modal& m, const StepClass& step, double limit) {
   if (!m.mode->is_held[0]) {
     m.margin[0] = m.outputs[0];
   } else if (!m.steady) {
-    bound += bulge_of_inputs(m, step, 0, limit);
+    bound += bulge_of_inputs(m, step, 0, limit, lowest(m.margin[0]) - bound);
   }
   return scan_bounded(m, bound, limit);
 }

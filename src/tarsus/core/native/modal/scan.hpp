@@ -78,7 +78,7 @@ inline Row slope_of(const Nodes& nodes, Row values) {
 
 // How far a function through nodal values lies off its chord in the widest interval between nodes that begin before the scaled time
 // ``limit``, by its second derivative.
-inline double bulge_of(const Nodes& nodes, Row values, double limit) {
+TARSUS_APART inline double bulge_of(const Nodes& nodes, Row values, double limit) {
   Row second = slope_of(nodes, slope_of(nodes, values));
   for (int j = 2; j < N; j++) {
     if (nodes.tau[j - 1] >= limit) second.set(j, 0.0);
@@ -87,18 +87,20 @@ inline double bulge_of(const Nodes& nodes, Row values, double limit) {
 }
 
 // How far what changing inputs add to an output at once, as a drive's force to the pull on a held foot, lies off its chords: the
-// motion of the modes is bounded by itself.
-TARSUS_APART inline double bulge_of_inputs(const Modal& m, const StepClass& step, int output, double limit) {
+// motion of the modes is bounded by itself. Less than ``enough`` is not told any closer.
+TARSUS_INLINE double bulge_of_inputs(const Modal& m, const StepClass& step, int output, double limit, double enough = 0.0) {
   const double *feed = m.mode->feed + output * m.sizes.inputs(), *rate = m.mode->feed_rate + output * m.sizes.inputs();
   Row sum = Row(0.0);
-  bool any = false;
+  double spread = 0.0;
   for (int i : m.inputs) {
     if (m.constant[i] || (feed[i] == 0.0 && rate[i] == 0.0)) continue;
-    any = true;
-    sum += m.values[i] * feed[i];
-    if (rate[i] != 0.0) sum += slope_of(m.nodes, m.values[i]) * (rate[i] / step.length);
+    const Row part = rate[i] == 0.0 ? m.values[i] * feed[i]
+                                    : m.values[i] * feed[i] + slope_of(m.nodes, m.values[i]) * (rate[i] / step.length);
+    sum += part;
+    spread += highest(part) - lowest(part);
   }
-  return any ? bulge_of(m.nodes, sum, limit) : 0.0;
+  // between its nodes a polynomial exceeds half its spread there about the middle by a factor below 2, its Lebesgue constant
+  return 2.0 * spread <= enough ? 2.0 * spread : bulge_of(m.nodes, sum, limit);
 }
 
 // Whether the gap between the nodes could exceed theirs by more than that part of a new highest gap.
@@ -158,10 +160,10 @@ TARSUS_APART Scan scan(Modal& m, const StepClass& step, double t, double limit) 
       const Row breaking = breaking_pull(m, i, t + m.nodes.times() * step.length, m.volts[i]);
       m.margin[i] = breaking - m.outputs[i];
       if (m.laws.commanded()) own = bulge_of(m.nodes, breaking, limit);
-      own += bulge_of_inputs(m, step, i, limit);
     }
     const auto bound_of = [&](int o) { return chord_bound<S>(m, step, o, [speeds](int p) { return S::get(speeds + p * S::WIDTH); }); };
-    const double bound = bound_of(i) + own;
+    double bound = bound_of(i) + own;
+    if (held) bound += bulge_of_inputs(m, step, i, limit, lowest(m.margin[i]) - bound);
     look(m, i, bound, limit, m.feet[i].departure, out);
     if (m.sizes.ways > 0) {
       const int along = m.sizes.feet + i;
