@@ -88,7 +88,7 @@ def _write(
 
         with console.spinner("writing the report"):
             companion: Any = None
-            if scene.ground.without_adhesion != scene.ground:
+            if scene.ground.without_adhesion != scene.ground and not scene.grounds:
                 companion = tarsus.simulate(
                     tarsus.with_values(scene, {"ground": scene.ground.without_adhesion}), duration=duration
                 )

@@ -131,6 +131,9 @@ class Foot(Description):
     electrode: str | None = Field(
         default=None, description="drive whose volts attract the foot to the ground"
     )
+    ground: str | None = Field(
+        default=None, description="name of a ground of its own among the scene's grounds; absent: the ground"
+    )
     along: str | None = Field(
         default=None,
         description="name of a point whose displacement is that of the foot along the ground, +x, for friction; "

@@ -136,6 +136,11 @@ class Scene(Description):
     name: str
     robot: Robot
     ground: Ground = Ground()
+    grounds: Named[Ground] = Field(
+        default=FrozenDict(),
+        description="grounds of single feet by name, feet.NAME.ground: with other numbers of the laws of `ground`, or "
+        "without some of them",
+    )
     gait: AnyGait | None = Field(default=None, description="pattern of a walker's legs")
     signals: Named[Waveform] = Field(default=FrozenDict(), description="volts of each drive; absent is 0 V")
     initial: Initial = Initial()
@@ -182,6 +187,7 @@ class Scene(Description):
                 (f"ground.profile.{path}", text) for path, text in self.ground.profile.faults(self.across)
             ]
         faults += _motion_faults(self)
+        faults += _own_ground_faults(self)
         if self.gait is not None:
             faults += _gait_faults(self.gait, self.robot)
         if isinstance(structure, Walker):
@@ -226,6 +232,13 @@ class Scene(Description):
         feet = self.robot.feet.values()
         known = isinstance(self.robot.structure, Walker) or any(foot.along is not None for foot in feet)
         return known and bool(self.ground.acting_on("friction"))
+
+    @property
+    def foot_grounds(self) -> tuple[Ground, ...]:
+        """The ground of every foot: its own, or that of all."""
+        return tuple(
+            self.ground if foot.ground is None else self.grounds[foot.ground] for foot in self.robot.feet.values()
+        )
 
     @property
     def across(self) -> Mapping[str, float]:
@@ -350,6 +363,35 @@ class Scene(Description):
                 if "*" in path and _stands_for(path, keys[:count]):
                     return whole, origin
         return None
+
+
+_SHARED = ("gravity", "impact", "incline", "profile", "motion")
+"""What of a ground all feet share."""
+
+
+def _own_ground_faults(scene: Scene) -> list[tuple[str, str]]:
+    """Grounds of single feet that there are not, and what they have beyond the laws of the ground of all."""
+    faults = [
+        (f"robot.feet.{name}.ground", f"there is no '{foot.ground}' in grounds{nearest(foot.ground, scene.grounds)}")
+        for name, foot in scene.robot.feet.items()
+        if foot.ground is not None and foot.ground not in scene.grounds
+    ]
+    acting = scene.ground.acting_laws
+    for name, own in scene.grounds.items():
+        faults += [
+            (f"grounds.{name}.{field}", "is of all feet alike: give it in ground alone")
+            for field in _SHARED
+            if getattr(own, field) is not None
+        ]
+        for law, one in own.acting_laws.items():
+            if law not in acting:
+                text = f"ground has no {law}: give it there, and leave it out of the grounds of feet without it"
+                faults.append((f"grounds.{name}.{law}", text))
+            elif type(one) is not type(acting[law]):
+                faults.append((f"grounds.{name}.{law}", f"is another kind of law than ground.{law}"))
+    if scene.grounds and isinstance(scene.ground.landing, PullAsPrinted):
+        faults.append(("ground.landing", "the pull as printed is of all feet alike: leave out grounds"))
+    return faults
 
 
 def _motion_faults(scene: Scene) -> list[tuple[str, str]]:

@@ -48,8 +48,9 @@ def without_native(of: Any) -> dict[str, Any]:
 class FootLaws:
     """Laws of every foot: flags (m,), parameters (m, np), volts channel (m,).
 
-    acting: the laws by name; columns: where in the parameter row each one's parameters start; terms: the same for the
-    engine, (hook, twin, number of a program, first column) each.
+    acting: the laws by name; switched: those that do not act on all feet, whose parameters end with 1 or 0; columns:
+    where in the parameter row each one's parameters start; terms: the same for the engine, (hook, twin, number of a
+    program, first column) each.
     """
 
     flags: np.ndarray
@@ -59,9 +60,19 @@ class FootLaws:
     columns: Mapping[str, int]
     terms: tuple[tuple[int, int, int, int], ...]
     programs: tuple[Program, ...]
+    switched: frozenset[str] = frozenset()
 
     def __getstate__(self) -> dict[str, Any]:
         return without_native(self)
+
+    def of_row(self, row: Sequence[float]) -> dict[str, Law]:
+        """The laws that act on a foot, with its row of parameters (np,)."""
+        out = {}
+        for name, law in self.acting.items():
+            own = row[self.columns[name] :]
+            if name not in self.switched or own[len(law.names())]:
+                out[name] = law.model_copy(update=dict(zip(law.names(), own, strict=False)))
+        return out
 
     @property
     def use_rates(self) -> bool:
@@ -202,7 +213,7 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
     feet = list(scene.robot.feet.values())
     driven_by_ground = ground_forces(scene, system)
     periods += [one.shift.wave.period or np.nan for one in driven_by_ground]
-    laws = lower_laws(scene.ground, len(feet))
+    laws = lower_laws(scene)
     if scene.ground.makes_energy:
         laws.flags[:] |= _native.FLAGS["map_as_is"]
     sees = any(law.by_volts() for law in laws.acting.values())
@@ -307,9 +318,12 @@ def lines_below(body: LeggedBody, profiles: Floats) -> Iterator[tuple[Floats, bo
 
 
 def still_only(scene: Scene, what: str) -> None:
-    """Raise InputError for ground that moves, where some part of the library, named, does not know it."""
+    """Raise InputError for ground that moves, and for feet with grounds of their own, where some part of the library,
+    named, knows neither."""
     if scene.ground.motion is not None:
         raise InputError([f"ground.motion: {what} on ground that stays: leave it out"])
+    if scene.grounds:
+        raise InputError([f"grounds: {what} on one ground for all feet: leave them out"])
 
 
 def level_only(plan: Plan, what: str) -> None:
@@ -410,45 +424,62 @@ def _directions(scene: Scene, matrices: Matrices, normals: np.ndarray) -> np.nda
     return np.array(columns).reshape(len(columns), len(matrices.mass)).T
 
 
-def lower_laws(ground: Ground, m: int) -> FootLaws:
-    """The laws that act on m feet: each takes the next columns of the parameter row, and its twin or its program.
+def lower_laws(scene: Scene) -> FootLaws:
+    """The laws that act on the feet: each takes the next columns of the parameter rows, and its twin or its program.
 
     Raises InputError where a law of the user cannot be compiled.
     """
-    acting = ground.acting_laws
-    columns = _columns(acting)
-    flags = _native.FLAGS["pull_as_printed"] if isinstance(ground.landing, PullAsPrinted) else 0
-    for law in acting.values():
-        assert law.hook is not None  # or it would not act
-        flags |= _native.FLAGS.get(law.hook, 0)
-        if isinstance(law, SmoothLaw) and law.uses_rate:
-            flags |= _native.FLAGS["uses_rate"]
-    row = [value for law in acting.values() for value in law.parameters()]
+    acting, own = scene.ground.acting_laws, [ground.acting_laws for ground in scene.foot_grounds]
+    switched = _switched(scene)
+    columns = _columns(acting, switched)
+    printed = _native.FLAGS["pull_as_printed"] if isinstance(scene.ground.landing, PullAsPrinted) else 0
+    rows, flags = [], []
+    for laws in own or [acting]:
+        row: list[float] = []
+        for name, law in acting.items():
+            row += laws.get(name, law).parameters()
+            row += [float(name in laws)] * (name in switched)
+        rows.append(row)
+        flags.append(printed)
+        for law in laws.values():
+            assert law.hook is not None  # or it would not act
+            flags[-1] |= _native.FLAGS.get(law.hook, 0)
+            if isinstance(law, SmoothLaw) and law.uses_rate:
+                flags[-1] |= _native.FLAGS["uses_rate"]
+    m = len(own)
     return FootLaws(
-        np.full(m, flags, dtype=np.int64), np.tile(np.array(row, dtype=float), (max(m, 1), 1)),
-        np.full(m, -1, dtype=np.int64), acting, columns, *_terms(acting, columns),
+        np.array(flags[:m], dtype=np.int64), np.array(rows, dtype=float).reshape(len(rows), -1),
+        np.full(m, -1, dtype=np.int64), acting, columns, *_terms(acting, columns, switched), switched,
     )  # fmt: skip
 
 
+def _switched(scene: Scene) -> frozenset[str]:
+    """Names of the laws that do not act on all feet."""
+    grounds = scene.foot_grounds if scene.grounds else ()
+    return frozenset(
+        name for name in scene.ground.acting_laws if any(name not in one.acting_laws for one in grounds)
+    )
+
+
 def _terms(
-    acting: Mapping[str, Law], columns: Mapping[str, int]
+    acting: Mapping[str, Law], columns: Mapping[str, int], switched: frozenset[str]
 ) -> tuple[tuple[tuple[int, int, int, int], ...], tuple[Program, ...]]:
     """What the engine is to call, and the programs among it: every function of each law, by its twin where there is
-    one."""
+    one and it acts on all feet."""
     terms: list[tuple[int, int, int, int]] = []
     programs: list[Program] = []
     for name, law in acting.items():
         for hook in type(law).functions() or {law.hook: None}:
-            twin = _twin(type(law)) if hook == law.hook else -1
+            twin = _twin(type(law)) if hook == law.hook and name not in switched else -1
             terms.append((_native.HOOKS.index(hook), twin, -1 if twin >= 0 else len(programs), columns[name]))
             if twin < 0:
-                programs.append(program_of(type(law), hook))
+                programs.append(program_of(type(law), hook, switched=name in switched))
     return tuple(terms), tuple(programs)
 
 
-def _columns(acting: Mapping[str, Law]) -> dict[str, int]:
+def _columns(acting: Mapping[str, Law], switched: frozenset[str]) -> dict[str, int]:
     """First column of each law's parameters."""
-    counts = [len(law.names()) for law in acting.values()]
+    counts = [len(law.names()) + (name in switched) for name, law in acting.items()]
     return dict(zip(acting, accumulate([0, *counts[:-1]]), strict=True)) if acting else {}
 
 
@@ -463,15 +494,15 @@ _LAWS = Law.__module__.removesuffix("base")
 """Package of the laws that come with the library, a file each."""
 
 
-def program_of(law: type[Law], hook: str | None = None) -> Program:
-    """A law's function, or that of another hook, as the engine carries it out.
+def program_of(law: type[Law], hook: str | None = None, *, switched: bool = False) -> Program:
+    """A law's function, or that of another hook, as the engine carries it out; switched: see `translate`.
 
     Raises InputError where it contains what a law may not.
     """
     functions = law.functions()
     if (hook or law.hook) not in functions:
         raise InputError(f"{law.name()}: defines no function {law.function_name}")
-    return translate(*functions[hook or law.hook or ""])
+    return translate(*functions[hook or law.hook or ""], switched=switched)
 
 
 class Kind(Enum):
@@ -489,10 +520,12 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Place:
-    """Where a slot is. at: column of the law parameters or of the initial state, or number of the foot or drive."""
+    """Where a slot is. at: column of the law parameters or of the initial state, or number of the foot or drive; feet:
+    numbers of those that a parameter of a law is of, None for all."""
 
     kind: Kind
     at: int = 0
+    feet: tuple[int, ...] | None = None
 
     @property
     def bounded(self) -> bool:
@@ -508,7 +541,7 @@ def slot(scene: Scene, path: str) -> Place | None:
     """The slot of the number at a path, or None where its value enters a plan's structure."""
     keys = path.split(".")
     if (column := _law_column(scene, path)) is not None:
-        return Place(Kind.LAW, column)
+        return Place(Kind.LAW, column, _feet_of(scene, keys))
     if (column := _initial_column(scene, path)) is not None:
         return Place(Kind.INITIAL, column)
     if path in _TURNED and scene.ground.gravity is not None:
@@ -541,15 +574,30 @@ def _law_column(scene: Scene, path: str) -> int | None:
 
     Such values vary from run to run without lowering the scene again.
     """
-    if not path.startswith("ground."):
+    head, _, rest = path.partition(".")
+    ground: Ground | None = scene.ground
+    if head == "grounds":
+        name, _, rest = rest.partition(".")
+        ground = scene.grounds.get(name)
+    elif head != "ground":
         return None
-    acting = scene.ground.acting_laws
+    if ground is None:
+        return None
+    columns = _columns(scene.ground.acting_laws, _switched(scene))
     paths = {
-        f"ground.{'laws.' if name in scene.ground.laws else ''}{name}.{field}": columns + place
-        for (name, law), columns in zip(acting.items(), _columns(acting).values(), strict=True)
+        f"{'laws.' if name in ground.laws else ''}{name}.{field}": columns[name] + place
+        for name, law in ground.acting_laws.items()
         for place, field in enumerate(law.names())
     }
-    return paths.get(path)
+    return paths.get(rest)
+
+
+def _feet_of(scene: Scene, keys: Sequence[str]) -> tuple[int, ...] | None:
+    """Numbers of the feet on the ground that a path leads into; None where all are on one."""
+    if not scene.grounds:
+        return None
+    own = keys[1] if keys[0] == "grounds" else None
+    return tuple(i for i, foot in enumerate(scene.robot.feet.values()) if foot.ground == own)
 
 
 def _initial_column(scene: Scene, path: str) -> int | None:

@@ -145,8 +145,10 @@ def rows_for(
         assert place is not None
         by_kind[place.kind][path] = (place.at, column)
     feet = plan.feet
-    for at, column in by_kind[Kind.LAW].values():
-        base.parameters[:, :, at] = column[:, None]
+    for path, (at, column) in by_kind[Kind.LAW].items():
+        place = slot(scene, path)
+        own = slice(None) if place is None or place.feet is None else list(place.feet)
+        base.parameters[:, own, at] = column[:, None]
     for at, column in by_kind[Kind.GAP].values():
         base.sources[:, at] = column
     if turned := {at: column for at, column in by_kind[Kind.GRAVITY].values()}:

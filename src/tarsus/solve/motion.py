@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -63,17 +63,23 @@ class RunLaws:
     rows: Rows
 
     @cached_property
-    def laws(self) -> dict[str, Law]:
-        """By name, with the parameters of the run."""
-        given, row = self.plan.laws, self.rows.parameters[0, 0].tolist()
-        return {
-            name: law.model_copy(update=dict(zip(law.names(), row[given.columns[name] :], strict=False)))
-            for name, law in given.acting.items()
-        }
+    def by_ground(self) -> list[tuple[list[int], dict[str, Law]]]:
+        """Numbers of feet that are on one ground, and the laws on them by name, with the parameters of the run."""
+        rows = self.rows.parameters[0, : self.plan.feet]
+        if not len(rows):
+            return []
+        _, first, which = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+        groups = [np.flatnonzero(which.ravel() == k).tolist() for k in range(len(first))]
+        return [(feet, self.plan.laws.of_row(rows[feet[0]].tolist())) for feet in groups]
 
-    def on(self, hook: str) -> dict[str, Law]:
-        """Those that the engine calls in one place; see `tarsus.model.laws.Law.hook`."""
-        return {name: law for name, law in self.laws.items() if law.hook == hook}
+    def on(self, hook: str) -> list[str]:
+        """Names of the laws that the engine calls in one place; see `tarsus.model.laws.Law.hook`."""
+        return [name for name, law in self.plan.laws.acting.items() if law.hook == hook]
+
+    def on_feet(self, hook: str) -> Iterator[tuple[list[int], str, Law]]:
+        """The same with the feet that each one acts on."""
+        for feet, laws in self.by_ground:
+            yield from ((feet, name, law) for name, law in laws.items() if law.hook == hook)
 
     def works(self, resistive: Floats, smooth: Floats, shares: Floats) -> dict[str, Floats]:
         """Work of every law on the structure by name, from that of all resistive and of all smooth ones, and from the
@@ -81,7 +87,7 @@ class RunLaws:
         out: dict[str, Floats] = {}
         first = 0
         for hook, whole in zip(_HOOKS, (resistive, smooth), strict=True):
-            *names, last = [*self.on(hook)] or [""]
+            *names, last = self.on(hook) or [""]
             own = shares[first : first + len(names)]
             out |= dict(zip(names, own, strict=True)) | ({last: whole - own.sum(axis=0)} if last else {})
             first += len(names)
@@ -94,13 +100,13 @@ class RunLaws:
         # a foot on the ground may be below it by rounding, where a law need not be defined
         above = np.where(held, 0.0, np.maximum(gap, 0.0))
         speed = np.where(held, 0.0, rate)
-        return {
-            name: np.where(held, 0.0, law_slope(law, above) * speed)
-            if hook == "momentum"
-            else law_value(law, above, speed, volts, np.broadcast_to(time, volts.shape))
-            for hook in _HOOKS
-            for name, law in self.on(hook).items()
-        }
+        when = np.broadcast_to(time, volts.shape)
+        out = {name: np.zeros_like(above) for hook in _HOOKS for name in self.on(hook)}
+        for feet, name, law in self.on_feet("momentum"):
+            out[name][feet] = np.where(held[feet], 0.0, law_slope(law, above[feet]) * speed[feet])
+        for feet, name, law in self.on_feet("force"):
+            out[name][feet] = law_value(law, above[feet], speed[feet], volts[feet], when[feet])
+        return out
 
     def total(self, forces: Mapping[str, Floats], hook: str, like: Floats) -> Floats:
         """Forces of all laws of one kind together, of the shape of ``like``."""

@@ -190,10 +190,12 @@ class Series(Hinted):
         if slides.any():
             # what presses feet down is below 0 by rounding where one has just let go
             margin = np.maximum(self.strength - self.state.pull - self._smooth, 0.0)
-            for bound in self.run.motion.acting.on("friction").values():
-                given = {"margin": margin, "strength": self.strength, "speed": of.speed}
-                most = law_value(bound, *(given[name][slides] for name in bound.leading))
-                out[slides] = -of.sense[slides] * most
+            given = {"margin": margin, "strength": self.strength, "speed": of.speed}
+            for feet, _, bound in self.run.motion.acting.on_feet("friction"):
+                own = np.zeros_like(slides)
+                own[feet] = slides[feet]
+                most = law_value(bound, *(given[name][own] for name in bound.leading))
+                out[own] = -of.sense[own] * most
         return out
 
 
@@ -234,17 +236,15 @@ def quadratic(matrix: Floats, z: Floats) -> Floats:
 def strength_of(run: Run, time: Floats, held: NDArray[np.bool_]) -> Floats:
     """f_a [N] of every held foot: from the contact's age, which it may have brought along, and the foot's volts."""
     strength = np.zeros(held.shape)
-    laws = list(run.motion.acting.on("strength").values())
-    if not laws:
-        return strength
     volts = run.motion.acting.volts(time)
-    for i in range(len(held)):
-        begun, brought = _contacts(run.events[run.events["foot"] == i], laws[0])
+    of_feet = run.motion.acting.on_feet("strength")
+    for i, law in ((i, law) for feet, _, law in of_feet for i in feet):
+        begun, brought = _contacts(run.events[run.events["foot"] == i], law)
         if not len(begun):
             continue
         present = np.clip(np.searchsorted(begun, time, side="right") - 1, 0, None)
         ages = np.maximum(time - begun[present], 0.0) + brought[present]
-        strength[i, held[i]] = contact_strength(laws[0], ages[held[i]], volts[i, held[i]])
+        strength[i, held[i]] = contact_strength(law, ages[held[i]], volts[i, held[i]])
     return strength
 
 

@@ -172,7 +172,11 @@ def _address(plan: Plan, places: Sequence[Place]) -> dict[str, Any]:
         width = plan.laws.parameters.shape[1]
         return {
             "array": "rows.parameters",
-            "at": tuple(foot * width + places[0].at for foot in range(plan.feet)),
+            "at": tuple(
+                foot * width + place.at
+                for place in places
+                for foot in (range(plan.feet) if place.feet is None else place.feet)
+            ),
         }
     if kind is Kind.INITIAL:
         return {"array": "rows.initial", "at": (places[0].at,)}

@@ -226,7 +226,13 @@ class _Names:
 
 
 @lru_cache(maxsize=256)
-def translate(function: Callable[..., float], leading: int | None = None, name: str | None = None) -> Program:
+def translate(
+    function: Callable[..., float],
+    leading: int | None = None,
+    name: str | None = None,
+    *,
+    switched: bool = False,
+) -> Program:
     """The program of a plain function of floats.
 
     Parameters
@@ -237,6 +243,8 @@ def translate(function: Callable[..., float], leading: int | None = None, name: 
         How many of what it takes are arguments; the rest are parameters. All, unless given.
     name
         What messages call it; its qualified name, unless given.
+    switched
+        Whether one more parameter follows, by which the value is multiplied: 0 where the law does not act.
 
     Raises
     ------
@@ -251,11 +259,14 @@ def translate(function: Callable[..., float], leading: int | None = None, name: 
         line = function.__code__.co_firstlineno
         raise InputError(f"{named}, line {line}: it takes its arguments by position, each by its name: {ALLOWED}")
     arguments = len(taken) if leading is None else leading
-    builder = Builder(arguments, len(taken) - arguments)
+    builder = Builder(arguments, len(taken) - arguments + switched)
     tracer = LawTracer(builder)
     inputs = [Traced(tracer, one) for one in builder.inputs]
     law = tracer.rebuilt(function)
     try:
+        if switched:
+            *inputs, on = inputs
+            return builder.finish(tracer.selected(lambda: law(*inputs) * on))
         return builder.finish(tracer.selected(lambda: law(*inputs)))
     except Exception as error:
         raise InputError(_sentence(named, function, error)) from error

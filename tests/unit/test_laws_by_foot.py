@@ -1,0 +1,152 @@
+"""Feet with grounds of their own: stops, pads and pawls of one robot."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from scene_files import scene
+from tarsus.files.toml import parse_scene, scene_text
+from tarsus.plan.lowering import lower_scene
+
+G = 9.81
+
+
+def balls(**changes: Any) -> ts.Scene:
+    """Two balls that know nothing of each other, the second on a ground of its own."""
+    structure = ts.Lumped(coordinates=("a", "b"), mass=[1.0, 2.0], stiffness=[0.0, 0.0])
+    feet = {"a": ts.Foot(point="a", gap=1.0), "b": ts.Foot(point="b", gap=1.0, ground="soft")}
+    values: dict[str, Any] = {
+        "ground": {"restitution": {"coefficient": 0.8}, "gravity": {"acceleration": G}},
+        "grounds": {"soft": {"restitution": {"coefficient": 0.3}}},
+    }
+    robot = ts.Robot(structure=structure, feet=feet)
+    return ts.Scene(name="balls", robot=robot, duration=2.5, **(values | changes))
+
+
+def test_each_ball_bounces_as_its_own_ground_says() -> None:
+    run = ts.simulate(balls())
+    fall = math.sqrt(2.0 / G)
+    for foot, e in enumerate((0.8, 0.3)):
+        own = run.events[(run.events["foot"] == foot) & (run.events["kind"] == 1)]
+        flights = 2.0 * fall * e ** np.arange(1, len(own))
+        np.testing.assert_allclose(own["time"], fall + np.concatenate([[0.0], np.cumsum(flights)]), rtol=1e-12)
+    assert run.ledger.closure < 1e-8
+
+
+def test_a_law_that_one_foot_is_without() -> None:
+    """The rear stop holds, the front one does not: each foot moves as it would alone, with forces and account of it."""
+    film = {"coefficient": 2e-3, "thickness": 0.1}
+    ground = {
+        "film": film, "adhesion": {"initial": 5.0, "rate": 1.0}, "restitution": {"coefficient": 0.5},
+        "gravity": {"acceleration": G},
+    }  # fmt: skip
+    both = balls(ground=ground, grounds={"soft": {"restitution": {"coefficient": 0.5}}})
+    run = ts.simulate(both)
+    for foot, (mass, own) in enumerate([(1.0, ground), (2.0, ground | {"film": None, "adhesion": None})]):
+        alone = ts.simulate(
+            scene("ball", {"robot.structure.mass": [mass], "ground": own, "duration": 2.5})
+        )
+        mine = run.events[run.events["foot"] == foot]
+        np.testing.assert_array_equal(mine["kind"], alone.events["kind"])
+        np.testing.assert_allclose(mine["time"], alone.events["time"], rtol=1e-9)
+    series = run.to_dataset()
+    assert run.ledger.closure < 1e-8 and run.ledger.laws["film"] < 0.0
+    assert float(np.abs(series["film_force"][1]).max()) == 0.0 < float(np.abs(series["film_force"][0]).max())
+    assert float(series["adhesion_strength"][1].max()) == 0.0 < float(series["adhesion_strength"][0].max())
+
+
+def test_friction_of_each_foot() -> None:
+    """A sledge on a runner, which bears as much as it can, and a pad: it starts when both give way."""
+    structure = ts.Lumped(
+        coordinates=("front", "rear", "x"), mass=[1.0, 1.0, 2.0], stiffness=[0.0] * 3, upward=(1.0, 1.0, 0.0),
+        forward=(0.0, 0.0, 1.0),
+    )  # fmt: skip
+    pull = ts.Drive(load=ts.PointLoad(weights={"x": 1.0}), law=ts.LinearForce(gain=1.0))
+    feet = {
+        "front": ts.Foot(point="front", gap=0.0, along="x"),
+        "rear": ts.Foot(point="rear", gap=0.0, along="x", ground="pad"),
+    }
+    sledge = ts.Scene(
+        name="sledge",
+        robot=ts.Robot(structure=structure, drives={"rope": pull}, feet=feet),
+        ground={"gravity": {"acceleration": G}, "friction": {"coefficient": 0.1}},
+        grounds={"pad": {"friction": {"coefficient": 0.5}}},
+        signals={"rope": ts.waveforms.Ramp(stop=10.0, duration=1.0)},
+        duration=1.0,
+    )
+    run = ts.simulate(sledge)
+    slips = run.events[run.events["kind"] == 7]
+    assert slips["time"][slips["foot"] == 1][0] == pytest.approx(0.6 * G / 10.0, rel=1e-9)
+    assert run.states(np.array([0.58])).v[2, 0] == 0.0  # the runner alone gives way before
+    late = run.at(np.array([0.9])).friction
+    np.testing.assert_allclose(late[:, 0], [-0.1 * G, -0.5 * G], rtol=1e-9)
+
+
+def test_an_electrode_elsewhere_is_a_foot_that_never_lands() -> None:
+    """A plate at the middle of a bar pulls, and its stop is at the tip: statics of the bar, well before pull-in."""
+    structure = ts.Lumped(
+        coordinates=("middle", "tip"), mass=[1e-9, 1e-9], stiffness=[[3.0, -1.0], [-1.0, 1.0]], damping=[2e-4, 2e-4]
+    )
+    gate = ts.Drive(load=ts.PointLoad(weights={"middle": 1.0}), law=ts.LinearForce(gain=0.0))
+    feet = {
+        "stop": ts.Foot(point="tip", gap=1e-6),
+        "plate": ts.Foot(point="middle", gap=1e-5, electrode="gate", ground="plate"),
+    }
+    law = {"coefficient": 1e-19, "offset": 1e-6}
+    bar = ts.Scene(
+        name="bar",
+        robot=ts.Robot(structure=structure, drives={"gate": gate}, feet=feet),
+        ground={"restitution": {"coefficient": 0.5}, "electrostatic": law, "adhesion": {"initial": 1e-9, "rate": 0.0}},
+        grounds={"plate": {"electrostatic": law}},
+        signals={"gate": ts.Constant(level=5.0)},
+        duration=0.02,
+    )
+    run = ts.simulate(bar)
+    last = run.states(np.array([0.02])).x[:, 0]
+    pull = -1e-19 * 25.0 / (1e-5 + last[0] + 1e-6) ** 2
+    np.testing.assert_allclose(structure.matrices().stiffness @ last, [pull, 0.0], rtol=0.0, atol=1e-6 * abs(pull))
+
+
+def test_numbers_of_grounds_are_data_of_a_plan() -> None:
+    own = balls()
+    vary = {"ground.restitution.coefficient": [0.7, 0.6], "grounds.soft.restitution.coefficient": [0.2, 0.4]}
+    batch = ts.simulate_batch(own, vary)
+    for k in range(2):
+        alone = ts.simulate(ts.with_values(own, {path: values[k] for path, values in vary.items()}))
+        np.testing.assert_allclose(batch.run(k).events["time"], alone.events["time"], rtol=1e-12)
+    run = ts.simulate(own, 1.0, gradients=list(vary))
+    first, second = (run.event_gradients[path]["speed_after"] for path in vary)
+    hit = run.events["foot"][:2]
+    speed = math.sqrt(2.0 * G)
+    np.testing.assert_allclose(first[:2], np.where(hit == 0, speed, 0.0), rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(second[:2], np.where(hit == 1, speed, 0.0), rtol=1e-6, atol=1e-9)
+
+
+def test_files_keep_them_and_one_ground_costs_nothing() -> None:
+    own = balls()
+    assert parse_scene(scene_text(own)) == own
+    plain = lower_scene(balls(grounds={"soft": {"restitution": {"coefficient": 0.8}}}))
+    assert not plain.laws.switched and plain.laws.terms == lower_scene(own).laws.terms
+    assert (plain.laws.parameters == plain.laws.parameters[0]).all()
+
+
+REFUSED = {
+    "no such ground": ({"grounds": {"sof": {}}}, "robot.feet.b.ground: there is no 'soft' in grounds"),
+    "gravity": ({"grounds": {"soft": {"gravity": {"acceleration": 1.0}}}}, "grounds.soft.gravity: is of all feet"),
+    "a law of its own": (
+        {"grounds": {"soft": {"film": {"coefficient": 1.0, "thickness": 1.0}}}}, "grounds.soft.film: ground has no film"
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_is_refused(case: str) -> None:
+    changes, said = REFUSED[case]
+    with pytest.raises(ts.InputError) as caught:
+        balls(**changes)
+    assert said in str(caught.value)
