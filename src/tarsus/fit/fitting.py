@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,8 @@ from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.files.library import SceneLike, as_scene, seconds_of
+from tarsus.fit.doubts import Doubts, as_deep, doubts_of
+from tarsus.fit.input_noise import Inputs, input_errors, recorded_inputs
 from tarsus.fit.least_squares import least_squares_from
 from tarsus.fit.problem import Problem
 from tarsus.fit.ranges import Range
@@ -28,6 +31,8 @@ NORMAL = 1.959964
 EVEN = 16
 """Points for each unknown, spread evenly, of which the best are starts: of a cost with one valley in a quarter of the
 range of each of two unknowns, 32 points miss it in one case of nine."""
+LEVEL = 1e-9
+"""Costs that differ by less than this part lie on one plateau: rounding leaves as much of runs that are the same."""
 STARTS = 3
 """Starts of a descent: neighbouring valleys of runs whose events differ by one."""
 
@@ -63,9 +68,20 @@ class RunResiduals(Residuals):
         self.tried, self._count = RunsTried(), 1
         self._priors = np.array([one is not None for one in self.unknowns.priors])
 
+    @property
+    def records(self) -> list[slice]:
+        """Rows of the residuals in the order that the function gives them in: all of a run's."""
+        return [slice(0, self._count)]
+
     def scene_at(self, x: ArrayLike) -> Scene:
         """The scene at a point (nu,) of the cube."""
         return with_values(self.scene, self.unknowns.by_path(self.unknowns.values(self.point(x))))
+
+    def on(self, scene: Scene) -> RunResiduals:
+        """The same of another scene."""
+        other = copy(self)
+        other.scene = scene
+        return other
 
     def residuals_at(self, points: Floats) -> Floats:
         if not len(points):
@@ -98,10 +114,16 @@ class RunResiduals(Residuals):
 
 @dataclass(frozen=True)
 class FitResult(Tabled):
-    """A fitted scene: what was found, and the problem it was found for."""
+    """A fitted scene: what was found, and the problem it was found for.
+
+    doubts: what the residuals and the noise of inputs leave of its certainty; valleys: ends of other descents that are
+    as good.
+    """
 
     found: Found
     problem: Problem | RunResiduals
+    doubts: Doubts
+    valleys: tuple[Found, ...] = ()
 
     @property
     def values(self) -> dict[str, float]:
@@ -126,19 +148,26 @@ class FitResult(Tabled):
 
     @property
     def ranges(self) -> tuple[Range, ...]:
-        """Of each unknown its value, its 95 % interval by the curvature of the cost, open where a bound cuts it or the
-        data set no end, and the verdict."""
-        assert self.found.uncertainty is not None
-        unknowns, errors = self.problem.unknowns, self.found.uncertainty.errors
-        slopes = np.abs(unknowns.slopes(self.found.x))
+        """Of each unknown its value, its 95 % interval and the verdict.
+
+        The interval is that of the curvature of the cost, widened by the doubts, about every valley that is as deep;
+        it is open where a bound cuts it or the data set no end. A number that the model is off by more than the stated
+        errors say is preferred, and not determined.
+        """
+        unknowns, doubts = self.problem.unknowns, self.doubts
         out = []
-        for i, (name, x) in enumerate(zip(unknowns.names, self.found.x.tolist(), strict=True)):
-            half = NORMAL * errors[name] / slopes[i]
+        for i, name in enumerate(unknowns.names):
+            halves = [(float(self.found.x[i]), NORMAL * doubts.errors[i])]
+            halves += [
+                (float(one.x[i]), NORMAL * float(stated_errors(one, unknowns)[i])) for one in self.valleys
+            ]
+            first = min(x - half for x, half in halves)
+            last = max(x + half for x, half in halves)
             ends = np.repeat(self.found.x[None], 2, axis=0)
-            ends[:, i] = np.clip([x - half, x + half], 0.0, 1.0)
-            cut = x - half <= 0.0, x + half >= 1.0
+            ends[:, i] = np.clip([first, last], 0.0, 1.0)
+            cut = first <= 0.0, last >= 1.0
             low, high = unknowns.values(ends)[:, i].tolist()
-            verdict = verdict_of((low, high), cut, size=unknowns.sizes[i])
+            verdict = verdict_of((low, high), cut, size=unknowns.sizes[i], doubted=bool(doubts.failed[i]))
             low, high = -np.inf if cut[0] else low, np.inf if cut[1] else high
             value = self.values[name]
             out.append(Range(value, low, high, name=name, unit=unknowns.units[i], verdict=verdict))
@@ -153,6 +182,12 @@ class FitResult(Tabled):
         ]
         notes = (f"cost {self.cost:.4g}; {self.found.evaluations} runs; {self.found.message}",)
         notes += () if self.found.uncertainty is None else self.found.uncertainty.notes
+        notes += self.doubts.notes
+        if self.valleys:
+            count = len(self.valleys)
+            notes += (
+                f"{count} of {STARTS} descents ended elsewhere as deep: intervals reach over their ends",
+            )
         if stopped := self.problem.tried.sentence():
             notes += (f"{stopped}: they count as far from the data, and the fit keeps to where runs do.",)
         return Table("fit", columns, rows, notes, units=[one.unit for one in ranges])
@@ -161,6 +196,7 @@ class FitResult(Tabled):
         """All of it as plain data, SI."""
         return {
             "cost": self.cost,
+            "doubts": list(self.doubts.notes),
             "unknowns": {
                 one.name: {
                     "best": one.value, "low": one.low, "high": one.high, "unit": one.unit,
@@ -179,6 +215,7 @@ def fit(
     *,
     accuracy: Accuracy | None = None,
     seed: int = 1,
+    noise: Mapping[str, float | str] | None = None,
 ) -> FitResult:
     """Fit numbers of a scene to data: least squares from the best of points spread evenly over the bounds.
 
@@ -197,6 +234,9 @@ def fit(
         Of every run.
     seed
         Of the points to start from.
+    noise
+        Of recorded inputs: standard deviation of every sample, by the path of a `sampled` signal. Intervals are widened
+        by what the numbers move with it.
 
     Returns
     -------
@@ -224,14 +264,42 @@ def fit(
         problem: Problem | RunResiduals = RunResiduals(scene, unknowns, residuals, duration, accuracy)
     else:
         problem = Problem(scene, unknowns, residuals, duration, accuracy)
+    inputs = recorded_inputs(problem.scene, noise or {})
     points = problem.unknowns.draws(EVEN * len(problem.unknowns), seed)
     costs = problem.costs(points)
     if problem.tried.stopped.total() == problem.tried.count:
         raise InputError([f"{problem.tried.sentence()}: nothing is fitted; look at one with ts.simulate"])
-    starts = points[np.argsort(costs, kind="stable")[:STARTS]]
+    starts = points[_starts(costs)]
     every = least_squares_from(problem, starts)
-    best = min(every, key=lambda one: one.cost)
     asked = len(points) + sum(one.evaluations for one in every)
-    return FitResult(
-        Found(best.x, best.values, best.cost, asked, best.slopes, best.message, best.uncertainty), problem
-    )
+    return _result(problem, every, asked, inputs, seed)
+
+
+def _result(
+    problem: Problem | RunResiduals, every: Sequence[Found], asked: int, inputs: Inputs, seed: int
+) -> FitResult:
+    """The best of all descents, with its doubts, and those of the others that are as deep and lie elsewhere."""
+    best = min(every, key=lambda one: one.cost)
+    left, errors = problem.residuals(best.x), stated_errors(best, problem.unknowns)
+    if inputs:
+        errors = np.hypot(errors, input_errors(problem, best.x, inputs, seed))
+    doubts = doubts_of(left, problem.jacobian(best.x), problem.records, errors)
+    scale = 2.0 * best.cost / max(len(left) - len(best.x), 1)
+    near = (every[k] for k in as_deep([one.cost for one in every], best.cost, scale))
+    valleys = tuple(one for one in near if np.any(np.abs(one.x - best.x) > NORMAL * errors))
+    found = Found(best.x, best.values, best.cost, asked, best.slopes, best.message, best.uncertainty)
+    return FitResult(found, problem, doubts, valleys)
+
+
+def _starts(costs: Floats) -> list[int]:
+    """The points of lowest cost to start from: of those on one plateau, whose costs are equal but for rounding, one."""
+    order = np.argsort(costs, kind="stable")
+    steps = np.diff(costs[order]) > LEVEL * np.abs(costs[order[1:]])
+    first = np.concatenate([[True], steps])
+    return order[first][:STARTS].tolist()
+
+
+def stated_errors(found: Found, unknowns: Unknowns) -> Floats:
+    """Standard errors (nu,) in the cube by the stated errors of the data; infinite of numbers that they do not tell."""
+    assert found.uncertainty is not None
+    return np.array(list(found.uncertainty.errors.values())) / np.abs(unknowns.slopes(found.x))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +16,7 @@ from tarsus.fit.case import Case
 from tarsus.fit.readers import OfMeasure
 from tarsus.fit.residuals import FAILED, Residuals, RunsTried, differences
 from tarsus.fit.term_rows import TermRole, TermRows, term_rows_of
-from tarsus.fit.terms import Term
+from tarsus.fit.terms import Samples, Term
 from tarsus.fit.unknowns import Ranges, Unknown, Unknowns
 from tarsus.model.scene import Scene
 from tarsus.solve import SINGLE_RUN, Accuracy, Batch, Shared, simulate_batch
@@ -104,9 +105,28 @@ class Problem(Residuals):
 
         return values
 
+    @property
+    def records(self) -> list[slice]:
+        """Rows of the residuals that are samples of one record, in order of time."""
+        found, start = [], 0
+        for term, one in zip(self.terms, self._terms, strict=True):
+            if one.role is TermRole.GOAL:
+                continue
+            if isinstance(term, Samples):
+                found.append(slice(start, start + len(one.level)))
+            start += len(one.level)
+        return found
+
     def scene_at(self, x: ArrayLike) -> Scene:
         """The scene at a point (nu,) of the cube."""
         return with_values(self.scene, self._values({})(self.unknowns.values(self.point(x))))
+
+    def on(self, scene: Scene) -> Problem:
+        """The same of another scene."""
+        other = copy(self)
+        other.scene = scene
+        other._last, other._kept_slopes = (b"", np.zeros((0, 0))), (b"", np.zeros((0, 0)), ())
+        return other
 
     def residuals_at(self, points: Floats) -> Floats:
         rows = self._rows(points)
