@@ -19,8 +19,8 @@ FEWEST = 3
 """Groups of a level from which on their scatter is taken: two have one degree of freedom, and a 95 % quantile of
 thirteen deviations."""
 CHANCE = 0.05
-"""Probability up to which a coarser level scatters more than a finer one by chance: of one in twenty sound numbers the
-interval is then wider than it need be."""
+"""Probability up to which any coarser level of an estimate scatters more than a finer one by chance, in any of its
+numbers: of one in twenty sound estimates intervals are then wider than they need be."""
 
 
 def scattered(influence: Influence, seed: int, prior: Floats | None = None) -> Floats:
@@ -36,14 +36,19 @@ def scattered(influence: Influence, seed: int, prior: Floats | None = None) -> F
         Information (p, p) that was known beforehand.
     """
     finest, *coarser = influence.levels
-    levels = [finest, *(one for one in coarser if np.any(beyond_chance(influence, finest, one, prior)))]
+    chance = CHANCE / max(len(coarser) * len(influence.paths), 1)
+    levels = [
+        finest,
+        *(one for one in coarser if np.any(beyond_chance(influence, finest, one, chance, prior))),
+    ]
     return newton_draws([influence.at(one) for one in levels], seed, prior)
 
 
 def beyond_chance(
-    influence: Influence, finer: str, coarser: str, prior: Floats | None = None
+    influence: Influence, finer: str, coarser: str, chance: float = CHANCE, prior: Floats | None = None
 ) -> NDArray[np.bool_]:
-    """Of which numbers (p,) the groups of a level scatter more than those of a finer one have it by chance."""
+    """Of which numbers (p,) the groups of a level scatter more than those of a finer one have it by chance, with this
+    probability."""
     variances, freedoms = [], []
     for level in (finer, coarser):
         share, pulls, variance = influence.pulls(level, prior)
@@ -54,5 +59,5 @@ def beyond_chance(
         spread = np.sum((pulls - share * pulls.sum(axis=0)) ** 2, axis=0) / variance
         variances.append(spread * (1.0 + 1.0 / freedoms[-1]))
     return np.asarray(
-        variances[1] > f_distribution.isf(CHANCE, freedoms[1], freedoms[0]) * variances[0], dtype=np.bool_
+        variances[1] > f_distribution.isf(chance, freedoms[1], freedoms[0]) * variances[0], dtype=np.bool_
     )
