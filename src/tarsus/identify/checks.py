@@ -62,15 +62,15 @@ def touched(known: Estimates, parts: Sequence[str]) -> tuple[str, ...]:
 
 
 def air_checks(fit: AirFit | None, known: Estimates) -> tuple[Check, ...]:
-    """Whether the identified structure and drive predict the motion in the air. Where they do not, but would with other
-    values or with a cause that is named, a number holds that this motion tells as well as its own data do, and no
-    differently: where neither explains it both may be wrong alike."""
+    """Whether the identified structure and drive predict the motion in the air. Where they do not and a cause is named,
+    a number holds that this motion tells as well as its own data do, and no differently: of an unknown cause both may
+    be wrong alike."""
     if fit is None:
         return ()
     touches = _ALL if fit.named is None else fit.named.touches
     off = {path: abs(moved) for path, (moved, _) in fit.missed.items()}
     told = {path for path, (_, error) in fit.missed.items() if error <= 1.0 and off[path] <= SHIFTED}
-    holds = told if fit.explained else set[str]()
+    holds = set[str]() if fit.named is None else told
     paths = tuple(path for path in touched(known, touches) if path not in holds)
     std = dict(zip(known.paths, np.std(known.samples, axis=0).tolist(), strict=True))
     far = {path: off[path] * std[path] for path in paths if path in off}

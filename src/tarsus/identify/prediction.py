@@ -37,8 +37,8 @@ class AirFit:
     records: their number; values: of samples; predicted: root mean square over the noise that the prediction leaves,
     the zeros free and the identified numbers within their draws; pull: root mean square, in standard deviations, by
     which the records pull these; missed: by path, by how many of its standard deviations each number moves where all
-    are free, and the standard error of that; explained: whether that, or a cause, leaves no more than noise; cause: in
-    words, with what to record for it; named: the cause, if any has a line of its own and leaves noise.
+    are free, and the standard error of that; cause: in words, with what to record for it; named: the cause, if any has
+    a line of its own and leaves noise.
     """
 
     records: int
@@ -46,7 +46,6 @@ class AirFit:
     predicted: float
     pull: float
     missed: Mapping[str, tuple[float, float]]
-    explained: bool
     cause: str
     record: str
     named: Cause | None = None
@@ -156,8 +155,8 @@ def fit_air(records: Sequence[AirRecord], known: Estimates) -> AirFit | None:
         cause, record = _said(sums, named)
     else:
         cause, record = _where(records) if plain > noise else _differently(missed)
-    of, explained = (None, plain <= noise) if named is None else (CAUSES[named], True)
-    return AirFit(len(records), count, predicted, pull, missed, explained, cause, record, of)
+    of = None if named is None else CAUSES[named]
+    return AirFit(len(records), count, predicted, pull, missed, cause, record, of)
 
 
 def _said(sums: _Sums, number: int) -> tuple[str, str]:

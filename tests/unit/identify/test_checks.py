@@ -123,7 +123,7 @@ def test_what_has_no_line_of_its_own_is_unknown_and_shown_where_it_is_most():
     assert "velocity of 'center'" in found.cause
     assert float(found.cause.rpartition("near ")[2].split()[0]) == pytest.approx(700.0, abs=40.0)
     failed = [one for one in air_checks(found, known()) if not one.passed]
-    assert failed and failed[0].paths == PATHS and not found.explained
+    assert failed and failed[0].paths == PATHS
 
 
 def test_a_number_that_is_off_is_pulled_by_the_records_and_says_how_far():
