@@ -86,7 +86,7 @@ def assert_as_differences(
         value = abs(float(get_value(scene, path))) or 1.0
         got = [*(run.event_gradients[path][name] for name in fields)]
         got += [getattr(states[path], name) for name in shown]
-        got += [run.way_gradients[path][name] for name in way] + [run.gradient(name)[path] for name in terms]
+        got += [run.mark_gradients[path][name] for name in way] + [run.gradient(name)[path] for name in terms]
         found = differences(scene, path, duration, numbers, steps)
         assert found, path
         for k, (had, own) in enumerate(zip(got, numbers(run), strict=True)):

@@ -58,7 +58,7 @@ def test_the_path_there_and_back_moves_with_speed_and_force():
     run = ts.simulate(scene, duration=end, gradients=[start, "signals.along.level"])
     path = MASS * speed**2 / force - speed * end + force * end**2 / (2.0 * MASS)
     assert run.marks["slipped"][-1, 0] == pytest.approx(path, rel=1e-10)
-    moved = {one: found["slipped"][-1, 0] for one, found in run.way_gradients.items()}
+    moved = {one: found["slipped"][-1, 0] for one, found in run.mark_gradients.items()}
     assert moved[start] == pytest.approx(2.0 * MASS * speed / force - end, rel=1e-9)
     by_force = end**2 / (2.0 * MASS) - MASS * speed**2 / force**2
     # a path by 1 / F bends: over a pair of runs that leaves some 3e-9

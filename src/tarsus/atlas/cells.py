@@ -183,7 +183,7 @@ def _measures(settling: Settling) -> dict[str, Floats]:
     count, feet = len(settling.runs), settling.runs.plan.feet
     last = np.where(settling.multiple > 0, settling.multiple, OPEN)
     within = np.arange(KEPT) >= KEPT - last[:, None]
-    total = {name: np.where(within, of, 0.0).sum(axis=1) for name, of in settling.tally.items()}
+    total = {name: np.where(within, of, 0.0).sum(axis=1) for name, of in settling.counts.items()}
     way = np.where(within[..., None], settling.seen[..., feet], 0.0).sum(axis=(1, 2))
     impacts = total["impacts"]
     return {

@@ -71,7 +71,7 @@ def codes_of(settling: Settling) -> Codes:
     stays, never_let_go = on_the_ground(settling)
     for r in np.flatnonzero(multiple).tolist():
         k = int(multiple[r])
-        counted = {name: of[r, -k:].any() for name, of in settling.tally.items()}
+        counted = {name: of[r, -k:].any() for name, of in settling.counts.items()}
         does = TOUCHES * (counted["impacts"] or never_let_go[r])
         does += HELD * (counted["captures"] or never_let_go[r]) + RESTS * counted["rests"] + STAYS * stays[r]
         code[r] = 16 * k + does

@@ -16,7 +16,7 @@ from tarsus.base.units import parse_quantity
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.learn.actions import Action, VoltageAction
 from tarsus.learn.sensors import Sensors
-from tarsus.measure.tally import TALLIED
+from tarsus.measure.counts import COUNTS
 from tarsus.model.scene import Scene
 from tarsus.solve import Session, State
 
@@ -39,7 +39,7 @@ class _Robots:
             raise InputError(f"steps: expected one or more, got {steps}")
         self.steps, self.reward = steps, Expression(reward)
         walks = bool(self.scene.robot.structure.body_coordinates)
-        if problems := self.reward.check((*TALLIED, *(("progress",) if walks else ()))):
+        if problems := self.reward.check((*COUNTS, *(("progress",) if walks else ()))):
             raise InputError([f"reward: {text}" for text in problems])
         self.session = Session(self.scene, robots, ground, threads=threads)
         self.done = np.zeros(robots, dtype=np.intp)
@@ -96,7 +96,7 @@ class WalkerEnv(gymnasium.Env[Any, Any]):
         What is drawn at every reset: a `GroundBox`, `Draws` of an identification, or what `tarsus.Session` takes as
         ``vary``.
     reward
-        Arithmetic of what a step came to: names in `tarsus.measure.tally.TALLIED`, and of a walker ``progress`` [m].
+        Arithmetic of what a step came to: names in `tarsus.measure.counts.COUNTS`, and of a walker ``progress`` [m].
     dt
         Length of a step [s], or a text with a unit.
     steps

@@ -20,7 +20,7 @@ from tarsus.files.library import SceneLike, as_scene
 from tarsus.measure.shares import share_of
 from tarsus.measure.walking import measures_of
 from tarsus.model.structure.walker import Walker
-from tarsus.orbits.basins import OTHERS, Survey, told_apart
+from tarsus.orbits.basins import OTHERS, Survey, classified
 from tarsus.orbits.edges import Edge, edge_between, edges_of
 from tarsus.orbits.orbit import Orbit, orbit_after
 from tarsus.orbits.settling import ALIKE, SETTLED, Settling
@@ -370,7 +370,7 @@ def attractors(
     survey = Survey.of(box, threads)
     every = np.concatenate([points, box.own])
     settling = survey.settled(every, progress=progress)
-    label, groups = told_apart(settling)
+    label, groups = classified(settling)
     found = tuple(_attractor(survey, settling, every, members) for members in groups)
     label, own = label[:starts], int(label[starts])
     between: tuple[Edge, ...] = ()
@@ -396,7 +396,7 @@ def _attractor(survey: Survey, settling: Settling, points: Floats, members: NDAr
     travel = travel if abs(travel) > SETTLED * settling.sizes(chosen)[m] else 0.0
     return Attractor(
         survey.scene_at(points[chosen], passed + SHOWN), Share.of(len(members), starts), members, k, survey.period,
-        passed, round(float(settling.tally["impacts"][chosen, -k:].sum())),
-        float(settling.tally["energy"][chosen, -k:].sum()),
+        passed, round(float(settling.counts["impacts"][chosen, -k:].sum())),
+        float(settling.counts["energy"][chosen, -k:].sum()),
         travel, confirmed,
     )  # fmt: skip

@@ -89,7 +89,7 @@ def motions_of(settling: Settling, chosen: NDArray[np.intp]) -> list[list[int]]:
     return groups
 
 
-def told_apart(settling: Settling) -> tuple[NDArray[np.intp], list[NDArray[np.intp]]]:
+def classified(settling: Settling) -> tuple[NDArray[np.intp], list[NDArray[np.intp]]]:
     """Label of every run, and the numbers of those of each attractor, most first."""
     label = np.full(len(settling.runs), UNSETTLED, dtype=np.intp)
     groups = motions_of(settling, np.flatnonzero(settling.multiple))

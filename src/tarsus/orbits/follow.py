@@ -136,14 +136,14 @@ class Follower:
         known = normal if like is None else like.tangent
         return Point(at, orbit, found.place, self, known, found.count)
 
-    def looks(self, places: Floats) -> list[Orbit | None]:
+    def returns_at(self, places: Floats) -> list[Orbit | None]:
         """What scaled unknowns (k, r + 1) near the branch return to, as if they were orbits; None of those that do not
         return. Raises InputError where the scene does not take a value."""
         ats = places[:, -1] * self.span
         maps = self.first.at_each(self.scene, self.phase, self.path, ats, self.shared)
-        return [self._look(*one) for one in zip(places, ats.tolist(), maps, strict=True)]
+        return [self._return_at(*one) for one in zip(places, ats.tolist(), maps, strict=True)]
 
-    def _look(self, place: Floats, at: float, returns: ReturnMap) -> Orbit | None:
+    def _return_at(self, place: Floats, at: float, returns: ReturnMap) -> Orbit | None:
         state = (returns.free @ place[:-1]) * self.scale
         back = returns(state, self.multiple)
         size = float(np.abs((back.state - state) / self.scale).max(initial=0.0))

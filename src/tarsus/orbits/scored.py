@@ -74,7 +74,7 @@ def scored(
         batch = simulate_batch(scene, vary, motion.duration, threads=threads, shared=shared)
         return Scored(batch.codes, *_columns(batch.measured(names), m))
     box: Box = shared.get(("starts", scene), lambda: Box.of(scene, None))
-    start, every = _put_down(box, vary, motion.starts)
+    start, every = _placed_robots(box, vary, motion.starts)
     total = len(next(iter(every.values())))
     code, settled = [ResultCode.DONE] * total, np.zeros(total, dtype=bool)
     value, spread = np.full((2, total, len(names)), np.nan)
@@ -96,7 +96,7 @@ def scored(
     return _of_robots(motion.starts, code, settled, value, spread, feet)
 
 
-def _put_down(box: Box, vary: Mapping[str, Floats], starts: int) -> tuple[Scene, dict[str, Floats]]:
+def _placed_robots(box: Box, vary: Mapping[str, Floats], starts: int) -> tuple[Scene, dict[str, Floats]]:
     """Values (nr starts,) by path of robots, each from every start, as much higher as its feet reach down; and the
     scene that they are changes of, as high as no robot's feet reach."""
     count = len(next(iter(vary.values()), [0]))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.workers import Workers
-from tarsus.measure.tally import TALLIED
+from tarsus.measure.counts import COUNTS
 from tarsus.solve import Trajectories, Window
 
 Floats = NDArray[np.float64]
@@ -44,7 +44,7 @@ class Settling:
     begins a period; walks: whether coordinate 0 is the way.
 
     passed (nr,): drive periods behind; seen (nr, KEPT, PHASES, m + n + 1): gaps, progress along the way and u of the
-    last ones; tally (nr, KEPT) by name in `TALLIED`: number of impacts, energy lost in them [J], sum of their approach
+    last ones; counts (nr, KEPT) by name in `COUNTS`: number of impacts, energy lost in them [J], sum of their approach
     speeds [m/s], numbers of bounces, captures and rests; multiple (nr,): 0 of runs that have not settled.
     """
 
@@ -55,14 +55,14 @@ class Settling:
     threads: Workers = None
     passed: NDArray[np.intp] = field(init=False)
     seen: Floats = field(init=False)
-    tally: dict[str, Floats] = field(init=False)
+    counts: dict[str, Floats] = field(init=False)
     multiple: NDArray[np.intp] = field(init=False)
 
     def __post_init__(self) -> None:
         count, n, m = len(self.runs), len(self.runs.plan.system.mass), self.runs.plan.feet
         self.passed, self.multiple = np.zeros((2, count), dtype=np.intp)
         self.seen = np.full((count, KEPT, PHASES, m + n + 1), np.nan)
-        self.tally = {name: np.zeros((count, KEPT)) for name in TALLIED}
+        self.counts = {name: np.zeros((count, KEPT)) for name in COUNTS}
         self.periods = np.broadcast_to(np.asarray(self.period, dtype=float), count)
         self._way = self.runs.state[:, 0].copy()
         self._root = np.linalg.cholesky(np.asarray(self.runs.plan.system.mass, dtype=float))
@@ -99,8 +99,8 @@ class Settling:
         events = window.events
         number = (events["time"] - self.offset[r]) / self.periods[r] - self.passed[r] + 0.5 / PHASES
         number = np.clip(number.astype(int), 0, ROUND - 1)
-        for name, of in self.tally.items():
-            of[r] = np.append(of[r, ROUND:], TALLIED[name].of(events, number, ROUND))
+        for name, of in self.counts.items():
+            of[r] = np.append(of[r, ROUND:], COUNTS[name].of(events, number, ROUND))
         self.passed[r] += ROUND
 
     def sizes(self, r: int) -> Floats:
@@ -142,14 +142,14 @@ class Settling:
         )
         both.passed[:] = self.passed[pair]
         for i in range(len(chosen)):
-            both.runs.state[i] += self._nudge(int(chosen[i]))
+            both.runs.state[i] += self._perturbation(int(chosen[i]))
         for _ in range(TWINS // ROUND):
             both.go(np.flatnonzero(both.runs.done))
         half = len(chosen)
         apart = [np.abs((both.seen[i] - both.seen[half + i]) / both.sizes(i)).max() for i in range(half)]
         return np.array(apart) > ALIKE
 
-    def _nudge(self, r: int) -> Floats:
+    def _perturbation(self, r: int) -> Floats:
         """A small velocity (2n,) that leaves feet on the ground alone: of a walker's body, which no foot fixes."""
         plan, n = self.runs.plan, len(self.runs.plan.system.mass)
         held = np.asarray(plan.system.normals, dtype=float)[:, self.runs.held[r]].T

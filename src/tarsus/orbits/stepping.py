@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 FIRST, MOST, LEAST = 0.01, 0.04, 1e-11
 """First, longest and shortest step along a branch, in units of the range and of the motion's size: a figure needs some
 thirty points; below the last a branch ends."""
-LOOK = 2.5e-3
+SPACING = 2.5e-3
 """Distance along a branch over which its events are compared: a dot of a figure. Two changes that undo each other in
 less may be passed over."""
 TURN = 0.9
@@ -113,8 +113,8 @@ class Stepper:
         if target.sequence != now.sequence:
             found = change(follower, now, now, target)
             target = found.here
-        at, count = between(follower, now, now, target), max(math.ceil(self._to(target) / LOOK), 2)
-        looks = [now.orbit, *self._looks(target, np.arange(1, count) / count), target.orbit]
+        at, count = between(follower, now, now, target), max(math.ceil(self._to(target) / SPACING), 2)
+        looks = [now.orbit, *self._returns(target, np.arange(1, count) / count), target.orbit]
         for k in range(1, count):
             if self._same(looks[k - 1 : k + 2]):
                 continue
@@ -124,13 +124,13 @@ class Stepper:
                 return earlier
         return found
 
-    def _looks(self, target: Point, parts: Floats) -> Sequence[Orbit | None]:
+    def _returns(self, target: Point, parts: Floats) -> Sequence[Orbit | None]:
         """Returns at parts (k,) of the way to a point, on a parabola along the branch, as if they were orbits."""
         now = self.now
         along = self._to(target) * now.tangent
         part = parts[:, None]
         try:
-            return self.follower.looks(
+            return self.follower.returns_at(
                 now.place + part * along + part**2 * (target.place - now.place - along)
             )
         except InputError:

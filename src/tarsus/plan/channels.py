@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Course:
+class DriveRuns:
     """What one drive does in nr runs. force, and volts where they are asked for: channels; track: their voltages;
     which (nr,): number of those of each run; periods (nr,) [s]: of its signal, NaN without one."""
 
@@ -34,7 +34,7 @@ class Course:
     which: Ints
     periods: Floats
 
-    def of_runs(self, runs: Ints) -> Course:
+    def of_runs(self, runs: Ints) -> DriveRuns:
         """What it does in some of the runs; the channels stay."""
         return replace(self, which=self.which[runs], periods=self.periods[runs])
 
@@ -44,13 +44,13 @@ def felt(path: str) -> bool:
     return not path.endswith((".capacitance", ".recovery"))
 
 
-def drive_courses(scene: Scene, values: Mapping[str, Floats], charged: Collection[str]) -> dict[str, Course]:
+def drive_courses(scene: Scene, values: Mapping[str, Floats], charged: Collection[str]) -> dict[str, DriveRuns]:
     """What drives do, by name, of which numbers (nr,) vary from run to run, given by their paths in the scene;
     charged: those whose volts are asked for.
 
     Raises InputError for values that a signal, a gait or a drive refuses, and for a drive that cannot be lowered.
     """
-    out, made = {}, dict[Any, Course]()
+    out, made = {}, dict[Any, DriveRuns]()
     for name, (wave, own, of_drive) in _varied(scene, values).items():
         drive = scene.robot.drives[name]
         columns = [(path, column.tobytes()) for path, column in (*own.items(), *of_drive.items())]
@@ -61,7 +61,7 @@ def drive_courses(scene: Scene, values: Mapping[str, Floats], charged: Collectio
     return out
 
 
-def _course(drive: Drive, wave: Signal, own: Columns, of_drive: Columns, charged: bool) -> Course:
+def _course(drive: Drive, wave: Signal, own: Columns, of_drive: Columns, charged: bool) -> DriveRuns:
     """What a drive does by the numbers (nr,) of its signal and its own."""
     rows, which = distinct(np.stack([*own.values(), *of_drive.values()], axis=1))
     signal = dict(zip(own, rows[:, : len(own)].T, strict=True))
@@ -70,7 +70,7 @@ def _course(drive: Drive, wave: Signal, own: Columns, of_drive: Columns, charged
     track = _track(drive, wave, numbers, len(rows))
     force, volts = _lowered(drive, numbers, track, volts=charged)
     periods = np.broadcast_to(wave.periods(), len(rows))
-    return Course(force, volts, track, which, periods[which])
+    return DriveRuns(force, volts, track, which, periods[which])
 
 
 Columns = Mapping[str, Any]

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, float_paths, get_value, with_values
 from tarsus.model.drive.pieces import Channels
-from tarsus.plan.channels import Course, check_columns, drive_courses, with_columns
+from tarsus.plan.channels import DriveRuns, check_columns, drive_courses, with_columns
 from tarsus.plan.lowering import (
     Kind,
     Place,
@@ -52,7 +52,7 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
-Courses = Callable[[Sequence[str]], Mapping[str, Course]]
+Courses = Callable[[Sequence[str]], Mapping[str, DriveRuns]]
 """What drives do in the runs of a plan, by name, for those whose volts are asked for."""
 
 
@@ -287,11 +287,11 @@ def courses_of_all(scene: Scene, values: Mapping[str, Floats]) -> Callable[[NDAr
         for path, column in values.items()
         if (place := slot(scene, path)) is not None and place.kind in _OF_DRIVES
     }
-    made: dict[tuple[str, ...], dict[str, Course]] = {}
+    made: dict[tuple[str, ...], dict[str, DriveRuns]] = {}
     lock = Lock()
 
     def of(runs: NDArray[np.int64]) -> Courses:
-        def known(charged: Sequence[str]) -> dict[str, Course]:
+        def known(charged: Sequence[str]) -> dict[str, DriveRuns]:
             with lock:
                 if tuple(charged) not in made:
                     made[tuple(charged)] = drive_courses(scene, varied, charged)

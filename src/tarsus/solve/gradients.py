@@ -306,7 +306,7 @@ class GradientRun(Run):
         return np.moveaxis(np.where(missing, np.nan, found.value), 0, -1)
 
     @cached_property
-    def way_gradients(self) -> Mapping[str, npt.NDArray[np.void]]:
+    def mark_gradients(self) -> Mapping[str, npt.NDArray[np.void]]:
         """Derivatives of a walker's marks by path, fields as those of `marks`; NaN from the time on from which there is
         none."""
         own, out = self.log.marks, {}

@@ -155,7 +155,7 @@ class Sliding(NamedTuple):
     force: Floats
 
 
-class Way(NamedTuple):
+class MotionAlongGround(NamedTuple):
     """What a robot does along the ground: coordinates of a walker's body (nb, nt) [m, rad], and its feet along the way,
     and across it where they move so."""
 
@@ -169,10 +169,10 @@ class MotionSamples(NamedTuple):
 
     state: SampledStates
     account: Account
-    way: Way | None
+    way: MotionAlongGround | None
 
 
-def _way(tangents: Floats | None, state: SampledStates) -> Way | None:
+def _ground_motion(tangents: Floats | None, state: SampledStates) -> MotionAlongGround | None:
     """What feet that know their way do along the ground, places (n, m); None where none does."""
     if tangents is None or state.contact is None or state.friction is None:
         return None
@@ -181,10 +181,14 @@ def _way(tangents: Floats | None, state: SampledStates) -> Way | None:
     speed, stuck, slips = (
         np.abs(tangents.T @ state.v), state.contact == FootState.STUCK, state.contact == FootState.SLIPPING
     )  # fmt: skip
-    return Way(none, Sliding(tangents.T @ state.x, speed, stuck, slips, -np.sign(state.friction), along))
+    return MotionAlongGround(
+        none, Sliding(tangents.T @ state.x, speed, stuck, slips, -np.sign(state.friction), along)
+    )
 
 
-def unpacked(acting: RunLaws, samples: Floats, times: Floats) -> tuple[SampledStates, Way, Floats]:
+def unpacked(
+    acting: RunLaws, samples: Floats, times: Floats
+) -> tuple[SampledStates, MotionAlongGround, Floats]:
     """States of a walker, what it does along the way, and its energies as the engine sums them up, of its samples."""
     plan, sources = acting.plan, acting.rows.sources[0]
     assert plan.legs is not None
@@ -220,7 +224,7 @@ def unpacked(acting: RunLaws, samples: Floats, times: Floats) -> tuple[SampledSt
     state = SampledStates(x, v, gap, rate, resistive, np.where(held, 0.0, smooth), pull, held)
     stuck = contact == FootState.STUCK
     if not sideways:
-        way = Way(place, Sliding(ahead[:, 0], np.abs(slip), stuck, held & ~stuck, sense, along))
+        way = MotionAlongGround(place, Sliding(ahead[:, 0], np.abs(slip), stuck, held & ~stuck, sense, along))
         return state, way, energy
     side, sway, push = beside[2 * nl :], across[body.leg], onto[nb + 2 * nl :][body.leg]
     speed = np.hypot(slip, sway[:, 1])
@@ -228,7 +232,7 @@ def unpacked(acting: RunLaws, samples: Floats, times: Floats) -> tuple[SampledSt
         Sliding(to, speed, stuck, held & ~stuck, turned, force)
         for to, turned, force in ((ahead[:, 0], sense, along), (sway[:, 0], side, push))
     )
-    return state, Way(place, *ways), energy
+    return state, MotionAlongGround(place, *ways), energy
 
 
 @dataclass(frozen=True)
@@ -256,14 +260,16 @@ class RunMotion:
     def _run(self, times: Floats | None, *, account: bool) -> RawRuns:
         return self.engine.run(self.acting.rows, self.accuracy, self.track, times, account=account)
 
-    def _sampled(self, times: Floats, *, account: bool) -> tuple[SampledStates, Way | None, Floats]:
+    def _sampled(
+        self, times: Floats, *, account: bool
+    ) -> tuple[SampledStates, MotionAlongGround | None, Floats]:
         """States, what feet do along the way and energies up to then, at times [s] in order."""
         plan, samples = self.acting.plan, self._run(times, account=account).samples
         if plan.legs is not None:
             return unpacked(self.acting, samples, times)
         tangents = plan.system.tangents
         state, energy = states_of(samples, len(plan.system.mass), plan.feet, tangents is not None)
-        return state, _way(tangents, state), energy
+        return state, _ground_motion(tangents, state), energy
 
     def states(self, times: Floats) -> SampledStates:
         """States and contact forces at times [s], increasing."""

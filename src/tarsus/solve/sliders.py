@@ -23,7 +23,7 @@ from tarsus.plan.slots import Kind, Place, slots, unit_of
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
-    from tarsus.plan.channels import Course
+    from tarsus.plan.channels import DriveRuns
     from tarsus.plan.lowering import Plan
     from tarsus.plan.rows import Rows
 
@@ -275,7 +275,7 @@ def lattice_of(scene: Scene, plan: Plan, rows: Rows, sliders: Sequence[Slider], 
     return Lattice(channels, which[:, :nc], which[:, nc:], marked, _drawn(scene, courses, marked))
 
 
-def _drawn(scene: Scene, courses: Mapping[str, Course], marked: Floats) -> Floats:
+def _drawn(scene: Scene, courses: Mapping[str, DriveRuns], marked: Floats) -> Floats:
     """Electrical energy (nr,) [J] of a period (nr,) [s] of the marks, NaN where drives do not repeat with it."""
     out, known = np.zeros(len(marked)), dict[int, Floats]()  # by course, which several drives share
     for name, drive in scene.robot.drives.items():

@@ -17,7 +17,7 @@ from tarsus.base.messages import nearest
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import get_value
 from tarsus.core.arrays import E_ADHESION, E_ENERGY, ENERGIES, EVENT_WIDTH
-from tarsus.measure.tally import TALLIED
+from tarsus.measure.counts import COUNTS
 from tarsus.model.drive.pieces import Channels
 from tarsus.model.drive.waveforms.constant import Constant
 from tarsus.model.profile import gaps_above
@@ -435,10 +435,10 @@ class State:
 
     @cached_property
     def measures(self) -> Mapping[str, Any]:
-        """What the step came to (nr,), by name: `tarsus.measure.tally.TALLIED`, and of a walker ``progress`` [m], the
+        """What the step came to (nr,), by name: `tarsus.measure.counts.COUNTS`, and of a walker ``progress`` [m], the
         way of its body in the step."""
         count = len(self._time)
-        out = {name: one.of(self.all_events, self.robots, count) for name, one in TALLIED.items()}
+        out = {name: one.of(self.all_events, self.robots, count) for name, one in COUNTS.items()}
         if self.scene.robot.structure.body_coordinates:
             out["progress"] = self._x[:, 0] - self._began[:, 0]
         return {name: self._shown(one) for name, one in out.items()}

@@ -148,7 +148,7 @@ FARTHEST = 1e3
 """Times the first step to which another may be lengthened, for a number that is hardly felt: by a hundredth of it."""
 AT_END = 1e-3
 """Last part of a window in which an event that another lacks is taken to come to that just beyond the end: over a step
-events move by far less."""
+events shift by far less."""
 OF_STATE = 10.0 * STEP
 """First step of a start state, as a part of the plan's length and of that at its rate: an impact that comes soon bends
 what follows by as much, and the tolerance of steps is a millionth of it."""
@@ -189,8 +189,8 @@ class _Call:
         return [every.taken(np.arange(a, b)) for a, b in pairwise(edges.tolist())]
 
 
-class _Way(NamedTuple):
-    """How windows are moved along a number: places (2,) in steps, steps (nw,), zero of those that it does not move, the
+class _Shift(NamedTuple):
+    """How windows are moved along a number: places (2,) in steps, steps (nw,), zero of those that it does not shift, the
     part (nw,) that is rounded off; pairs by data where it is one of a scene; directions (nw, 2n) of a start state; with
     neither their starts are later."""
 
@@ -234,24 +234,24 @@ class Copies:
         begun = []
         pairs = {factor: self._pairs(wanted, factor) for factor in dict.fromkeys(of for _, of, _ in wanted)}
         for number, factor, windows in wanted:
-            way = self._way(number, factor, pairs[factor])
-            moved = windows[way.steps[windows] > 0.0] if way is not None else windows[:0]
-            if way is not None and len(moved):
-                filed = [self._filed(calls, way, moved, side) for side in (0, 1)]
-                begun.append((number, factor, moved, way, filed))
+            shift = self._shift(number, factor, pairs[factor])
+            moved = windows[shift.steps[windows] > 0.0] if shift is not None else windows[:0]
+            if shift is not None and len(moved):
+                filed = [self._filed(calls, shift, moved, side) for side in (0, 1)]
+                begun.append((number, factor, moved, shift, filed))
         ran = {id(call): call.ran(self.settings) for call in calls.values()}
         out = []
-        for number, factor, windows, way, filed in begun:
+        for number, factor, windows, shift, filed in begun:
             sides = []
             for parts in filed:
                 order = np.argsort(np.concatenate([one.places for one in parts]))
                 sides.append(Ran.joined([ran[id(one.call)][one.part] for one in parts]).taken(order))
-            steps, since = way.steps[windows], None
+            steps, since = shift.steps[windows], None
             if self.by.t0 and number == self.moment:
-                early, late = (self.starts.t0[windows] + place * steps for place in way.places.tolist())
+                early, late = (self.starts.t0[windows] + place * steps for place in shift.places.tolist())
                 since = early, late
-            both, rounded = (sides[0], sides[1]), way.rounded[windows]
-            out.append(Lane(number, factor, windows, way.places, steps, rounded, both, since))
+            both, rounded = (sides[0], sides[1]), shift.rounded[windows]
+            out.append(Lane(number, factor, windows, shift.places, steps, rounded, both, since))
         return out
 
     def _pairs(self, wanted: Sequence[Wanted], factor: float) -> list[Mapping[str, ScenePair]]:
@@ -265,7 +265,7 @@ class Copies:
                 raise
             return []
 
-    def _way(self, number: int, factor: float, pairs: Sequence[Mapping[str, ScenePair]]) -> _Way | None:
+    def _shift(self, number: int, factor: float, pairs: Sequence[Mapping[str, ScenePair]]) -> _Shift | None:
         paths, states, starts = self.by.paths, self.along.shape[2], self.starts
         if number < len(paths):
             own = [one[paths[number]] for one in pairs]
@@ -273,7 +273,7 @@ class Copies:
                 return None
             size = np.array([np.abs(one.places).min() for one in own])
             part = np.full(len(starts), ROUNDED / (STEP * factor))
-            return _Way(own[0].places / size[0], size[starts.sources[:, 0]], part, own)
+            return _Shift(own[0].places / size[0], size[starts.sources[:, 0]], part, own)
         if number < len(paths) + states:
             state = self.along[:, :, number - len(paths)]
             size = self._moves(state)
@@ -282,27 +282,27 @@ class Copies:
             part = np.divide(
                 ROUNDED * np.abs(starts.state), moved, out=np.zeros_like(moved), where=moved > 0.0
             )
-            return _Way(BOTH, steps, part.max(axis=1), (), state)
+            return _Shift(BOTH, steps, part.max(axis=1), (), state)
         step = OF_TIME * factor / self.plan.rate
         early = bool(np.any(starts.t0 < step))
-        return _Way(AHEAD if early else BOTH, np.full(len(starts), step), ROUNDED * starts.ends / step)
+        return _Shift(AHEAD if early else BOTH, np.full(len(starts), step), ROUNDED * starts.ends / step)
 
     def _moves(self, along: Floats) -> Floats:
-        """By how many lengths of the plan directions (nw, 2n) of a start move feet; by speeds at the plan's rate."""
+        """By how many lengths of the plan directions (nw, 2n) of a start shift feet; by speeds at the plan's rate."""
         weight = weights_of(self.plan) / self.plan.length
         return np.abs(along * np.concatenate([weight, weight / self.plan.rate])).max(axis=1)
 
-    def _filed(self, calls: dict[object, _Call], way: _Way, windows: Integers, side: int) -> list[_Filed]:
+    def _filed(self, calls: dict[object, _Call], shift: _Shift, windows: Integers, side: int) -> list[_Filed]:
         """Put the windows of one side of a lane into calls."""
-        starts, by = self.starts.taken(windows), way.places[side] * way.steps[windows]
+        starts, by = self.starts.taken(windows), shift.places[side] * shift.steps[windows]
         own = calls[_BASE]
-        if not way.pairs:
-            moved = starts.later(by) if way.state is None else replace(
-                starts, state=starts.state + by[:, None] * way.state[windows]
+        if not shift.pairs:
+            moved = starts.later(by) if shift.state is None else replace(
+                starts, state=starts.state + by[:, None] * shift.state[windows]
             )  # fmt: skip
             return [own.added(moved, np.arange(len(windows)))]
         out = []
-        for d, pair in enumerate(way.pairs):
+        for d, pair in enumerate(shift.pairs):
             at = np.flatnonzero(starts.sources[:, 0] == d)
             if not len(at):
                 continue

@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class EventTally:
+class EventCount:
     """What is counted, of which kinds of events; or summed up of them, a field of the size that it has."""
 
     kinds: tuple[EventKind, ...]
@@ -29,13 +29,13 @@ class EventTally:
         return np.bincount(places[own], weights, count).astype(float)
 
 
-TALLIED: Mapping[str, EventTally] = {
-    "impacts": EventTally(IMPACTS, "1", "feet that reach the ground with speed"),
-    "energy": EventTally(IMPACTS, "J", "kinetic energy lost in impacts", "energy"),
-    "speed": EventTally(IMPACTS, "m/s", "sum of the approach speeds of the impacts", "speed_before"),
-    "bounces": EventTally((EventKind.BOUNCE,), "1", "impacts after which the foot departs"),
-    "captures": EventTally((EventKind.CAPTURE,), "1", "impacts after which the foot is held"),
-    "rests": EventTally(
+COUNTS: Mapping[str, EventCount] = {
+    "impacts": EventCount(IMPACTS, "1", "feet that reach the ground with speed"),
+    "energy": EventCount(IMPACTS, "J", "kinetic energy lost in impacts", "energy"),
+    "speed": EventCount(IMPACTS, "m/s", "sum of the approach speeds of the impacts", "speed_before"),
+    "bounces": EventCount((EventKind.BOUNCE,), "1", "impacts after which the foot departs"),
+    "captures": EventCount((EventKind.CAPTURE,), "1", "impacts after which the foot is held"),
+    "rests": EventCount(
         (EventKind.REST, EventKind.AVERAGED_CONTACT), "1", "feet whose bounces have died out"
     ),
 }
