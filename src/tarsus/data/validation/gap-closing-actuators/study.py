@@ -7,7 +7,6 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from tarsus import Foot, load_laws
 from tarsus.measure import departure, flight, touchdown, volts_at
 from tarsus.validation import RowCase
 
@@ -32,7 +31,6 @@ MEDIA = {
     "air": Medium(1.85e-5, 1.1839, 1.0, 68e-9, 0.4e-6),
     "water": Medium(8.88e-4, 997.0, 80.0, 0.0, 0.5e-6),
 }  # process file; the path is that of air at 1 atm
-LAWS = load_laws(Path(__file__).parent / "laws.py")
 CHIP = "fawn"  # of rows that name no layout
 
 
@@ -83,8 +81,8 @@ class Actuator:
         )  # fmt: skip
 
     def changes(self) -> dict[str, object]:
-        """What the device has of it. Its two feet have one distance at contact, so that the second one, behind the
-        fingers, begins as far from its ground as the back electrode is beyond that."""
+        """What the device has of it. Both electrodes have one distance at contact, so that the back one, which is never
+        met, begins as much farther away as it is behind the fingers."""
         near = self.front - self.travel
         return {
             "robot.structure.mass.0.0": self.mass, "robot.structure.stiffness.0.0": self.stiffness,
@@ -97,27 +95,12 @@ class Actuator:
         }  # fmt: skip
 
     def opening(self) -> dict[str, object]:
-        """From the front stop back to the rear one, at 0 V. Laws belong to all feet alike: the film on both sides of
-        the fingers is one law here, as the one foot at the rear stop sees it."""
-        film = LAWS["comb_film"](
-            coefficient=self.film, ahead=self.behind, behind=self.front, free_path=self.path
-        )
-        structure = {
-            path: value for path, value in self.changes().items() if path.startswith("robot.structure")
-        }
-        return {
-            **structure, "robot.feet": {"stop": Foot(point="shuttle", gap=0.0, normal=-1)},
-            "ground.electrostatic": None, "ground.laws": {"film": film}, "initial.displacement": (-self.travel,),
-        }  # fmt: skip
+        """From the front stop back to the rear one, at 0 V."""
+        return {**self.closing(0.0), "initial.displacement": (-self.travel,)}
 
     def closing(self, volts: float) -> dict[str, object]:
         """A step to some volts [V]."""
         return {**self.changes(), "signals.gate.start": volts, "signals.gate.stop": volts}
-
-    def pull(self, volts: float) -> float:
-        """Attraction at rest [N]."""
-        ahead, back = (1.0 / gap**2 + 1.0 / (math.pi * HEIGHT * gap) for gap in (self.front, self.behind))
-        return self.attraction * volts**2 * (ahead - back)
 
     def pull_in_volts(self) -> float:
         """Static pull-in of two plates without fringe and back electrode [V]: a scale for ramps."""
@@ -139,25 +122,16 @@ def case(row, device):
     if row["event"] == "static":
         return static(one)
     if row["event"] == "pull_in":
-        return pull_in(one, row["volts"], 1e-6 * row.get("load_uN", 0.0))
+        load = {"robot.drives.load.law.offset": 1e-6 * row.get("load_uN", 0.0)}
+        return RowCase({**one.closing(row["volts"]), **load}, lambda run: {"time_us": touchdown(run, "stop")})
     if row["event"] == "release":
-        return RowCase(one.opening(), lambda run: {"time_us": touchdown(run, "stop")})
+        return RowCase(one.opening(), lambda run: {"time_us": touchdown(run, "rear")})
     number = int(row["number"])
-    closing = {
-        **one.closing(row["volts"]),
-        "ground.restitution.coefficient": 1.0,
-    }  # the longest flights there can be
-    changes = one.opening() if row["event"] == "rear_bounce" else closing
+    if row["event"] == "rear_bounce":
+        return RowCase(one.opening(), lambda run: {"flight_us": flight(run, "rear", number)})
+    lossless = {"ground.restitution.coefficient": 1.0}  # for the longest flights that there can be
+    changes = {**one.closing(row["volts"]), **lossless}
     return RowCase(changes, lambda run: {"flight_us": flight(run, "stop", number)})
-
-
-def pull_in(one: Actuator, volts: float, load: float) -> RowCase:
-    """A step of volts [V] against a load [N], which presses the shuttle to its rear stop: a comb that pulls less at
-    rest does not lift it from there."""
-    if one.pull(volts) <= load:
-        return RowCase([], dict)
-    changes = {**one.closing(volts), "robot.drives.load.law.offset": load}
-    return RowCase(changes, lambda run: {"time_us": touchdown(run, "stop")})
 
 
 def static(one: Actuator) -> RowCase:
