@@ -1,4 +1,4 @@
-"""Tables of README.md, docs/gallery.md and docs/walking.md from what the verbs wrote: no number in them is typed.
+"""Tables of README.md and of pages of docs from what the verbs wrote: no number in them is typed.
 
     python docs/figures.py                              # write the tables into the pages
     python docs/figures.py --check                      # 1 where a page, or a packaged mixture, says something else
@@ -21,7 +21,7 @@ from typing import Any
 
 ROOT = Path(__file__).parents[1]
 RESULTS = Path(__file__).with_name("results")
-PAGES = (ROOT / "README.md", *(ROOT / "docs" / f"{name}.md" for name in ("gallery", "walking")))
+PAGES = (ROOT / "README.md", *(ROOT / "docs" / f"{name}.md" for name in ("agreement", "gallery", "validation", "walking")))
 
 COMMANDS = {
     "cantilever": ("tarsus calibrate cantilever -o fit", "calibration.json"),
@@ -399,6 +399,19 @@ def validation() -> str:
     return f"{lines(head, rows)}\n\n{count}, {fitted} fitted numbers."
 
 
+def experiments() -> str:
+    """A row an experiment: measured numbers, fitted ones, errors of claims that hold, and how many fail."""
+    found, rows = result("validation"), []
+    for name, one in found["experiments"].items():
+        held = [claim for claim in one["claims"] if claim["outcome"] == "holds"]
+        errors = [claim["median_error"] for claim in held if claim["median_error"] is not None]
+        ends = dict.fromkeys(map(tiny, (min(errors), max(errors)))) if errors else {}
+        failed = len(one["claims"]) - len(held)
+        rows.append([one["title"], f"{one['fitted']}", " to ".join(ends) or "–", str(len(held)), str(failed)])
+    head = ["experiment", "fitted numbers", "median errors of claims that hold", "claims that hold", "fail, as known"]
+    return f"{lines(head, rows)}\n\n{found['numbers']} measured numbers of others."
+
+
 def tiny(share: float | None) -> str:
     """A share in percent, or a word where it is rounding."""
     return "–" if share is None else "rounding" if abs(share) < 1e-9 else f"{100.0 * share:.3g} %"
@@ -452,8 +465,22 @@ def speed() -> str:
     return f"{lines(['', 'Tarsus', 'heyoka', 'ratio'], rows)}\n\nMedians on {where}. {goals}"
 
 
+def fast() -> str:
+    """How many times faster than heyoka, in a sentence."""
+    peers = [one for one in result("speed")["rows"] if one["solver"] != "tarsus"]
+    one_run = sorted(one["ratio"] for one in peers if one["problem"].startswith("P1"))
+    (many,) = [one["ratio"] for one in peers if not one["problem"].startswith("P1")]
+    return (
+        f"One run takes {one_run[0]:.0f} to {one_run[-1]:.0f} times less CPU time than by heyoka, the fastest public peer we "
+        f"know, and thousands of runs {many:.0f} times less ([tables](docs/agreement.md#how-fast-it-is)). Every event "
+        "sequence is checked before a time is printed."
+    )
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "validation": validation,
+    "experiments": experiments,
+    "fast": fast,
     "cantilever": cantilever,
     "cantilever-unknowns": lambda: unknowns("cantilever"),
     "cantilever-branches": lambda: branches("cantilever", {"landing": LANDINGS}, {"landing": "landing"}),
