@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,7 @@ from tarsus.solve import (
     Entered,
     Output,
     ScenePair,
+    Shared,
     WindowBatch,
     WindowGradients,
     WindowStart,
@@ -187,6 +189,10 @@ class RecordProblem:
     _made: dict[bytes, tuple[list[Scene], list[Plan]]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
+    _beside: dict[tuple[int, tuple[str, ...]], Entered] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
+    _shared: Shared = field(default_factory=Shared, init=False, repr=False, compare=False)
 
     @cached_property
     def paths(self) -> tuple[str, ...]:
@@ -256,26 +262,31 @@ class RecordProblem:
         )
 
     def fitted(
-        self, segments: Sequence[Segment], found: Minimum, own: Floats, place: Floats,
-        known: tuple[Floats, Floats] | None = None,
+        self, segments: Sequence[Segment], found: Minimum, own: Floats, place: Floats
     ) -> RecordFit:  # fmt: skip
-        """What a descent came to: starts (nw, q) and numbers (np,), of which centre and information ``known`` (np, np)
-        were known, zero and independent standard deviations unless given."""
-        flown = self.flown(segments, own, place)
+        """What a descent came to: starts (nw, q) and numbers (np,), known beforehand to their standard deviations."""
+        information, score = (one.sum(axis=0) for one in found.equations.reduced())
+        covariance = np.asarray(np.linalg.inv(information + np.eye(len(score))))
+        ahead = covariance @ (score - place[: len(score)])
+        settled = bool(found.settled.all())
+        return self.ended(segments, self.flown(segments, own, place), place, covariance, ahead, settled)
+
+    def ended(
+        self, segments: Sequence[Segment], flown: Flown, place: Floats, covariance: Floats, ahead: Floats,
+        settled: bool, jumps: Floats | None = None,
+    ) -> RecordFit:  # fmt: skip
+        """A fit whose windows are as flown at numbers (np,)."""
         left = [
             [float(r @ r) / r.size if r.size else np.nan for r in one]
             for one in self.left_of(segments, flown)
         ]
         width = max(len(one) for one in left)
         pairs = zip(segments, flown.batch.starts, strict=True)
-        information, score = (one.sum(axis=0) for one in found.equations.reduced())
-        centre, before = known or (np.zeros(len(score)), np.eye(len(score)))
-        covariance = np.asarray(np.linalg.inv(information + before))
-        ahead = covariance @ (score + before @ (centre - place[: len(score)]))
         return RecordFit(
             flown.values, place, covariance, ahead,
             tuple(replace(one, state=np.asarray(at.state, dtype=float), begin=at.t0) for one, at in pairs),
-            flown.batch, np.array([[*one, *[np.nan] * (width - len(one))] for one in left]), bool(found.settled.all()),
+            flown.batch, np.array([[*one, *[np.nan] * (width - len(one))] for one in left]), settled,
+            np.zeros(0) if jumps is None else jumps,
         )  # fmt: skip
 
     def residuals(self, segments: Sequence[Segment], own: Floats, moved: Floats) -> list[list[Floats]]:
@@ -317,15 +328,18 @@ class RecordProblem:
                 id(one): with_values(one, changes | {path: get_value(one, path) + by[path] for path in by})
                 for one in self.scenes
             }
-            plans = {one: lower_scene(scene) for one, scene in each.items()}
+            plans = {one: lower_scene(scene, self._shared.drive) for one, scene in each.items()}
             self._made.clear()
+            self._beside.clear()
             self._made[key] = [each[id(one)] for one in self.scenes], [plans[id(one)] for one in self.scenes]
         return self._made[key]
 
     def flown(
-        self, segments: Sequence[Segment], own: Floats, moved: Floats, names: Sequence[str] | None = None
+        self, segments: Sequence[Segment], own: Floats, moved: Floats, names: Sequence[str] | None = None, *,
+        starts_too: bool = True,
     ) -> Flown:  # fmt: skip
-        """Windows with derivatives by starts and by numbers of these names; without any unless given."""
+        """Windows with derivatives by starts, unless they are left out, and by numbers of these names; without any
+        unless given."""
         values = self.values(moved)
         scenes, plans = self.lowered(moved)
         data = {id(scenes[r]): r for r in dict.fromkeys(one.record for one in segments)}
@@ -341,7 +355,8 @@ class RecordProblem:
             measured.append(seen)
             first += len(when)
         entered = tuple(self._entered(scenes[r], plans[r], values, names) for r in data.values())
-        ways = [free_of(plans[one.record], one) for one in segments] if names is not None else False
+        by_start = names is not None and starts_too
+        ways = [free_of(plans[one.record], one) for one in segments] if by_start else False
         by = WindowGradients(entered, ways, t0=False, enough=ENOUGH)
         batch = simulate_windows(plans[segments[0].record], starts, gradients=by)
         width = max(len(one.channels) for one in self.records)
@@ -349,13 +364,13 @@ class RecordProblem:
         for r, at in _parts(segments, batch):
             scene, channels = scenes[r], self.records[r].channels
             states, when = batch.states.part(at), batch.times[at]
-            outputs[: len(channels), at] = output_rows(scene, [one.output for one in channels], when).values(
-                states
-            )
+            known: Any = {"system": plans[r].system, "drive": self._shared.drive}
+            shown = [one.output for one in channels]
+            outputs[: len(channels), at] = output_rows(scene, shown, when, **known).values(states)
             late = [c for c, one in enumerate(channels) if isinstance(one.delay, str)]
             wanted = [channels[c].output._replace(quantity=RATES[channels[c].output.quantity]) for c in late]
             if late:
-                rates[np.array(late)[:, None], at] = output_rows(scene, wanted, when).values(states)
+                rates[np.array(late)[:, None], at] = output_rows(scene, wanted, when, **known).values(states)
         of = [one.record for one in segments]
         return Flown(
             batch, places, measured, outputs, rates, values, [scenes[r] for r in of], [plans[r] for r in of]
@@ -364,15 +379,20 @@ class RecordProblem:
     def _entered(
         self, scene: Scene, plan: Plan, values: Mapping[str, float], names: Sequence[str] | None
     ) -> Entered:
-        """What enters windows of a scene, with what the ground is under single feet."""
-        every = self.numbers(names)
+        """What enters windows of a scene, with what the ground is under single feet; made once for a scene."""
+        key = id(scene), tuple(names or ())
+        if key not in self._beside:
+            self._beside[key] = self._entering(scene, plan, values, self.numbers(names))
+        return self._beside[key]
+
+    def _entering(self, scene: Scene, plan: Plan, values: Mapping[str, float], every: Sequence[str]) -> Entered:
         own = Entered.of(scene, plan, {name: self._along(name) for name in every if name not in self.feet})
         if not self.feet:
             return own
         ground = _UnderFeet(scene, {place: values[name] for name, place in self.feet.items()})
 
         def beside(wanted: Sequence[str], part: float) -> Mapping[str, ScenePair]:
-            found = own.beside([name for name in wanted if name not in self.feet], part)
+            found = own.pairs([name for name in wanted if name not in self.feet], part)
             out = {
                 name: ScenePair(one.places, tuple((plan, ground.under(row)) for plan, row in one.copies))
                 for name, one in found.items()
@@ -385,7 +405,7 @@ class RecordProblem:
                 for name, by in steps.items()
             }
 
-        return Entered(ground.under(own.row), every, beside)
+        return Entered(ground.under(own.row), tuple(every), beside)
 
     def left_of(self, segments: Sequence[Segment], flown: Flown) -> list[list[Floats]]:
         """What segments leave over the noise, by channel."""
@@ -412,6 +432,7 @@ class RecordProblem:
             by_output[: len(channels), at] = output_slopes(
                 flown.scenes[k], channels, batch.times[at], batch.states.part(at), own,
                 {path: self._along(path) for path in paths if path not in self.feet}, flown.plans[k],
+                self._beside[id(flown.scenes[k]), tuple(names)], self._shared.drive,
             )  # fmt: skip
         by_output[~np.isfinite(by_output)] = 0.0
         column = {name: k for k, name in enumerate(names)}

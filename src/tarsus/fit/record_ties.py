@@ -2,22 +2,26 @@
 
 Windows with free starts forget, at every cut, what the motion before tells of the motion after. Tied within some
 standard deviations, as in multiple shooting (Bock and Plitt 1984), they lose nothing, and their cost stays smooth where
-that of one window over the whole record is not. The starts of a record are eliminated together.
+that of one window over the whole record is not. Starts are eliminated along the chain
+(`tarsus.fit.chain_equations`). Slopes of a window cost some fifty times what the window costs, and are kept as long as
+they predict it: from fit to fit only windows that are new, or bent, are differentiated.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
-from tarsus.fit.normal_equations import Descent, NormalEquations, descend
+from tarsus.fit.chain_equations import ChainEquations
+from tarsus.fit.normal_equations import STUCK
 from tarsus.fit.record_problem import Flown, RecordFit, RecordProblem, Segment, free_of
-from tarsus.solve import WindowBatch
 
 TAIL = 4.0
 """Times its noise from which a residual costs the logarithm of its size only: noise is beyond once in 16,000 samples,
@@ -25,8 +29,15 @@ and what is beyond otherwise is a sample on the wrong side of an impact. A curre
 hundred times its noise within a fifth of a sample, so that this one sample's cost is a step, without a slope, which
 outbids all the samples by which the moment of the impact is found."""
 SETTLED = 0.1
-"""Standard errors to the minimum at which a descent ends: an interval is then as wide to a hundredth, and every step of
-many windows costs as much as their simulation some hundred times."""
+"""Standard errors to the minimum at which a descent ends: an interval is then as wide to a hundredth."""
+DAMPING = 1e-3
+"""Of the first step of a descent."""
+BENT, UNSEEN = 0.2, 0.1
+"""Part of what slopes predict of a window by which they may miss it, and root mean square of the miss over the noise
+that nobody sees, before they are formed anew: steps shrink fivefold all the same, and an estimate is off by no more
+than that part of its standard error."""
+AT_END = 0.25
+"""Part of both that is left in the end: a twentieth of a standard error, half of what a descent ends at."""
 
 
 @dataclass(frozen=True)
@@ -51,33 +62,69 @@ class Knowledge:
         """Covariance (np, np)."""
         return np.asarray(np.linalg.inv(self.information), dtype=np.float64)
 
+    def pull(self, moved: Floats) -> Floats:
+        """Which way (np,) it pulls numbers (np,)."""
+        return self.information @ (self.centre - moved)
 
-def solve_tied(
-    problem: RecordProblem,
-    segments: Sequence[Segment],
-    moved: Floats,
-    ties: Floats,
-    *,
-    rounds: int = 12,
-    known: Knowledge | None = None,
-) -> RecordFit:
-    """Fit segments of records, each record's one after the other without gaps and in order.
+    def cost(self, moved: Floats) -> float:
+        """Sum of squares of numbers (np,) about it."""
+        off = moved - self.centre
+        return float(off @ self.information @ off)
 
-    moved (np,): numbers to begin with; ties (2n,): standard deviations [m, m/s] of a start about the end of the window
-    before; known: what is known of the numbers, no more than beforehand unless given. Residuals beyond `TAIL` count for
-    the logarithm of their size.
-    """
-    before = known or Knowledge.beforehand(len(moved))
-    tied = _Tied(problem, tuple(segments), ties)
-    prior = before.centre, before.information
-    found = descend(
-        lambda own, at, _: tied.equations(own, at), np.zeros((len(tied.of), tied.wide)), moved,
-        prior=prior, costs=lambda own, at, _: tied.costs(own, at),
-        how=Descent(rounds=rounds, settled=SETTLED, far=problem.far),
-    )  # fmt: skip
-    fit = problem.fitted(segments, found, tied.each(found.own), found.shared, prior)
-    jumps = [one for numbers in tied.of for one in tied.jumps(fit.windows, numbers)]
-    return replace(fit, jumps=np.concatenate(jumps) if jumps else np.zeros(0))
+
+class Pulls(NamedTuple):
+    """What parts of the records say of the numbers, starts eliminated: information (n, np, np) and score (n, np) in the
+    numbers' standard deviations beforehand, downhill; window (n,): whose samples a part is, with what was known of its
+    start, or, where tied (n,), its tie to the one before."""
+
+    information: Floats
+    score: Floats
+    window: NDArray[np.intp]
+    tied: NDArray[np.bool_]
+
+
+class _Slopes(NamedTuple):
+    """A window about a place: its start (2n,) and numbers (np,), what it leaves there (k,), and slopes of this (k, 2n +
+    np) and of the state at its end (2n, 2n + np) by both, in standard deviations."""
+
+    state: Floats
+    moved: Floats
+    off: Floats
+    by: Floats
+    end: Floats
+
+    def among(self, old: RecordProblem, new: RecordProblem) -> _Slopes:
+        """The same in the standard deviations of another problem, whose numbers begin with those of the old one."""
+        pairs = [(old.priors[name], new.priors[name]) for name in old.priors]
+        values = [np.array(a.placed(by)) for (a, _), by in zip(pairs, self.moved.tolist(), strict=True)]
+        moved = np.array([float(b.offsets(value)) for (_, b), value in zip(pairs, values, strict=True)])
+        unit = [float(a.rates(value) / b.rates(value)) for (a, b), value in zip(pairs, values, strict=True)]
+        scale = np.concatenate([np.ones(len(self.state)), unit])[: self.by.shape[1]]
+        more = np.zeros(len(new.priors) - len(moved))
+        return _Slopes(self.state, np.append(moved, more), self.off, self.by * scale, self.end * scale)
+
+    def predict(self, state: Floats, moved: Floats, off: Floats, spread: Floats, exact: bool) -> bool:
+        """Whether they predict what the window leaves (k,) at another place well enough, on the way or in the end."""
+        if off.size != self.off.size:  # a delay takes samples in, or lets them go
+            return False
+        step = np.concatenate([(state - self.state) / spread, moved - self.moved])
+        change = self.by @ step[: self.by.shape[1]]
+        share = np.minimum(_tailed(off)[1], _tailed(self.off + change)[1])
+        missed = np.mean((share * (off - self.off - change)) ** 2)
+        part = AT_END if exact else 1.0
+        return bool(missed <= part**2 * max(UNSEEN**2, BENT**2 * np.mean((share * change) ** 2)))
+
+
+class _Place(NamedTuple):
+    """Windows at starts (nw, 2n) and numbers (np,), in standard deviations: as flown, what each leaves, the gaps (nw,
+    2n) of its start from the end before over the ties, zero of a record's first, and what all costs."""
+
+    own: Floats
+    moved: Floats
+    flown: Flown
+    off: list[Floats]
+    gaps: Floats
+    cost: float
 
 
 def _tailed(off: Floats) -> tuple[float, Floats]:
@@ -88,82 +135,217 @@ def _tailed(off: Floats) -> tuple[float, Floats]:
     return float(inner @ inner + 2.0 * TAIL**2 * np.log(size).sum()), 1.0 / size
 
 
-class _Tied:
-    """Segments by record; starts of all segments of a record are its own unknowns, (records, wide)."""
+class TiedWindows:
+    """Windows of the records of a problem, tied end to start; ties (2n,): standard deviations [m, m/s] of a start about
+    the end of the window before. Slopes are kept from fit to fit, and taken from windows that are like these but for
+    their ties, for what is known of the numbers, or for some that they lack.
 
-    def __init__(self, problem: RecordProblem, segments: tuple[Segment, ...], ties: Floats) -> None:
-        self.problem, self.segments, self.ties = problem, segments, ties
-        records = list(dict.fromkeys(one.record for one in segments))
-        self.of = [[k for k, one in enumerate(segments) if one.record == r] for r in records]
-        self.size = len(ties)
-        self.wide = self.size * max(len(one) for one in self.of)
+    Raises InputError, of every method, where a scene does not take the numbers.
+    """
 
-    def each(self, own: Floats) -> Floats:
-        """Own unknowns (nw, 2n) of the segments from those of the records."""
-        out = np.zeros((len(self.segments), self.size))
-        for mine, numbers in zip(own, self.of, strict=True):
-            out[numbers] = mine[: len(numbers) * self.size].reshape(len(numbers), -1)
-        return out
+    def __init__(self, problem: RecordProblem, ties: Floats, like: TiedWindows | None = None) -> None:
+        self.problem, self.ties, self.names = problem, ties, tuple(problem.priors)
+        self._kept: dict[object, _Slopes] = {}
+        if like is not None and like.problem.records is problem.records and like.names == self.names[: len(like.names)]:
+            self._kept = {key: one.among(like.problem, problem) for key, one in like._kept.items()}
 
-    def jumps(self, batch: WindowBatch, numbers: Sequence[int]) -> list[Floats]:
-        """By how many standard deviations each start but the first of a record is off the end before."""
-        out = []
-        for before, k in pairwise(numbers):
-            at = batch.first[before + 1] - 1
-            end = np.concatenate([batch.states.x[:, at], batch.states.v[:, at]])
-            out.append((np.asarray(batch.starts[k].state) - end) / self.ties)
-        return out
+    def solve(
+        self,
+        segments: Sequence[Segment],
+        moved: Floats,
+        *,
+        rounds: int = 12,
+        known: Knowledge | None = None,
+        exact: bool = False,
+    ) -> RecordFit:
+        """Fit segments of records, each record's one after the other without gaps and in order.
 
-    def costs(self, own: Floats, moved: Floats) -> Floats:
-        """Sums of squares of the records; infinite where a scene does not take the numbers."""
-        starts = self.each(own)
+        moved (np,): numbers to begin with; known: what is known of the numbers, no more than beforehand unless given;
+        exact: whether it ends with slopes that are those of where it ends. Residuals beyond `TAIL` count for the
+        logarithm of their size.
+        """
+        before = known or Knowledge.beforehand(len(moved))
+        at = self.placed(segments, np.zeros((len(segments), len(self.ties))), moved)
+        damping, settled = DAMPING, False
+        for _ in range(rounds):
+            system = self.equations(segments, at)
+            information, right = before.information, before.pull(at.moved)
+            own, step = system.step(damping, information, right)
+            far = self.problem.far
+            new = self._tried(segments, at.own + own, at.moved + np.clip(step, -far, far))
+            gain = (
+                -np.inf if new is None else at.cost + before.cost(at.moved) - new.cost - before.cost(new.moved)
+            )
+            small = SETTLED**2
+            settled = system.length(information, right) < small or 0.0 < gain < small * system.scale
+            if new is not None and gain > 0.0:
+                at, damping = new, 0.1 * damping
+            elif not settled and not self._renew(segments, at):
+                damping *= 10.0
+            if settled and exact and self._renew(segments, at, exact=True):
+                settled = False
+            elif settled or damping > STUCK:
+                break
+        return self._fit(segments, at, before, settled)
+
+    def placed(self, segments: Sequence[Segment], own: Floats, moved: Floats) -> _Place:
+        """Windows at starts (nw, 2n) and numbers (np,)."""
+        flown = self.problem.flown(segments, own, moved)
+        off = [np.concatenate(one) for one in self.problem.left_of(segments, flown)]
+        gaps = np.zeros(own.shape)
+        for _, k in _tied(segments):
+            last = flown.batch.first[k] - 1
+            end = np.concatenate([flown.batch.states.x[:, last], flown.batch.states.v[:, last]])
+            gaps[k] = (np.asarray(flown.batch.starts[k].state) - end) / self.ties
+        first = own[_firsts(segments)]
+        cost = sum(_tailed(one)[0] for one in off) + float(np.sum(gaps**2) + np.sum(first**2))
+        return _Place(own, moved, flown, off, gaps, cost)
+
+    def _tried(self, segments: Sequence[Segment], own: Floats, moved: Floats) -> _Place | None:
         try:
-            flown = self.problem.flown(self.segments, starts, moved)
+            found = self.placed(segments, own, moved)
         except InputError:
-            return np.full(len(self.of), np.inf)
-        left = self.problem.left_of(self.segments, flown)
-        squares = np.array([_tailed(np.concatenate(each))[0] for each in left])
-        return np.array([
-            squares[numbers].sum() + float(starts[numbers[0]] @ starts[numbers[0]])
-            + sum(float(one @ one) for one in self.jumps(flown.batch, numbers))
-            for numbers in self.of
-        ])  # fmt: skip
+            return None
+        return found if np.isfinite(found.cost) else None
 
-    def equations(self, own: Floats, moved: Floats) -> NormalEquations:
-        """Normal equations of the records, window by window: a start meets those beside it and the numbers only."""
-        names, size = tuple(self.problem.priors), self.size
-        starts = self.each(own)
-        flown = self.problem.flown(self.segments, starts, moved, names)
-        left = self.problem.left_of(self.segments, flown)
-        slopes = self.problem.slopes_of(self.segments, flown, names)
-        records, every = len(self.of), self.wide + len(names)
-        shared = np.arange(self.wide, every)
-        normal, right = np.zeros((records, every, every)), np.zeros((records, every))
-        cost, count = np.zeros(records), np.full(records, -float(self.wide))
-        for r, numbers in enumerate(self.of):
-            parts = [(np.arange(size), starts[numbers[0]], np.eye(size))]
-            for w, k in enumerate(numbers):
-                mine = np.concatenate([np.arange(w * size, (w + 1) * size), shared])
-                off = np.concatenate(left[k])
-                squares, share = _tailed(off)
-                parts.append((mine, share * off, share[:, None] * slopes[k]))
-                cost[r] += squares - float((share * off) @ (share * off))
-            tied = zip(self.jumps(flown.batch, numbers), self._ties(flown, numbers, names), strict=True)
-            for w, (off, by) in enumerate(tied):
-                parts.append((np.concatenate([np.arange(w * size, (w + 2) * size), shared]), off, by))
-            for columns, off, by in parts:
-                normal[r][np.ix_(columns, columns)] += by.T @ by
-                right[r][columns] -= by.T @ off
-                cost[r] += off @ off
-                count[r] += off.size
-        return NormalEquations.split(normal, right, cost, count, self.wide)
+    def equations(self, segments: Sequence[Segment], at: _Place) -> ChainEquations:
+        """Normal equations at a place, with slopes that predict it."""
+        slopes = self._slopes(segments, at)
+        (n, q), p = at.own.shape, len(self.names)
+        own, onward, across = np.zeros((n, q, q)), np.zeros((n, q, q)), np.zeros((n, q, p))
+        shared, right_own, right_shared = np.zeros((p, p)), np.zeros((n, q)), np.zeros(p)
+        for k in _firsts(segments):
+            own[k] += np.eye(q)
+            right_own[k] -= at.own[k]
+        for k, one in enumerate(slopes):
+            share = _tailed(at.off[k])[1]
+            by, off = share[:, None] * one.by, share * at.off[k]
+            whole, right = by.T @ by, by.T @ off
+            own[k] += whole[:q, :q]
+            across[k] += whole[:q, q:]
+            shared += whole[q:, q:]
+            right_own[k] -= right[:q]
+            right_shared -= right[q:]
+        for before, k, here, there, by in self._ties(segments, at, slopes):
+            own[before] += here.T @ here
+            own[k] += there.T @ there
+            onward[before] += here.T @ there
+            across[before] += here.T @ by
+            across[k] += there.T @ by
+            shared += by.T @ by
+            right_own[before] -= here.T @ at.gaps[k]
+            right_own[k] -= there.T @ at.gaps[k]
+            right_shared -= by.T @ at.gaps[k]
+        freedom = sum(one.size for one in at.off)
+        return ChainEquations(own, onward, across, shared, right_own, right_shared, at.cost, float(freedom))
 
-    def _ties(self, flown: Flown, numbers: Sequence[int], names: Sequence[str]) -> list[Floats]:
-        """Slopes (2n, 4n + np) of each of the gaps by both starts and the numbers; an end that has none moves with
-        nothing."""
-        out = []
-        for before, k in pairwise(numbers):
-            by_start, by_numbers = self.problem.end_slopes(self.segments, flown, before, names)
-            row = np.hstack([-by_start, free_of(flown.plans[k], self.segments[k]), -by_numbers])
-            out.append(row / self.ties[:, None])
+    def pulls(self, fit: RecordFit) -> Pulls:
+        """How far every window and every tie pulls the numbers where a fit ended."""
+        segments = fit.segments
+        at = self.placed(segments, np.zeros((len(segments), len(self.ties))), fit.moved)
+        slopes = self._slopes(segments, at)
+        taken, q = self.equations(segments, at).eliminated().taken, len(self.ties)
+        firsts = set(_firsts(segments))
+        parts = list[tuple[Floats, Floats, int, bool]]()
+        for k, one in enumerate(slopes):
+            share = _tailed(at.off[k])[1]
+            rows = share[:, None] * (one.by[:, q:] - one.by[:, :q] @ taken[k])
+            information = rows.T @ rows + (taken[k].T @ taken[k] if k in firsts else 0.0)
+            parts.append((information, -rows.T @ (share * at.off[k]), k, False))
+        for before, k, here, there, by in self._ties(segments, at, slopes):
+            rows = by - here @ taken[before] - there @ taken[k]
+            parts.append((rows.T @ rows, -rows.T @ at.gaps[k], k, True))
+        each = list(zip(*parts, strict=True))
+        return Pulls(*(np.array(one) for one in each))
+
+    def _ties(
+        self, segments: Sequence[Segment], at: _Place, slopes: Sequence[_Slopes]
+    ) -> list[tuple[int, int, Floats, Floats, Floats]]:
+        """Of each tie the windows, and slopes of its gap by both starts and the numbers."""
+        q, out = len(self.ties), []
+        for before, k in _tied(segments):
+            end, free = slopes[before].end / self.ties[:, None], free_of(at.flown.plans[k], segments[k])
+            out.append((before, k, -end[:, :q], free / self.ties[:, None], -end[:, q:]))
         return out
+
+    def _slopes(self, segments: Sequence[Segment], at: _Place) -> list[_Slopes]:
+        """Slopes of all windows, formed anew where those that are kept do not predict what there is."""
+        self._differentiated(segments, at, self._bent(segments, at))
+        self._completed(segments, at)
+        return [self._kept[_key(one)] for one in segments]
+
+    def _completed(self, segments: Sequence[Segment], at: _Place) -> None:
+        """Form slopes by numbers that windows which these are like had not."""
+        every = len(self.ties) + len(self.names)
+        lacking = [k for k, one in enumerate(segments) if self._kept[_key(one)].by.shape[1] < every]
+        if not lacking:
+            return
+        some = [segments[k] for k in lacking]
+        width = min(self._kept[_key(one)].by.shape[1] for one in some)
+        names = self.names[width - len(self.ties) :]
+        flown = self.problem.flown(some, at.own[lacking], at.moved, names, starts_too=False)
+        by = self.problem.slopes_of(some, flown, names)
+        for j, one in enumerate(some):
+            kept, (_, end) = self._kept[_key(one)], self.problem.end_slopes(some, flown, j, names)
+            both = np.hstack([kept.by[:, :width], by[j]]), np.hstack([kept.end[:, :width], end])
+            self._kept[_key(one)] = kept._replace(by=both[0], end=both[1])
+
+    def _bent(self, segments: Sequence[Segment], at: _Place, *, exact: bool = False) -> list[int]:
+        """Windows without slopes that predict what they leave at a place."""
+        old = [self._kept.get(_key(one)) for one in segments]
+        states = [np.asarray(one.state, dtype=float) for one in at.flown.batch.starts]
+        pairs = zip(old, states, at.off, segments, strict=True)
+        return [
+            k for k, (one, state, off, segment) in enumerate(pairs)
+            if one is None or not one.predict(state, at.moved, off, segment.spread, exact)
+        ]  # fmt: skip
+
+    def _renew(self, segments: Sequence[Segment], at: _Place, *, exact: bool = False) -> bool:
+        """Form the slopes of windows anew that are of another place; in the end of those that do not predict this one;
+        whether there were any."""
+        states = [np.asarray(one.state, dtype=float) for one in at.flown.batch.starts]
+        kept = [self._kept[_key(one)] for one in segments]
+        which = self._bent(segments, at, exact=True) if exact else [
+            k for k, (one, state) in enumerate(zip(kept, states, strict=True))
+            if not (np.array_equal(one.moved, at.moved) and np.array_equal(one.state, state))
+        ]  # fmt: skip
+        self._differentiated(segments, at, which)
+        return bool(which)
+
+    def _differentiated(self, segments: Sequence[Segment], at: _Place, which: Sequence[int]) -> None:
+        if not which:
+            return
+        some = [segments[k] for k in which]
+        flown = self.problem.flown(some, at.own[list(which)], at.moved, self.names)
+        by = self.problem.slopes_of(some, flown, self.names)
+        left = self.problem.left_of(some, flown)
+        for j, one in enumerate(some):
+            state = np.asarray(flown.batch.starts[j].state, dtype=float)
+            end = np.hstack(self.problem.end_slopes(some, flown, j, self.names))
+            self._kept[_key(one)] = _Slopes(state, at.moved, np.concatenate(left[j]), by[j], end)
+
+    def _fit(self, segments: Sequence[Segment], at: _Place, known: Knowledge, settled: bool) -> RecordFit:
+        left = self.equations(segments, at).eliminated()
+        covariance = np.asarray(np.linalg.inv(left.information + known.information), dtype=np.float64)
+        ahead = covariance @ (left.score + known.pull(at.moved))
+        return self.problem.ended(segments, at.flown, at.moved, covariance, ahead, settled, self._jumps(segments, at))
+
+    def _jumps(self, segments: Sequence[Segment], at: _Place) -> Floats:
+        return np.concatenate([np.zeros(0), *(at.gaps[k] for _, k in _tied(segments))])
+
+
+def _key(one: Segment) -> object:
+    """What a window's slopes are of, but for its start."""
+    return one.record, one.begin, one.span, repr(one.contacts), one.spread.tobytes()
+
+
+def _firsts(segments: Sequence[Segment]) -> list[int]:
+    """Numbers of the first segments of records."""
+    of = [None, *(one.record for one in segments)]
+    return [k for k, (before, own) in enumerate(pairwise(of)) if before != own]
+
+
+def _tied(segments: Sequence[Segment]) -> list[tuple[int, int]]:
+    """Numbers of segments that follow each other."""
+    pairs = pairwise(enumerate(segments))
+    return [(a, b) for (a, one), (b, two) in pairs if one.record == two.record]

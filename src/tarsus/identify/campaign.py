@@ -122,7 +122,8 @@ class Campaign(Description):
         "m", "a second gap at the neutral position, to see how the result depends on it", default=None, gt=0
     )
     ground_by_foot: bool = Field(
-        default=False, description="of a walker: whether the ground may differ from foot to foot"
+        default=False,
+        description="of a walker: whether the ground is known to differ from foot to foot, which is tried otherwise",
     )
     calibration: float = Field(
         default=0.0, ge=0, lt=0.5,

@@ -44,7 +44,13 @@ def by_group(groups: ArrayLike, *rows: Floats) -> tuple[Floats, ...]:
 
 
 def newton_draws(levels: Sequence[tuple[Floats, Floats]], seed: int, prior: Floats | None = None) -> Floats:
-    """Deviations (draws, p) of an estimate, from the scatter of its score between groups of its data.
+    """Deviations (draws, p) of an estimate, of the covariance of which `newton_root` gives a root."""
+    root = newton_root(levels, prior)
+    return np.random.default_rng([seed, 11]).standard_normal((DRAWS, len(root))) @ root.T
+
+
+def newton_root(levels: Sequence[tuple[Floats, Floats]], prior: Floats | None = None) -> Floats:
+    """A root (p, p) of the covariance of an estimate, from the scatter of its score between groups of its data.
 
     With ``A`` the whole information the covariance is ``A^-1 sum_g (s_g - s) (s_g - s)^T A^-1``. Each parameter's
     deviation is brought to Student's 97.5 % quantile over the normal one with the degrees of freedom that its variance
@@ -58,8 +64,6 @@ def newton_draws(levels: Sequence[tuple[Floats, Floats]], seed: int, prior: Floa
     levels
         For every way to group the data: information and score of each group about the parameters at the estimate,
         (g, p, p) and (g, p), in units of the noise.
-    seed
-        Of the draws.
     prior
         Information (p, p) that was known beforehand: it does not scatter, and leaves what it leaves.
     """
@@ -79,8 +83,7 @@ def newton_draws(levels: Sequence[tuple[Floats, Floats]], seed: int, prior: Floa
         noise = root @ root.T
     if prior is not None:
         root = _at_most(root, prior)
-    random = np.random.default_rng([seed, 11])
-    return random.standard_normal((DRAWS, len(total))) @ root.T
+    return root
 
 
 def _widening(information: Floats, inverse: Floats, row: Floats) -> float:

@@ -20,10 +20,10 @@ from tarsus.identify.traces import LEVEL, Stands, Trace
 
 BLOCK, EVENT, FILE, SET = "block", "event", "file", "set"
 """Levels of groups, finest first: a straight run of the volts is a block; what repeats of a set show of one and the
-same moment is one event."""
-ORDER, REPEAT, VOLTS, WITHIN, SPEED, CONTACT = (
+same moment is one event, and of walks a window of a record with its tie to the one before."""
+ORDER, REPEAT, VOLTS, WITHIN, SPEED, CONTACT, TIME = (
     "the order of recording", "repeats of a record", "the volts", "the volts in a record", "the logarithm of speed",
-    "contact time",
+    "contact time", "time since the drives began",
 )  # fmt: skip
 """What groups of data may differ by."""
 

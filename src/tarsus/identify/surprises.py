@@ -27,6 +27,7 @@ from tarsus.identify.influence import (
     REPEAT,
     SET,
     SPEED,
+    TIME,
     VOLTS,
     WITHIN,
     Influence,
@@ -50,7 +51,7 @@ _SAME = 1e-9
 which the slope is another number: rounding."""
 _PER = {
     ORDER: "a file", REPEAT: "a repeat", VOLTS: "a volt", WITHIN: "a volt", SPEED: "for e times the speed",
-    CONTACT: "a second",
+    CONTACT: "a second", TIME: "a second",
 }  # fmt: skip
 _RECORD = {
     ORDER: "repeat the first sets of each purpose at the end of the session",
@@ -59,6 +60,7 @@ _RECORD = {
     WITHIN: "press the foot to the ground by a slow drive of the highest volts",
     SPEED: "record bounces at further speeds of impact",
     CONTACT: "record contacts that last as long as those the number is used for",
+    TIME: "record walks that last longer",
     FILE: "repeat each set",
     SET: "record four sets of each purpose, and the first again at the end",
 }

@@ -18,7 +18,7 @@ import numpy as np
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.fit.record_problem import RecordFit, RecordProblem, Segment
-from tarsus.fit.record_ties import Knowledge, solve_tied
+from tarsus.fit.record_ties import Knowledge, TiedWindows
 from tarsus.solve import Contacts, WindowStart, simulate_windows
 
 LEAVES, RUN = (20.0, 5.0), 5
@@ -65,17 +65,21 @@ class FollowedWalk:
 
 @dataclass(frozen=True)
 class WalkFollower:
-    """Takes up a record of a problem by its number; rest, near, ties (2n,): standard deviations [m, m/s] of its start,
-    of that of the first window that is still fitted, and of starts of windows about the ends before; most: mean square
-    over the noise up to which a window is followed, but for its scatter; seed: of what is drawn."""
+    """Takes up a record of the problem of tied windows by its number; rest, near (2n,): standard deviations [m, m/s] of
+    its start and of that of the first window that is still fitted; most: mean square over the noise up to which a
+    window is followed, but for its scatter; seed: of what is drawn."""
 
-    problem: RecordProblem
+    windows: TiedWindows
     number: int
     rest: Floats
     near: Floats
-    ties: Floats
     most: float = MOST
     seed: int = 0
+
+    @property
+    def problem(self) -> RecordProblem:
+        """Of the windows."""
+        return self.windows.problem
 
     def follow(self, moved: Floats, known: Knowledge) -> FollowedWalk:
         """Windows up to the end of the record, from numbers (np,) of which so much is known, or as far as it is
@@ -194,10 +198,10 @@ class WalkFollower:
         cost = worst = np.inf
         for _ in range(AGAIN):
             opened = at.segments[at.closed :]
-            fit = solve_tied(self.problem, opened, at.moved, self.ties, rounds=ROUNDS, known=at.known)
+            fit = self.windows.solve(opened, at.moved, rounds=ROUNDS, known=at.known)
             segments = [*at.segments[: at.closed], *fit.segments]
             left = np.append(at.left[: at.closed], left_of(fit))
-            at = replace(at, segments=segments, moved=fit.moved, covariance=fit.covariance, left=left)
+            at = replace(at, segments=segments, moved=fit.moved, covariance=_reached(fit), left=left)
             most = most_of(self.problem, segments[at.closed :], self.most)
             worst = float(np.max(left[at.closed :] / most))
             if worst < 1.0 or worst > GAIN * cost:
@@ -248,9 +252,14 @@ class WalkFollower:
         if count <= 0:
             return at
         old = at.segments[at.closed : at.closed + count]
-        fit = solve_tied(self.problem, old, at.moved, self.ties, rounds=0, known=at.known)
-        known = Knowledge.of(at.moved, fit.covariance)
+        fit = self.windows.solve(old, at.moved, rounds=0, known=at.known)
+        known = Knowledge.of(at.moved, _reached(fit))
         return replace(at, closed=at.closed + count, known=known)
+
+
+def _reached(fit: RecordFit) -> Floats:
+    """Covariance (np, np) of numbers, with the square of the step that a descent which was not settled had ahead."""
+    return fit.covariance + np.outer(fit.ahead, fit.ahead)
 
 
 def samples_of(problem: RecordProblem, segments: Sequence[Segment]) -> Floats:

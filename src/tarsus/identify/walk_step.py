@@ -16,11 +16,13 @@ from tarsus.identify.campaign import RecordSet
 from tarsus.identify.checks import MISFITS
 from tarsus.identify.draws import DRAWS, NORMAL
 from tarsus.identify.step import Check, Panel, Residual, StepResult, Used, measured_and_fitted, over_noise
+from tarsus.identify.walk_feet import odd_feet
 from tarsus.identify.walking import JUMP, WalkFit, WalkRecord, identify_walk
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 from tarsus.records.measurement import Measurement
 from tarsus.solve import Output
+from tarsus.tables.numbers import amount
 
 GROUND_KNOWN, LEGS_KNOWN = 1.0, 0.1
 """Standard deviations of logarithms beforehand: a number of the ground within a factor of seven, one of a leg as far as
@@ -105,15 +107,15 @@ def _walk_record(scene: Scene, name: str, one: RecordSet, record: Measurement) -
     after = times > 0.0
     return WalkRecord(
         scene, times[after], outputs, values[:, after], np.where(given > 0.0, given, noise),
-        name=record.source or name, estimated=not bool(np.all(given > 0.0)),
+        name=record.source or name, estimated=not bool(np.all(given > 0.0)), set=name,
     )  # fmt: skip
 
 
 def identify_walking(
     scene: Scene, records: Sequence[WalkRecord], seed: int, by_foot: bool = False
 ) -> StepResult:
-    """Ground and legs of a walker from its walks; by_foot: what the ground does at contacts may differ from foot to
-    foot, whose own numbers are combinations of the step then.
+    """Ground and legs of a walker from its walks. That the ground differs from foot to foot is tried; where it does,
+    numbers of feet are combinations of the step; by_foot: whether it is known to.
 
     Raises
     ------
@@ -123,7 +125,7 @@ def identify_walking(
     if not isinstance(scene.robot.structure, Walker):
         raise InputError("walks are identified of walkers: the structure is of another kind")
     sought, units = unknowns_of(scene), float_paths(scene)
-    fit = identify_walk(records, sought, differing=[path for path in sought if by_foot and path in DIFFERING])
+    fit = identify_walk(records, sought, differing=[path for path in sought if path in DIFFERING], differ=by_foot)
     told = {path: fit.verdict(path) for path in fit.paths}
     draws = np.random.default_rng([seed, 23]).standard_normal((DRAWS, len(fit.paths)))
     samples = fit.values * np.exp(draws @ np.linalg.cholesky(fit.covariance).T)
@@ -138,6 +140,13 @@ def identify_walking(
         "largest jump of a start from the end of the window before, over what a model may miss", fit.jump, JUMP,
         paths=fit.paths, cause="the ground is rougher, or feet hang lower or higher, than the scene says",
     )  # fmt: skip
+    uneven = [
+        Check(
+            f"what {path} would gain if it differed from foot to foot, over chance", gain, 1.0,
+            cause=_under(path, fit, units[path].unit),
+        )
+        for path, gain in fit.asked.items()
+    ]  # fmt: skip
     contacts = f"{len(fit.good)} windows between contacts, {1e3 * _median_length(fit):.3g} ms at the median"
     own = np.random.default_rng([seed, 29]).standard_normal((len(fit.feet), DRAWS))
     feet = {
@@ -152,10 +161,21 @@ def identify_walking(
         "walking", fit.paths, fit.values, samples,
         taken=tuple(path for path in fit.paths if told[path] is Verdict.ASSUMED),
         residuals=tuple(_residual(r, off, k) for r, off in seen for k in range(len(r.outputs))),
-        used=(Used("windows", int(fit.good.sum()), len(fit.good)),), checks=(share, jump),
+        used=(Used("windows", int(fit.good.sum()), len(fit.good)),), checks=(share, jump, *uneven),
         notes=(f"Found in {contacts}.", *(f"{said}." for said in spreads)), combinations=feet,
-        panels=tuple(_panel(r, off) for r, off in seen[:2]),
+        panels=tuple(_panel(r, off) for r, off in seen[:2]), influence=fit.influence,
     )  # fmt: skip
+
+
+def _under(path: str, fit: WalkFit, unit: str) -> str:
+    """Under which foot the ground differs, and by what."""
+    odd = " and ".join(f"foot {foot}" for foot in odd_feet(path, fit.feet))
+    own = ", ".join(
+        f"{amount(value, unit, 3)} under {name.partition(': ')[0]}"
+        for name, (value, _) in fit.feet.items()
+        if name.endswith(f": {path}")
+    )
+    return f"the ground differs under {odd}: {path} is {own}"
 
 
 def _median_length(fit: WalkFit) -> float:

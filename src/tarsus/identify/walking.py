@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +18,16 @@ from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import get_value, with_values
-from tarsus.fit.record_problem import UNDER, RecordFit, RecordProblem, Seen, SeenRecord, Segment
-from tarsus.fit.record_ties import Knowledge, solve_tied
+from tarsus.base.threads import single_threaded
+from tarsus.fit.record_problem import RecordFit, RecordProblem, Seen, SeenRecord, Segment
+from tarsus.fit.record_ties import Knowledge, TiedWindows
 from tarsus.fit.unknowns import Prior
 from tarsus.fit.verdict import Verdict, verdict_of
+from tarsus.identify.covariance import scatter_over_noise
+from tarsus.identify.influence import Influence
+from tarsus.identify.walk_feet import asked_of_feet, numbers_of_feet, respread, with_feet
 from tarsus.identify.walk_horizon import MOST, WalkFollower, left_of, most_of, samples_of
+from tarsus.identify.walk_influence import Recorded, influence_of
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 from tarsus.solve import Output, ResultCode, output_rows, simulate
@@ -52,9 +58,8 @@ TIES = 40
 """Steps of a descent of all windows together."""
 JOINED = 3
 """Times that windows which are not followed in the end are joined to those before them."""
-APART, LEAST_APART, ROUNDS = 0.1, 0.003, 4
-"""Spread of logarithms from foot to foot at first, and at least, where it is less than any interval; and how often
-windows are tied and the spread is estimated again."""
+ROUNDS = 4
+"""How often windows are tied and the spread from foot to foot is estimated again."""
 UNTOLD = 9.0
 """Sum of squares over the noise below which records do not show that legs are exchanged: three standard deviations."""
 FEW = 12
@@ -67,7 +72,8 @@ class WalkRecord:
 
     scene: the robot as far as it is known, with the drives of the record; times (nt,) [s] after the start of the
     drives, in order; outputs (nc): what each channel sees; values (nc, nt); noise (nc,): standard deviations;
-    estimated: whether these are taken from the records, and follow what fits leave; name: for messages.
+    estimated: whether these are taken from the records, and follow what fits leave; name: for messages; set: the set
+    that it is of.
 
     Raises
     ------
@@ -82,6 +88,7 @@ class WalkRecord:
     noise: Floats
     estimated: bool = False
     name: str = "walk"
+    set: str = ""
 
     def __post_init__(self) -> None:
         shape = len(self.outputs), len(self.times)
@@ -116,24 +123,28 @@ class WalkRecord:
 class WalkFit:
     """What records determine.
 
-    paths (np,); values (np,) [SI]; covariance (np, np) of the logarithms, what was known beforehand included, and the
-    square of the step that a descent which ended early had ahead; prior (np,): standard deviations of the logarithms
-    beforehand; edges: of the windows, by record [s]; residuals: by record, (nc, nt) over the noise, NaN outside of the
-    windows; good (nw,): windows of all records that are followed to their noise; followed: share of the samples that
-    are in these; settled: whether the numbers would go no further; apart: spread of logarithms from foot to foot by
-    path; feet: each foot's own number [SI], with the standard deviation of its logarithm; jump: by how many standard
-    deviations of its tie the start of a window is off the end before, at most.
+    paths (np,); values (np,) [SI]; covariance (np, np) of the logarithms, what was known beforehand included, as noise
+    leaves it and windows, records and sets scatter beyond it, and the square of the step that a descent which ended
+    early had ahead; prior (np,): standard deviations of the logarithms beforehand; influence: of windows; edges: of the
+    windows, by record [s]; residuals: by record, (nc, nt) over the noise, NaN outside of the windows; good (nw,):
+    windows of all records that are followed to their noise; followed: share of the samples that are in these; settled:
+    whether the numbers would go no further; asked: by how many times the limit records ask for ground that differs from
+    foot to foot, by path; apart: spread of logarithms from foot to foot by path; feet: each foot's own number [SI],
+    with the standard deviation of its logarithm; jump: by how many standard deviations of its tie the start of a window
+    is off the end before, at most.
     """
 
     paths: tuple[str, ...]
     values: Floats
     covariance: Floats
     prior: Floats
+    influence: Influence
     edges: tuple[Floats, ...]
     residuals: tuple[Floats, ...]
     good: NDArray[np.bool_]
     followed: float
     settled: bool = True
+    asked: Mapping[str, float] = field(default_factory=dict)
     apart: Mapping[str, float] = field(default_factory=dict)
     feet: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     jump: float = 0.0
@@ -211,6 +222,8 @@ def _with_noise(
 ) -> RecordProblem:
     """Where the noise is not known, by the median of what the windows leave, which those few that are not followed do
     not move."""
+    if not any(one.estimated for one in records):
+        return problem
     out = []
     for one, record, left in zip(problem.records, records, _residuals(problem, segments, moved), strict=True):
         scale = 1.4826 * np.nanmedian(np.abs(left), axis=1) if record.estimated else np.ones(len(left))
@@ -219,11 +232,13 @@ def _with_noise(
     return replace(problem, records=tuple(out))
 
 
+@single_threaded
 def identify_walk(
     records: Sequence[WalkRecord],
     spread: Mapping[str, float],
     *,
     differing: Sequence[str] = (),
+    differ: bool = False,
 ) -> WalkFit:
     """Find numbers of a walker and its ground from records that begin with its drives.
 
@@ -234,9 +249,10 @@ def identify_walk(
     spread
         Paths of what is not known exactly, with standard deviations of their logarithms.
     differing
-        Paths among them that may differ from foot to foot: the ground's number is then their geometric mean, and each
-        foot's own lies off it by a normal deviation of the logarithm, whose spread is estimated as well (an empirical
-        Bayes estimate by expectation and maximisation, Dempster et al. 1977).
+        Paths among them that may differ from foot to foot, where the records ask for it: the ground's number is then
+        their geometric mean (`tarsus.identify.walk_feet`).
+    differ
+        Whether they are known to.
 
     Raises
     ------
@@ -246,36 +262,97 @@ def identify_walk(
     if not records:
         raise InputError("expected records of a walk, got none")
     problem = _problem(records, spread)
-    segments, moved = _taken_up(problem, records)
+    begun = np.zeros(len(problem.priors))
+    segments, moved, windows = _taken_up(problem, records, begun)
     problem = _with_noise(problem, segments, moved, records)
-    if differing:
-        problem = replace(problem, priors={**problem.priors, **_of_feet(records[0].scene, differing, APART)})
-        moved = np.append(moved, np.zeros(len(problem.feet)))
-    fit, ties = None, _of_start(_walker(records), TIED)
-    for _ in range(ROUNDS if differing else 1):
+    ties, asked = _of_start(_walker(records), TIED), dict[str, float]()
+    joint = _together(TiedWindows(problem, ties, windows), segments, moved)
+    if differ and differing:
+        joint = _by_foot(joint, records, differing)
+    while not differ:
+        told = asked_of_feet(*joint, [path for path in differing if path not in asked])
+        if not told:
+            break
+        path = max(told, key=lambda one: told[one])
+        other = _by_foot(joint, records, [path])
+        if _lost(records, *other) > _lost(records, *joint):
+            break
+        joint, asked = other, {**asked, path: told[path]}
+    return _found(records, spread, joint, asked)
+
+
+class _Joint(NamedTuple):
+    """All windows, and where they went down together."""
+
+    windows: TiedWindows
+    fit: RecordFit
+
+    @property
+    def good(self) -> NDArray[np.bool_]:
+        """Windows (nw,) that are followed to their noise."""
+        return left_of(self.fit) < most_of(self.windows.problem, self.fit.segments, FOLLOWED)
+
+
+def _together(windows: TiedWindows, segments: Sequence[Segment], moved: Floats) -> _Joint:
+    """All windows after a descent; those that are not followed are joined to the ones before them."""
+    joint = _Joint(windows, windows.solve(segments, moved, rounds=TIES, exact=True))
+    for _ in range(JOINED):
+        joined = _joined(joint.fit.segments, joint.good)
+        if len(joined) == len(joint.fit.segments):
+            break
+        other = _Joint(windows, windows.solve(joined, joint.fit.moved, rounds=TIES, exact=True))
+        if _followed(*other) <= _followed(*joint):
+            break
+        joint = other
+    return joint
+
+
+def _by_foot(joint: _Joint, records: Sequence[WalkRecord], paths: Sequence[str]) -> _Joint:
+    """The same where the ground's numbers at paths differ from foot to foot, as far as they are found to; records that
+    were not followed to their ends are taken up again."""
+    problem, before = with_feet(joint.windows.problem, paths), joint.fit
+    moved = np.append(before.moved, np.zeros(len(problem.priors) - len(before.moved)))
+    segments: Sequence[Segment] = before.segments
+    fit = None
+    for _ in range(ROUNDS):
         if fit is not None:
-            problem, moved = _respread(problem, fit)
-        fit = solve_tied(problem, segments, moved, ties, rounds=TIES)
-        for _ in range(JOINED):
-            joined = _joined(fit.segments, _good(problem, fit))
-            if len(joined) == len(fit.segments):
-                break
-            other = solve_tied(problem, joined, fit.moved, ties, rounds=TIES)
-            if _lost(problem, other) >= _lost(problem, fit):
-                break
-            fit = other
-        segments, moved = list(fit.segments), fit.moved
-    assert fit is not None
+            problem, moved = respread(problem, fit)
+        joint = _together(TiedWindows(problem, joint.windows.ties, joint.windows), segments, moved)
+        fit = joint.fit
+        segments, moved = fit.segments, fit.moved
+        if _lost(records, *joint) > (1.0 - ALL) * sum(len(one.times) for one in records):
+            segments, moved, _ = _taken_up(problem, records, moved)
+    return joint
+
+
+def _lost(records: Sequence[WalkRecord], windows: TiedWindows, fit: RecordFit) -> float:
+    """Samples that are in no window which is followed."""
+    return sum(len(one.times) for one in records) - _followed(windows, fit)
+
+
+def _followed(windows: TiedWindows, fit: RecordFit) -> float:
+    """Samples in windows that are followed to their noise."""
+    return float(samples_of(windows.problem, fit.segments) @ _Joint(windows, fit).good)
+
+
+def _found(
+    records: Sequence[WalkRecord], spread: Mapping[str, float], joint: _Joint, asked: Mapping[str, float]
+) -> WalkFit:
+    """What all windows together say."""
+    fit, problem = joint.fit, joint.windows.problem
     paths, prior = tuple(spread), np.array(list(spread.values()))
-    ends = [[one.span for one in segments if one.record == k] for k in range(len(records))]
-    residuals, good = _residuals(problem, segments, fit.moved), _good(problem, fit)
+    of = [Recorded(one.name, one.set or one.name, one.scene) for one in records]
+    influence, known = influence_of(of, fit, joint.windows.pulls(fit), paths, prior)
+    ahead = fit.ahead[: len(paths)] * prior
+    values = {path: fit.values[path] for path in paths}
+    covariance = scatter_over_noise(influence, known) + np.outer(ahead, ahead) + _untold(records, values)
+    ends = [[one.span for one in fit.segments if one.record == k] for k in range(len(records))]
+    count = sum(len(one.times) for one in records)
     return WalkFit(
-        paths, np.array([fit.values[path] for path in paths]),
-        (fit.covariance + np.outer(fit.ahead, fit.ahead))[: len(paths), : len(paths)] * np.outer(prior, prior)
-        + _untold(records, {path: fit.values[path] for path in paths}), prior,
-        tuple(np.array([one[0][0], *(end for _, end in one)]) for one in ends), residuals,
-        good, float(samples_of(problem, segments) @ good) / sum(len(one.times) for one in records), fit.settled,
-        *_feet(problem, fit, spread), float(np.abs(fit.jumps).max(initial=0.0)),
+        paths, np.array(list(values.values())), covariance, prior, influence,
+        tuple(np.array([one[0][0], *(end for _, end in one)]) for one in ends),
+        _residuals(problem, fit.segments, fit.moved), joint.good, _followed(*joint) / count, fit.settled, asked,
+        *numbers_of_feet(problem, fit, spread), float(np.abs(fit.jumps).max(initial=0.0)),
     )  # fmt: skip
 
 
@@ -291,29 +368,21 @@ def _joined(segments: Sequence[Segment], good: NDArray[np.bool_]) -> list[Segmen
     return out
 
 
-def _good(problem: RecordProblem, fit: RecordFit) -> NDArray[np.bool_]:
-    """Windows (nw,) that are followed to their noise."""
-    return left_of(fit) < most_of(problem, fit.segments, FOLLOWED)
-
-
-def _lost(problem: RecordProblem, fit: RecordFit) -> float:
-    """Samples in windows that are not followed."""
-    return float(samples_of(problem, fit.segments) @ np.logical_not(_good(problem, fit)))
-
-
-def _taken_up(problem: RecordProblem, records: Sequence[WalkRecord]) -> tuple[list[Segment], Floats]:
-    """Windows of all records, taken up one after the other, each from the numbers that those before leave; and
-    numbers."""
+def _taken_up(
+    problem: RecordProblem, records: Sequence[WalkRecord], moved: Floats
+) -> tuple[list[Segment], Floats, TiedWindows]:
+    """Windows of all records, taken up one after the other, each from the numbers that those before leave, the first
+    from some (np,); numbers; and what ties them."""
     walker = _walker(records)
     rest, near, ties = (_of_start(walker, one) for one in (REST, NEAR, TIED))
-    moved, known = np.zeros(len(problem.priors)), Knowledge.beforehand(len(problem.priors))
+    known, windows = Knowledge.beforehand(len(problem.priors)), TiedWindows(problem, SLACK * ties)
     segments = list[Segment]()
     for number in range(len(records)):
         most = FOLLOWED if records[number].estimated else MOST
-        at = WalkFollower(problem, number, rest, near, SLACK * ties, most).follow(moved, known)
+        at = WalkFollower(windows, number, rest, near, most).follow(moved, known)
         moved, known = at.moved, Knowledge.of(at.moved, at.covariance)
         segments += at.segments
-    return segments, moved
+    return segments, moved, windows
 
 
 def _untold(records: Sequence[WalkRecord], values: Mapping[str, float]) -> Floats:
@@ -365,37 +434,3 @@ def _of_other(path: str, to: Mapping[str, str]) -> str:
     begin, _, rest = path.partition("robot.structure.legs.")
     leg, dot, name = rest.partition(".")
     return path if begin or leg not in to else f"robot.structure.legs.{to[leg]}{dot}{name}"
-
-
-def _of_feet(scene: Scene, paths: Sequence[str], apart: float) -> dict[str, Prior]:
-    """Factors of the ground's numbers under single feet."""
-    names = (f"{UNDER}{foot}: {path}" for path in paths for foot in scene.robot.feet)
-    return dict.fromkeys(names, Prior(1.0, factor=float(np.exp(apart))))
-
-
-def _respread(problem: RecordProblem, fit: RecordFit) -> tuple[RecordProblem, Floats]:
-    """The same with the spreads from foot to foot that the deviations have: mean squares, their variances included."""
-    names, priors, moved = list(problem.priors), dict(problem.priors), fit.moved.copy()
-    for path in dict.fromkeys(path for _, path in problem.feet.values()):
-        mine = [names.index(name) for name, (_, other) in problem.feet.items() if other == path]
-        squares = moved[mine] ** 2 + np.diag(fit.covariance)[mine]  # in standard deviations beforehand
-        before = float(np.log(problem.priors[names[mine[0]]].factor or 1.0))
-        after = max(before * float(np.sqrt(squares.mean())), LEAST_APART)
-        for j in mine:
-            priors[names[j]] = Prior(1.0, factor=float(np.exp(after)))
-            moved[j] *= before / after
-    return replace(problem, priors=priors), moved
-
-
-def _feet(
-    problem: RecordProblem, fit: RecordFit, prior: Mapping[str, float]
-) -> tuple[dict[str, float], dict[str, tuple[float, float]]]:
-    """Spread from foot to foot by path, and each foot's own number with the standard deviation of its logarithm."""
-    names, apart, own = list(problem.priors), dict[str, float](), dict[str, tuple[float, float]]()
-    for name, (_, path) in problem.feet.items():
-        apart[path] = float(np.log(problem.priors[name].factor or 1.0))
-        both = np.array([names.index(path), names.index(name)])
-        weights = np.array([prior[path], apart[path]])
-        variance = float(weights @ fit.covariance[np.ix_(both, both)] @ weights)
-        own[name.removeprefix(UNDER)] = fit.values[path] * fit.values[name], float(np.sqrt(variance))
-    return apart, own

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
 from itertools import accumulate
@@ -255,6 +255,19 @@ def idle_forces(scene: Scene, count: int | None = None) -> np.ndarray:
     until t = 0."""
     exerted = [one.exerted() for one in scene.robot.drives.values()]
     return np.array(exerted + [0.0] * (0 if count is None else count - len(exerted)))
+
+
+SPRINGS = ("stiffness_v", "damping_v", "stiffness_l", "damping_l", "stiffness_t", "damping_t")
+"""Ends of paths of numbers that are in the matrices of stiffness and damping alone."""
+
+
+def resprung(plan: Plan, scene: Scene) -> Plan:
+    """The plan of a walker that differs from that of a plan in its springs and dampers (`SPRINGS`) alone."""
+    matrices = scene.robot.structure.matrices()
+    system = replace(plan.system, stiffness=matrices.stiffness, damping=matrices.damping)
+    out = replace(plan, system=system, legs=lower_legs(scene, system))
+    out.__dict__["signals"] = plan.signals  # of the same drives
+    return out
 
 
 def lower_stance(scene: Scene, system: LinearSystem) -> Stance | None:

@@ -7,7 +7,7 @@ so that every law, ground and drive has derivatives without a line of its own.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -86,6 +86,7 @@ class Stencil:
     direction: Direction
     part: float
     places: Floats
+    _made: dict[float, Scene] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @classmethod
     def of(cls, scene: Scene, direction: Direction, part: float, plan: Plan | None = None) -> Stencil:
@@ -136,7 +137,9 @@ class Stencil:
 
     def scene(self, scene: Scene, place: float) -> Scene:
         """The scene at a place along the direction."""
-        return with_values(scene, self.values(place))
+        if place not in self._made:
+            self._made[place] = with_values(scene, self.values(place))
+        return self._made[place]
 
     def slope(self, own: Floats, beside: Sequence[Floats]) -> Floats:
         """Derivative of values; exactly zero of those that stay as they are."""

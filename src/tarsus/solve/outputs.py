@@ -7,7 +7,7 @@ given, and that of a walker's body without them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -21,10 +21,10 @@ from tarsus.base.messages import nearest
 from tarsus.base.quantities import Quantity
 from tarsus.model.drive.lower import evaluate, lower
 from tarsus.model.structure.walker import TURNS
-from tarsus.plan.lowering import lower_system
+from tarsus.plan.lowering import SPRINGS, lower_system
 from tarsus.plan.moving import ground_forces, shifts_of
 from tarsus.solve.channels import BODY, DRIVE, POINT, measured_by
-from tarsus.solve.differences import STEP, Stencil, directions_of
+from tarsus.solve.differences import STEP, Stencil, directions_of, slope_by
 
 if TYPE_CHECKING:
     from tarsus.core.modes import LinearSystem
@@ -35,12 +35,15 @@ if TYPE_CHECKING:
     from tarsus.solve.channels import RunChannel
     from tarsus.solve.differences import Direction
     from tarsus.solve.slopes import WindowSlopes
+    from tarsus.solve.window_gradients import Entered
 
 Floats = NDArray[np.float64]
+LowerDrive = Callable[..., tuple["Pieces", "Pieces"]]
+"""Lowers a drive, as `tarsus.model.drive.lower.lower` does."""
 
 _KINEMATIC = (Quantity.DISPLACEMENT, Quantity.ANGLE, Quantity.VELOCITY, Quantity.ANGULAR_VELOCITY)
 """What depends on the state alone, not on forces or volts."""
-_SPRINGS = ("stiffness_v", "damping_v", "stiffness_l", "damping_l", "acceleration")
+_SPRINGS = (*SPRINGS, "acceleration")
 """Ends of paths on which rows depend through forces alone: of what is no acceleration none does."""
 
 
@@ -148,10 +151,11 @@ class Readings:
         times: Floats,
         volts: Mapping[str, Floats] | None = None,
         system: LinearSystem | None = None,
+        drive: LowerDrive = lower,
     ) -> None:
         self.scene, self.times, self._volts = scene, times, volts
         self.system = lower_system(scene) if system is None else system
-        self._lowered: dict[str, tuple[Pieces, Pieces]] = {}
+        self._lower, self._lowered = drive, dict[str, "tuple[Pieces, Pieces]"]()
 
     def rows(self, outputs: Sequence[Output]) -> OutputRows:
         """All of them side by side. Raises InputError as `output_rows`."""
@@ -241,7 +245,7 @@ class Readings:
         """Force and volts of a drive as pieces, lowered once."""
         if drive not in self._lowered:
             own = self.scene.robot.drives[drive]
-            self._lowered[drive] = lower(self.scene.actuator_volts[drive], own.law, own.history)
+            self._lowered[drive] = self._lower(self.scene.actuator_volts[drive], own.law, own.history)
         return self._lowered[drive]
 
     def _row(self, at: str) -> Floats:
@@ -262,8 +266,17 @@ class Readings:
         return np.stack([row(f"{foot.point}_x") for foot in self.scene.robot.feet.values()], axis=1)
 
 
-def output_rows(scene: Scene, outputs: Sequence[Output], times: ArrayLike) -> OutputRows:
+def output_rows(
+    scene: Scene,
+    outputs: Sequence[Output],
+    times: ArrayLike,
+    *,
+    system: LinearSystem | None = None,
+    drive: LowerDrive = lower,
+) -> OutputRows:
     """Rows of outputs of a scene's robot on its states at times (nt,) [s], in any order.
+
+    system: the linear structure, where it is known; drive: lowers drives.
 
     Charge and current flow into the actuator's terminal: q = C V + G w.x and dq/dt, with the volts behind the
     amplifier, C the drive's capacitance (0 unless given), w its load and G the gain of small signals at these volts
@@ -275,7 +288,7 @@ def output_rows(scene: Scene, outputs: Sequence[Output], times: ArrayLike) -> Ou
     InputError
         For points, coordinates and drives that there are not, and quantities that they do not have.
     """
-    return Readings(scene, np.asarray(times, dtype=float)).rows(outputs)
+    return Readings(scene, np.asarray(times, dtype=float), system=system, drive=drive).rows(outputs)
 
 
 def output_slopes(
@@ -286,17 +299,21 @@ def output_slopes(
     slopes: WindowSlopes,
     gradients: Sequence[str] | Mapping[str, Direction] = (),
     plan: Plan | None = None,
+    beside: Entered | None = None,
+    drive: LowerDrive = lower,
 ) -> Floats:
     """Derivatives (nc, nt, P) of outputs of windows by what the windows have derivatives by.
 
     states, slopes: of a window or of several end to end, at times (nt,) [s]; gradients: the numbers of the scene among
-    ``slopes.names``, by which rows vary as well. Rows are differentiated by differences: over a step of 1e-5 of
-    a number 1e-10 of a curve remains, and 1e-11 of rounding.
+    ``slopes.names``, by which rows vary as well; beside: scenes beside it, where they are made; drive: lowers drives.
+    Rows are differentiated by differences: over a step of 1e-5 of a number 1e-10 of a curve remains, and 1e-11 of
+    rounding.
 
     Raises InputError as `output_rows`, and for a number that cannot vary.
     """
-    rows = output_rows(scene, outputs, times)
-    held = slopes.states
+    rows = output_rows(scene, outputs, times, system=None if plan is None else plan.system, drive=drive)
+    held, every = slopes.states, list(range(len(outputs)))
+    accelerated = [k for k in every if outputs[k].quantity is Quantity.ACCELERATION]
     out = rows.slopes(held)
     own, kinematic = rows.values(states), all(one.quantity in _KINEMATIC for one in outputs)
     for name, direction in directions_of(scene, gradients).items():
@@ -309,15 +326,21 @@ def output_slopes(
         if late and not kinematic:
             raise InputError([f"{path}: charges, currents, forces and accelerations are not differentiated by what "
                               "moves the jumps of volts" for path in late])  # fmt: skip
-        if all(one.quantity is not Quantity.ACCELERATION for one in outputs):
-            moved = {path: w for path, w in moved.items() if not path.endswith(_SPRINGS)}
-        if not moved or late:
+        which = accelerated if all(path.endswith(_SPRINGS) for path in moved) else every
+        if not (moved and which) or late:
             continue
-        stencil = Stencil.of(scene, moved, STEP, plan)
-        copies = [
-            output_rows(stencil.scene(scene, at), outputs, times).values(states) for at in stencil.places
-        ]
-        out[..., slopes.names.index(name)] += stencil.slope(own, copies)
+        some = [outputs[k] for k in which]
+        if beside is not None and all(path.endswith(SPRINGS) for path in direction):
+            places, pair = beside.pairs([name], STEP)[name]
+            copies = [(scene, None if copy is None else copy.system) for copy, _ in pair]
+        else:
+            stencil = Stencil.of(scene, moved, STEP, plan)
+            places, copies = stencil.places, [(stencil.scene(scene, at), None) for at in stencil.places.tolist()]
+        one, two = (
+            output_rows(at, some, times, system=system, drive=drive).values(states) - own[which]
+            for at, system in copies
+        )
+        out[which, :, slopes.names.index(name)] += slope_by(one, two, places)
     return out
 
 

@@ -29,6 +29,8 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
 
+TOGETHER = 2**15
+"""Samples of windows whose derivatives are formed at once: of some fifty values each they take 13 MB an array."""
 NARROW = 1e-2
 """Part of a step of another pair, where events of the first differ from the window's own: what nobody could set is no
 side of a threshold."""
@@ -76,6 +78,10 @@ class Lost(NamedTuple):
             for w in np.flatnonzero(one.time < out.time).tolist():
                 out.or_from(float(one.time[w]), w, int(one.foot[w]), one.doubt[w])
         return out
+
+    def part(self, windows: slice) -> Lost:
+        """That of some windows."""
+        return Lost(self.time[windows], self.foot[windows], self.doubt[windows])
 
     def or_from(self, time: float, window: int, foot: int, doubt: NoSlope) -> None:
         """Note that one has none from a time on, unless it has none from an earlier one."""
@@ -146,6 +152,11 @@ class Lane(NamedTuple):
     ran: tuple[Ran, Ran]
     since: tuple[Floats, Floats] | None = None
     runs: tuple[Any, ...] = ()
+
+    def stacks_with(self, other: Lane) -> bool:
+        """Whether derivatives by both can be formed at once."""
+        apart = self.since is not None or other.since is not None or self.runs or other.runs
+        return not apart and np.array_equal(self.places, other.places)
 
 
 Wanted = tuple[int, float, Integers]
@@ -360,6 +371,14 @@ class LaneSlopes:
     def error(self) -> Floats:
         return self.bent**2 + self.noise
 
+    def part(self, lane: Lane, windows: slice, samples: slice, events: slice) -> LaneSlopes:
+        """Those of one of the lanes that these are of."""
+        reasons = tuple(one.part(windows) for one in self.reasons)
+        return LaneSlopes(
+            lane, self.samples[:, :, samples], self.rows[:, :, events], self.lost.part(windows), self.bent[windows],
+            self.noise[windows], reasons,
+        )  # fmt: skip
+
 
 @dataclass(frozen=True)
 class Differenced:
@@ -383,17 +402,49 @@ class Differenced:
     def best(self, count: int) -> dict[int, LaneSlopes]:
         """Derivatives by each of so many numbers: of one pair of windows, or of better ones."""
         every = np.arange(len(self.own.codes))
-        last = [self.found(lane) for lane in self.lanes([(k, 1.0, every) for k in range(count)])]
+        last = self._of_all(self.lanes([(k, 1.0, every) for k in range(count)]))
         best = {one.lane.number: one for one in last}
         for _ in range(self.tries):
             wanted = [again for one in last for again in self._again(one)]
-            last = [self.found(lane) for lane in self.lanes(wanted)]
+            last = self._of_all(self.lanes(wanted))
             for one in last:
                 best[one.lane.number] = self._better(best[one.lane.number], one)
         return best
 
+    def _of_all(self, lanes: Sequence[Lane]) -> list[LaneSlopes]:
+        """Derivatives by what lanes came to, of as many at once as `TOGETHER` has room for."""
+        out, stack, filled = list[LaneSlopes](), list[Lane](), 0
+        for lane in lanes:
+            samples = int(np.diff(self.own.first)[lane.windows].sum())
+            if stack and not (lane.stacks_with(stack[0]) and filled + samples <= TOGETHER):
+                out += self._stacked(stack)
+                stack, filled = [], 0
+            stack.append(lane)
+            filled += samples
+        return out + (self._stacked(stack) if stack else [])
+
+    def _stacked(self, lanes: Sequence[Lane]) -> list[LaneSlopes]:
+        """Derivatives by what some lanes came to, as of one lane of all their windows."""
+        if len(lanes) == 1:
+            return [self.found(lanes[0])]
+        first = lanes[0]
+        windows, steps, rounded = (
+            np.concatenate([getattr(one, name) for one in lanes]) for name in ("windows", "steps", "rounded")
+        )
+        sides = Ran.joined([one.ran[0] for one in lanes]), Ran.joined([one.ran[1] for one in lanes])
+        found = self.found(first._replace(windows=windows, steps=steps, rounded=rounded, ran=sides))
+        edges = np.cumsum([0, *(len(one.windows) for one in lanes)])
+        samples, events = (
+            np.concatenate([[0], np.cumsum(np.diff(begin)[windows])])[edges]
+            for begin in (self.own.first, self.own.begin)
+        )
+        return [
+            found.part(lane, slice(*edges[k : k + 2]), slice(*samples[k : k + 2]), slice(*events[k : k + 2]))
+            for k, lane in enumerate(lanes)
+        ]
+
     def _base(self, windows: Integers) -> _Base:
-        if len(windows) == len(self.own.codes):
+        if np.array_equal(windows, np.arange(len(self.own.codes))):
             return self._whole
         return _Base(self.own.taken(windows), self.finer.taken(windows), self.late[windows])
 

@@ -194,10 +194,10 @@ def simulate_windows(
     end = float(given.times.max(initial=0.0))
     tables = shared or Engine(plan, end).tables
     settings = settings_of(plan, end, accuracy)
-    if gradients is None:
+    along = None if gradients is None else gradients.along(len(starts), len(plan.system.mass))
+    if gradients is None or along is None or not gradients.names(along):
         ran, slopes = run_windows(plan, tables, data, given, settings, threads), None
     else:
-        along = gradients.along(len(starts), len(plan.system.mass))
         seen, at = given.denser(SEEN)
         finer = settings_of(plan, end, accuracy.finer)
         ran = run_windows(plan, tables, data, seen, settings)

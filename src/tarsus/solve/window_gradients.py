@@ -15,7 +15,7 @@ import numpy.typing as npt
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.core import _native
-from tarsus.plan.lowering import Plan, lower_scene
+from tarsus.plan.lowering import SPRINGS, Plan, lower_scene, resprung
 from tarsus.plan.rows import Rows, rows_of
 from tarsus.plan.slots import rows_for, slot
 from tarsus.solve.differences import ROUNDED, STEP, Direction, Stencil, directions_of
@@ -48,6 +48,14 @@ class Entered:
     row: Rows
     names: tuple[str, ...]
     beside: Callable[[Sequence[str], float], Mapping[str, ScenePair]]
+    _made: dict[tuple[str, float], ScenePair] = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    def pairs(self, names: Sequence[str], part: float) -> dict[str, ScenePair]:
+        """Pairs by name, each made once."""
+        lacking = [name for name in names if (name, part) not in self._made]
+        if lacking:
+            self._made.update({(name, part): one for name, one in self.beside(lacking, part).items()})
+        return {name: self._made[name, part] for name in names}
 
     @classmethod
     def of(cls, scene: Scene, plan: Plan, paths: Sequence[str] | Mapping[str, Direction]) -> Entered:
@@ -79,9 +87,18 @@ def _pairs(
             copies = [(None, made.taken(slice(k, k + 1))) for k in (first, first + 1)]
             first += 2
         else:
-            copies = [_lowered(one.scene(scene, place), plan, name) for place in one.places.tolist()]
+            # where the ground moves springs are in its forces as well
+            still = plan.legs is not None and scene.ground.motion is None
+            springs = still and all(path.endswith(SPRINGS) for path in one.direction)
+            scenes = [one.scene(scene, place) for place in one.places.tolist()]
+            copies = [_resprung(at, plan) if springs else _lowered(at, plan, name) for at in scenes]
         out[name] = ScenePair(one.places, tuple(copies))
     return out
+
+
+def _resprung(scene: Scene, plan: Plan) -> tuple[Plan, Rows]:
+    own = resprung(plan, scene)
+    return own, rows_of(own)
 
 
 def _lowered(scene: Scene, plan: Plan, name: str) -> tuple[Plan, Rows]:
@@ -259,7 +276,7 @@ class Copies:
         paths = self.by.paths
         names = [paths[k] for k, of, _ in wanted if of == factor and k < len(paths)]
         try:
-            return [one.beside(names, STEP * factor) for one in self.by.entered]
+            return [one.pairs(names, STEP * factor) for one in self.by.entered]
         except InputError:
             if factor == 1.0:
                 raise

@@ -12,7 +12,7 @@ import tarsus as ts
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import get_value, with_values
 from tarsus.fit.record_problem import RecordProblem, Seen, SeenRecord, Segment
-from tarsus.fit.record_ties import TAIL, _Tied, solve_tied
+from tarsus.fit.record_ties import TAIL, TiedWindows
 from tarsus.fit.unknowns import Prior
 from tarsus.plan.lowering import lower_scene
 from tarsus.solve.contacts import Contacts
@@ -47,41 +47,42 @@ def walk(*, feet: bool = False) -> tuple[RecordProblem, list[Segment]]:
 
 def test_tied_windows_leave_what_one_window_leaves() -> None:
     problem, segments = walk()
-    tied = _Tied(problem, tuple(segments), np.repeat([1e-9, 1e-6], 6))
+    tied = TiedWindows(problem, np.repeat([1e-9, 1e-6], 6))
     # from the states of one run the ends meet, and nothing is left but what tolerances and cuts leave
-    assert tied.costs(np.zeros((1, 24)), np.zeros(2))[0] < 1e-2
+    assert tied.placed(segments, np.zeros((2, 12)), np.zeros(2)).cost < 1e-2
     # a start that is off by its standard deviation is off the end before by that over the tie
-    off = np.zeros((1, 24))
-    off[0, 12] = 0.01
-    flown = problem.flown(segments, tied.each(off), np.zeros(2))
-    (gap,) = tied.jumps(flown.batch, [0, 1])
-    assert gap[0] == pytest.approx(0.01 * 1e-6 / 1e-9, rel=1e-2)
+    off = np.zeros((2, 12))
+    off[1, 0] = 0.01
+    gaps = tied.placed(segments, off, np.zeros(2)).gaps
+    assert gaps[1, 0] == pytest.approx(0.01 * 1e-6 / 1e-9, rel=1e-2) and not gaps[0].any()
 
 
 @pytest.mark.parametrize("feet", [False, True])
 def test_slopes_of_tied_windows_are_those_of_their_costs(feet: bool) -> None:
     problem, segments = walk(feet=feet)
-    tied = _Tied(problem, tuple(segments), np.repeat([1e-7, 1e-4], 6))
+    tied = TiedWindows(problem, np.repeat([1e-7, 1e-4], 6))
     rng, count = np.random.default_rng(0), len(problem.priors)
     problem.records[0].values[3, ::20] += 50.0 * NOISE[3]  # in the tail
-    own, moved = 0.02 * rng.standard_normal((1, 24)), 0.02 * rng.standard_normal(count)
-    system, step = tied.equations(own, moved), 1e-5
-    right = np.concatenate([system.right_own[0], system.right_shared[0]])
+    own, moved = 0.02 * rng.standard_normal((2, 12)), 0.02 * rng.standard_normal(count)
+    system, step = tied.equations(segments, tied.placed(segments, own, moved)), 1e-5
+    right = np.concatenate([system.right_own.ravel(), system.right_shared])
     for k in range(24 + count):
         by = np.eye(24 + count)[k] * step
-        up, down = (tied.costs(own + s * by[:24], moved + s * by[24:])[0] for s in (1.0, -1.0))
+        up, down = (
+            tied.placed(segments, own + s * by[:24].reshape(2, 12), moved + s * by[24:]).cost for s in (1.0, -1.0)
+        )
         assert (down - up) / (4.0 * step) == pytest.approx(right[k], rel=1e-4, abs=1e-5 * np.abs(right).max())
 
 
 def test_what_is_far_off_costs_the_logarithm_of_its_size_and_moves_no_number() -> None:
     problem, segments = walk()
     ties = np.repeat([2e-8, 2e-5], 6)
-    tied, moved = _Tied(problem, tuple(segments), ties), np.array([0.5, -0.5])
-    before = tied.costs(np.zeros((1, 24)), np.zeros(2))[0]
+    tied, moved = TiedWindows(problem, ties), np.array([0.5, -0.5])
+    before = tied.placed(segments, np.zeros((2, 12)), np.zeros(2)).cost
     problem.records[0].values[3, 200] += 80.0 * NOISE[3]  # a sample on the wrong side of an impact
-    after = tied.costs(np.zeros((1, 24)), np.zeros(2))[0]
+    after = tied.placed(segments, np.zeros((2, 12)), np.zeros(2)).cost
     assert after - before == pytest.approx(TAIL**2 * (1.0 + 2.0 * np.log(80.0 / TAIL)), rel=1e-3)
-    fit = solve_tied(problem, segments, moved, ties)
+    fit = tied.solve(segments, moved)
     assert np.abs(fit.moved / np.sqrt(np.diag(fit.covariance))).max() < 0.01  # squares: 0.07
 
 
@@ -89,12 +90,64 @@ def test_numbers_come_back_and_are_known_better_when_windows_are_tied() -> None:
     problem, segments = walk()
     moved = np.array([0.5, -0.5])
     free = problem.solve(segments, moved)
-    tied = solve_tied(problem, segments, moved, np.repeat([2e-8, 2e-5], 6))
+    tied = TiedWindows(problem, np.repeat([2e-8, 2e-5], 6)).solve(segments, moved)
     assert free.settled and tied.settled
     for fit in (free, tied):
         off = fit.moved / np.sqrt(np.diag(fit.covariance))
         assert np.abs(off).max() < 0.3  # there is no noise; what is known beforehand draws by as much
     assert np.all(np.diag(tied.covariance) < np.diag(free.covariance) * 1.001)
+
+
+def test_slopes_are_formed_once_and_anew_where_they_do_not_predict(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem, segments = walk()
+    formed, flown = list[int](), RecordProblem.flown
+
+    def counted(self, some, own, moved, names=None, **more):
+        formed.extend([len(some)] if names else [])
+        return flown(self, some, own, moved, names, **more)
+
+    monkeypatch.setattr(RecordProblem, "flown", counted)
+    tied = TiedWindows(problem, np.repeat([2e-8, 2e-5], 6))
+    first = tied.solve(segments, np.array([0.01, -0.01]))
+    assert formed == [2] and first.settled  # both windows, for all steps
+    again = tied.solve(first.segments, first.moved)
+    assert formed == [2] and np.abs(again.moved - first.moved).max() < 0.01 * np.sqrt(first.covariance[1, 1])
+    far = TiedWindows(problem, tied.ties).solve(segments, np.array([2.0, -2.0]), exact=True)
+    assert sum(formed) > 4  # those of where it began miss what there is where it ends
+    off = (far.moved - first.moved) / np.sqrt(np.diag(first.covariance))
+    assert far.settled and np.abs(off).max() < 0.1
+
+
+def test_slopes_are_those_of_windows_with_other_priors_and_fewer_numbers() -> None:
+    problem, segments = walk()
+    ties, feet = np.repeat([2e-8, 2e-5], 6), walk(feet=True)[0].priors
+    few = TiedWindows(problem, ties)
+    few.equations(segments, few.placed(segments, np.zeros((2, 12)), np.array([0.5, 0.0])))
+    wide = {name: Prior(one.median, factor=1.3) for name, one in problem.priors.items()}
+    other = replace(problem, priors=wide | {name: feet[name] for name in feet if name not in wide})
+    moved = np.append(np.log(1.05) / np.log(1.3) * np.array([0.5, 0.0]), [0.0, 0.0])
+    found, fresh = (
+        one.equations(segments, one.placed(segments, np.zeros((2, 12)), moved))
+        for one in (TiedWindows(other, ties, few), TiedWindows(other, ties))
+    )
+    for name in ("own", "onward", "across", "shared"):
+        expected = getattr(fresh, name)
+        assert getattr(found, name) == pytest.approx(expected, rel=1e-3, abs=1e-4 * np.abs(expected).max())
+
+
+def test_windows_and_ties_together_pull_as_all_and_to_nothing() -> None:
+    problem, segments = walk()
+    rng = np.random.default_rng(2)
+    problem.records[0].values[:] += np.array(NOISE)[:, None] * rng.standard_normal(problem.records[0].values.shape)
+    tied = TiedWindows(problem, np.repeat([2e-8, 2e-5], 6))
+    fit = tied.solve(segments, np.zeros(2), exact=True)
+    pulls = tied.pulls(fit)
+    assert pulls.window.tolist() == [0, 1, 1] and pulls.tied.tolist() == [False, False, True]
+    whole = np.linalg.inv(pulls.information.sum(axis=0) + np.eye(2))
+    assert whole == pytest.approx(fit.covariance, rel=0.02)  # its first window's start is known anew where it was found
+    left = whole @ (pulls.score.sum(axis=0) - fit.moved)
+    assert np.abs(left / np.sqrt(np.diag(whole))).max() < 0.1
+    assert np.all(np.linalg.eigvalsh(pulls.information) > -1e-9 * np.trace(pulls.information.sum(axis=0)))
 
 
 def test_feet_that_are_all_alike_are_the_ground_and_one_that_is_not_is_its_own() -> None:

@@ -9,7 +9,7 @@ import pytest
 from identify.campaigns import identified
 from scipy.stats import binom
 
-from tarsus.identify.covariance import scattered
+from tarsus.identify.covariance import scatter_over_noise, scattered
 from tarsus.identify.influence import (
     BLOCK,
     CONTACT,
@@ -124,6 +124,14 @@ def test_files_that_differ_are_told_and_widen_the_interval():
         found = np.linalg.solve(one.information.sum(axis=0), rhs(random, one, 3.0))
         covered += bool(np.all(np.abs(found) <= np.quantile(np.abs(scattered(one, seed)), 0.95, axis=0)))
     assert covered >= binom.ppf(1e-3, trials, 0.85)  # both at once
+
+
+def test_known_noise_is_all_of_an_interval_unless_groups_scatter_more():
+    for seed in range(5):
+        sound, by_file = (line(np.random.default_rng(seed), by_file=by) for by in (0.0, 3.0))
+        noise = np.linalg.inv(sound.information.sum(axis=0))
+        assert scatter_over_noise(sound) == pytest.approx(noise)
+        assert np.all(np.diag(scatter_over_noise(by_file)) > 4.0 * np.diag(noise))
 
 
 def rhs(random: np.random.Generator, one: Influence, by_file: float) -> np.ndarray:

@@ -11,9 +11,8 @@ import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import get_value, with_values
-from tarsus.fit.record_ties import solve_tied
+from tarsus.fit.record_ties import TiedWindows
 from tarsus.fit.verdict import Verdict
-from tarsus.identify import walk_horizon
 from tarsus.identify.walking import WalkRecord, identify_walk
 from tarsus.solve.outputs import Output
 
@@ -60,15 +59,15 @@ def test_of_a_record_that_no_ground_explains_no_number_is_determined() -> None:
 @pytest.mark.full
 def test_numbers_that_no_robot_takes_are_lost_and_others_are_tried(monkeypatch: pytest.MonkeyPatch) -> None:
     _, seen = record(0.008)
-    refused = []
+    refused, solve = [], TiedWindows.solve
 
-    def some(problem, segments, moved, *more, **options):
+    def some(self, segments, moved, **options):
         if len(refused) < 7:  # all that a beginning is tried from, and some that go on from others
             refused.append(moved)
             raise InputError("ground.restitution.coefficient: expected a pure number from 0 to 1")
-        return solve_tied(problem, segments, moved, *more, **options)
+        return solve(self, segments, moved, **options)
 
-    monkeypatch.setattr(walk_horizon, "solve_tied", some)
+    monkeypatch.setattr(TiedWindows, "solve", some)
     found = identify_walk([seen], dict.fromkeys(PATHS, 1.0))
     assert len(refused) == 7 and not np.array_equal(refused[0], refused[-1])
     assert found.followed == 1.0

@@ -1,0 +1,89 @@
+"""Ground that differs from foot to foot: whether records of a walk ask for it, how far feet are apart, and which it is.
+
+Every foot's number lies off the ground's own, their geometric mean, by a normal deviation of the logarithm, whose
+spread is estimated as well (an empirical Bayes estimate by expectation and maximisation, Dempster et al. 1977).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from tarsus.base.arrays import Floats
+from tarsus.fit.record_problem import UNDER, RecordFit, RecordProblem
+from tarsus.fit.record_ties import TiedWindows
+from tarsus.fit.unknowns import Prior
+
+APART, LEAST_APART = 0.1, 0.003
+"""Spread of logarithms from foot to foot at first, and at least, where it is less than any interval."""
+CHANCE = 0.01
+"""Probability that of ground which is the same under all feet some number is taken to differ."""
+
+
+def with_feet(problem: RecordProblem, paths: Sequence[str], apart: float = APART) -> RecordProblem:
+    """The problem with factors of the ground's numbers at paths under single feet."""
+    names = (f"{UNDER}{foot}: {path}" for path in paths for foot in problem.scenes[0].robot.feet)
+    own = Prior(1.0, factor=float(np.exp(apart)))
+    return replace(problem, priors={**problem.priors, **{name: own for name in names}})
+
+
+def asked_of_feet(windows: TiedWindows, fit: RecordFit, paths: Sequence[str]) -> dict[str, float]:
+    """By how many times the limit of `CHANCE` the cost would fall if the ground's number at a path differed from foot
+    to foot, by path, of those beyond it."""
+    scene = windows.problem.scenes[0]
+    if not paths or len(scene.robot.feet) < 2 or scene.grounds:  # feet that have grounds of their own differ already
+        return {}
+    wider = with_feet(windows.problem, paths)
+    count = len(windows.names)
+    there = replace(fit, moved=np.append(fit.moved, np.zeros(len(wider.priors) - count)))
+    pulls = TiedWindows(wider, windows.ties, windows).pulls(there)
+    known = np.eye(len(wider.priors))
+    whole, score = pulls.information.sum(axis=0) + known, pulls.score.sum(axis=0) - there.moved
+    names, before, out = list(wider.priors), slice(count), dict[str, float]()
+    for path in paths:
+        own = np.array([k for k in range(count, len(names)) if wider.feet[names[k]][1] == path])
+        taken = np.linalg.solve(whole[before, before], whole[before, own])
+        left = score[own] - taken.T @ score[before]
+        gain = float(left @ np.linalg.solve(whole[np.ix_(own, own)] - whole[own, before] @ taken, left))
+        out[path] = gain / float(chi2.isf(CHANCE / len(paths), len(own) - 1))
+    return {path: gain for path, gain in out.items() if gain > 1.0}
+
+
+def respread(problem: RecordProblem, fit: RecordFit) -> tuple[RecordProblem, Floats]:
+    """The same with the spreads from foot to foot that the deviations have: mean squares, their variances included."""
+    names, priors, moved = list(problem.priors), dict(problem.priors), fit.moved.copy()
+    for path in dict.fromkeys(path for _, path in problem.feet.values()):
+        mine = [names.index(name) for name, (_, other) in problem.feet.items() if other == path]
+        squares = moved[mine] ** 2 + np.diag(fit.covariance)[mine]  # in standard deviations beforehand
+        before = float(np.log(problem.priors[names[mine[0]]].factor or 1.0))
+        after = max(before * float(np.sqrt(squares.mean())), LEAST_APART)
+        for j in mine:
+            priors[names[j]] = Prior(1.0, factor=float(np.exp(after)))
+            moved[j] *= before / after
+    return replace(problem, priors=priors), moved
+
+
+def numbers_of_feet(
+    problem: RecordProblem, fit: RecordFit, prior: Mapping[str, float]
+) -> tuple[dict[str, float], dict[str, tuple[float, float]]]:
+    """Spread from foot to foot by path, and each foot's own number with the standard deviation of its logarithm."""
+    names, apart, own = list(problem.priors), dict[str, float](), dict[str, tuple[float, float]]()
+    for name, (_, path) in problem.feet.items():
+        apart[path] = float(np.log(problem.priors[name].factor or 1.0))
+        both = np.array([names.index(path), names.index(name)])
+        weights = np.array([prior[path], apart[path]])
+        variance = float(weights @ fit.covariance[np.ix_(both, both)] @ weights)
+        own[name.removeprefix(UNDER)] = fit.values[path] * fit.values[name], float(np.sqrt(variance))
+    return apart, own
+
+
+def odd_feet(path: str, feet: Mapping[str, tuple[float, float]]) -> list[str]:
+    """The foot whose number at a path lies farthest off those of all others, in the logarithm; of two feet both."""
+    own = {
+        name.partition(": ")[0]: np.log(value) for name, (value, _) in feet.items() if name.endswith(f": {path}")
+    }
+    middle = float(np.median(list(own.values())))
+    return list(own) if len(own) == 2 else [max(own, key=lambda foot: abs(own[foot] - middle))]
