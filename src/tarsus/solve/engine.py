@@ -128,6 +128,12 @@ class Log:
         return without_native(self)
 
 
+def end_to_end(counts: Sequence[NDArray[np.integer]]) -> Integers:
+    """Where the rows of each run begin, and where the last ones end (nr + 1,), of several lots of runs one after the
+    other, by how many rows each has."""
+    return np.concatenate([[0], np.cumsum(np.concatenate(counts))]).astype(np.int64)
+
+
 def rows_between(rows: np.ndarray, ends: np.ndarray | None, run: int) -> np.ndarray:
     """Rows of one run, of several runs' laid end to end; ends (nr,): where each run's end."""
     assert ends is not None
@@ -196,11 +202,9 @@ class Advanced(NamedTuple):
             for name, value in parts[0]._asdict().items()
             if isinstance(value, np.ndarray) and name != "gap_range" and not name.endswith("_end")
         }
-        for name, rows in (("event_end", "events"), ("mark_end", "marks")):
+        for name in ("event_end", "mark_end"):
             if getattr(parts[0], name) is not None:
-                before = np.cumsum([0, *(len(getattr(one, rows)) for one in parts)])
-                ends = [getattr(one, name) + first for one, first in zip(parts, before, strict=False)]
-                whole[name] = np.concatenate(ends)
+                whole[name] = end_to_end([np.diff(getattr(one, name), prepend=0) for one in parts])[1:]
         return cls(**whole, gap_range=parts[-1].gap_range, changed=parts[-1].changed)
 
 

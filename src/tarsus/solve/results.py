@@ -28,7 +28,7 @@ from tarsus.solve.codes import (
     structured_marks,
     without_marks,
 )
-from tarsus.solve.engine import Accuracy, Log
+from tarsus.solve.engine import Accuracy, Log, end_to_end
 from tarsus.solve.run import Run, drawn, state_of
 from tarsus.tables.table import ROW, Column, Table
 
@@ -244,11 +244,13 @@ class Batch(Hinted):
         members, logs = np.concatenate([part.members for part in parts]), [part.log for part in parts]
         feet = tuple(self.scene.robot.feet)
         marks = [one.marks for one in logs if one.marks is not None]
+        events = end_to_end([np.diff(one.event_end, prepend=0) for one in logs])
+        of_marks = [np.diff(one.mark_end, prepend=0) for one in logs if one.mark_end is not None]
         return members, RunTable(
-            EventColumns([one.events for one in logs]), _joined([one.event_end for one in logs]), feet,
+            EventColumns([one.events for one in logs]), events, feet,
             np.concatenate([one.finish[:, 0] for one in logs]), self.periods[members], self._variants[0][members],
             self._variant, structured_marks(np.concatenate(marks), len(feet)) if marks else None,
-            _joined([one.mark_end for one in logs if one.mark_end is not None]) if marks else None,
+            end_to_end(of_marks) if marks else None,
         )  # fmt: skip
 
     @cached_property
@@ -319,14 +321,6 @@ class BatchMeasures(Mapping[str, Measured]):
 def _of(members: NDArray[np.int64], option: Any) -> Any:
     """Of an option that is one for each run, those of some."""
     return option[members] if isinstance(option, np.ndarray) else option
-
-
-def _joined(ends: Sequence[np.ndarray]) -> NDArray[np.intp]:
-    """Where the rows of each run begin, and where the last ones end, of several batches one after the other."""
-    shift = np.cumsum([0, *(int(end[-1]) if len(end) else 0 for end in ends)])
-    return np.concatenate(
-        [[0], *(end + before for end, before in zip(ends, shift[:-1], strict=True))]
-    ).astype(np.intp)
 
 
 def _runs(batch: Batch) -> str:

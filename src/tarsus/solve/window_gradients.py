@@ -165,7 +165,7 @@ FARTHEST = 1e3
 """Times the first step to which another may be lengthened, for a number that is hardly felt: by a hundredth of it."""
 AT_END = 1e-3
 """Last part of a window in which an event that another lacks is taken to come to that just beyond the end: over a step
-events shift by far less."""
+events move by far less."""
 OF_STATE = 10.0 * STEP
 """First step of a start state, as a part of the plan's length and of that at its rate: an impact that comes soon bends
 what follows by as much, and the tolerance of steps is a millionth of it."""
@@ -207,7 +207,7 @@ class _Call:
 
 
 class _Shift(NamedTuple):
-    """How windows are moved along a number: places (2,) in steps, steps (nw,), zero of those that it does not shift, the
+    """How windows are moved along a number: places (2,) in steps, steps (nw,), zero of those that it does not move, the
     part (nw,) that is rounded off; pairs by data where it is one of a scene; directions (nw, 2n) of a start state; with
     neither their starts are later."""
 
@@ -305,7 +305,7 @@ class Copies:
         return _Shift(AHEAD if early else BOTH, np.full(len(starts), step), ROUNDED * starts.ends / step)
 
     def _moves(self, along: Floats) -> Floats:
-        """By how many lengths of the plan directions (nw, 2n) of a start shift feet; by speeds at the plan's rate."""
+        """By how many lengths of the plan directions (nw, 2n) of a start move feet; by speeds at the plan's rate."""
         weight = weights_of(self.plan) / self.plan.length
         return np.abs(along * np.concatenate([weight, weight / self.plan.rate])).max(axis=1)
 

@@ -14,7 +14,7 @@ from tarsus.base.errors import InputError
 from tarsus.core.states import SampledStates, states_of
 from tarsus.plan.rows import Rows
 from tarsus.solve.contacts import CARRIED, MOMENTS, Contacts
-from tarsus.solve.engine import Continuations, Tables, Times, advance_many
+from tarsus.solve.engine import Continuations, Tables, Times, advance_many, end_to_end
 
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers
@@ -101,7 +101,7 @@ class WindowStarts:
     def joined(cls, parts: Sequence[WindowStarts]) -> WindowStarts:
         """Several, one after the other."""
         whole = {one.name: np.concatenate([getattr(p, one.name) for p in parts]) for one in fields(cls)}
-        return cls(**{**whole, "first": _one_after_another([p.first for p in parts])})
+        return cls(**{**whole, "first": end_to_end([np.diff(p.first) for p in parts])})
 
     def denser(self, count: int) -> tuple[WindowStarts, Integers]:
         """The same with so many more times in each window; and where its own are among all."""
@@ -188,24 +188,19 @@ class Ran:
             for name in ("codes", "events", "times", "ends", "feet")
         }
         whole |= {
-            name: _one_after_another([getattr(one, name) for one in parts]) for name in ("begin", "first")
+            name: end_to_end([np.diff(getattr(one, name)) for one in parts]) for name in ("begin", "first")
         }
-        return cls(states=end_to_end([one.states for one in parts]), **whole)
-
-
-def _one_after_another(firsts: Sequence[Integers]) -> Integers:
-    """Where parts begin, counted through all."""
-    return np.concatenate([[0], np.cumsum(np.concatenate([np.diff(one) for one in firsts]))]).astype(np.int64)
+        return cls(states=all_states([one.states for one in parts]), **whole)
 
 
 def gathered(first: Integers, windows: Integers) -> tuple[Integers, Integers]:
     """Numbers of what windows have, end to end, and where each one's begin, from where those of all begin."""
     counts = np.diff(first)[windows]
-    begin = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    begin = end_to_end([counts])
     return np.arange(begin[-1]) + np.repeat(first[:-1][windows] - begin[:-1], counts), begin
 
 
-def end_to_end(parts: Sequence[SampledStates]) -> SampledStates:
+def all_states(parts: Sequence[SampledStates]) -> SampledStates:
     """Samples of several windows."""
 
     def whole(name: str) -> Any:
@@ -248,4 +243,4 @@ def _walked(plan: Plan, starts: WindowStarts, data: Sequence[Rows], samples: Flo
         acting = RunLaws(plan, data[source].taken(slice(row, row + 1)))
         parts.append(unpacked(acting, samples[own], starts.times[own])[0])
         order.append(own)
-    return parts[0] if len(parts) == 1 else end_to_end(parts).part(np.argsort(np.concatenate(order)))
+    return parts[0] if len(parts) == 1 else all_states(parts).part(np.argsort(np.concatenate(order)))
