@@ -16,7 +16,6 @@ from tarsus.identify.checks import (
     GROUND,
     OFFSET,
     air_checks,
-    beside_causes,
     gap_check,
     held_out_check,
     smeared_check,
@@ -148,7 +147,6 @@ def check(chain: StepRunner, comparisons: Sequence[Comparison], air: Sequence[Ai
         k = chain.opened.model.points.index(chain.opened.model.foot_point)
         noise = {t.file: float(t.noise_x[k] / t.x[k].std()) for t in chain.traces(Purpose.VALIDATION)}
         steps[last] = with_checks(steps[last], held_out_check(comparisons, noise, known))
-    steps.update(beside_causes(steps.values()))
     if "hysteresis" in steps:
         steps["hysteresis"] = with_checks(steps["hysteresis"], gap_check(steps["hysteresis"], known))
     chain.evidence.remarks += failures(one for step in steps.values() for one in step.checks)

@@ -7,14 +7,14 @@ every step are over groups of its data, and a landing rule that is undecided is 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.step import PREFERRED, Alternative, Check, StepResult
+from tarsus.identify.step import Alternative, Check, StepResult
 from tarsus.records.excluded import Exclusion
 
 if TYPE_CHECKING:
@@ -62,26 +62,19 @@ def touched(known: Estimates, parts: Sequence[str]) -> tuple[str, ...]:
 
 
 def air_checks(fit: AirFit | None, known: Estimates) -> tuple[Check, ...]:
-    """Whether the identified structure and drive predict the motion in the air. Where they do not and a cause is named,
-    a number holds that this motion tells as well as its own data do, and no differently: of an unknown cause both may
-    be wrong alike."""
+    """Whether the identified structure and drive predict the motion in the air. Where they do not, all that a named
+    cause touches is in doubt, and of an unknown one everything: the air may misread a number as its own data do."""
     if fit is None:
         return ()
     touches = _ALL if fit.named is None else fit.named.touches
-    off = {path: abs(moved) for path, (moved, _) in fit.missed.items()}
-    told = {path for path, (_, error) in fit.missed.items() if error <= 1.0 and off[path] <= SHIFTED}
-    holds = set[str]() if fit.named is None else told
-    paths = tuple(path for path in touched(known, touches) if path not in holds)
+    paths = touched(known, touches)
     std = dict(zip(known.paths, np.std(known.samples, axis=0).tolist(), strict=True))
-    far = {path: off[path] * std[path] for path in paths if path in off}
+    far = {path: abs(fit.missed[path]) * std[path] for path in paths if path in fit.missed}
     figures = (
         ("motion in the air over its noise", fit.predicted, OVER_NOISE),
         ("influence on the estimates (standard deviations)", fit.pull, PULLED),
     )
-    return tuple(
-        Check(*one, paths=paths, cause=fit.cause, hangs=fit.named is None, record=fit.record, far=far)
-        for one in figures
-    )
+    return tuple(Check(*one, paths=paths, cause=fit.cause, record=fit.record, far=far) for one in figures)
 
 
 def step_checks(step: StepResult, known: Estimates) -> tuple[Check, ...]:
@@ -100,7 +93,7 @@ def step_checks(step: StepResult, known: Estimates) -> tuple[Check, ...]:
         cause = f"the fit of the step {step.name} leaves more than noise"
         record = f"repeat {step.records or 'its records'} at half the volts: what does not shrink is no motion of it"
         name = f"{step.name}: residual over noise"
-        checks.append(Check(name, left, OVER_NOISE, paths=paths, cause=cause, hangs=True, record=record))
+        checks.append(Check(name, left, OVER_NOISE, paths=paths, cause=cause, record=record))
     if step.name in _COUNTED and step.used:
         wrong = sum(one.count for one in step.left_out if one.kind is Exclusion.UNLIKE)
         total = max(wrong + step.used[0].used, 1)
@@ -109,16 +102,14 @@ def step_checks(step: StepResult, known: Estimates) -> tuple[Check, ...]:
         )
         name = f"{step.name}: share not as the model has it"
         record = f"repeat those of {step.records or 'its records'} that are left out"
-        checks.append(
-            Check(name, wrong / total, MISFITS, paths=paths, cause=cause, hangs=True, record=record)
-        )
+        checks.append(Check(name, wrong / total, MISFITS, paths=paths, cause=cause, record=record))
         several = sum(one.count for one in step.left_out if one.kind is Exclusion.SEVERAL)
         if several:
             share = several / (several + total)
             name = f"{step.name}: share around which no free motion fits"
             cause = f"the motion around {several} of {several + total} {step.used[0].what} is none of this structure"
             record = "record impacts with longer free flights between them, or sample faster"
-            checks.append(Check(name, share, MOST, paths=paths, cause=cause, hangs=True, record=record))
+            checks.append(Check(name, share, MOST, paths=paths, cause=cause, record=record))
     return tuple(checks)
 
 
@@ -168,7 +159,6 @@ def held_out_check(
             HELD_OUT,
             paths=paths,
             cause=cause,
-            hangs=True,
             record="record ramps and bounces with the drives that are held out",
         ),
     )
@@ -177,25 +167,3 @@ def held_out_check(
 def with_checks(step: StepResult, checks: Sequence[Check], answers: Sequence[Alternative] = ()) -> StepResult:
     """A step with further checks and alternatives."""
     return replace(step, checks=(*step.checks, *checks), alternatives=(*step.alternatives, *answers))
-
-
-def beside_causes(steps: Iterable[StepResult]) -> dict[str, StepResult]:
-    """Steps, by name, in which a check that fails together with one of a difference which touches all its numbers has
-    that one's cause: what the difference does to them looks like another one, and no answer of that is preferred. What
-    is the records' own, as drop-outs are, takes no number's word and may touch all."""
-    steps = tuple(steps)
-    failed = [one for step in steps for one in step.checks if not (one.passed or one.hangs)]
-    causes = sorted(failed, key=lambda one: not one.paths)
-    out = {}
-    for step in steps:
-        checks, explained = [], False
-        for one in step.checks:
-            fits = (c for c in causes if not c.paths or set(one.paths) <= set(c.paths))
-            of = next(fits, None) if one.hangs and not one.passed else None
-            explained |= of is not None
-            checks.append(one if of is None else replace(one, cause=of.cause))
-        answers = step.alternatives
-        if explained and not any(one in causes for one in step.checks):
-            answers = tuple(replace(one, word="" if one.word == PREFERRED else one.word) for one in answers)
-        out[step.name] = replace(step, checks=tuple(checks), alternatives=answers)
-    return out

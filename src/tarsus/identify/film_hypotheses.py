@@ -188,9 +188,9 @@ def _of_exponent(found: Beside, apart: float, said: str) -> tuple[Check, Check]:
     )
     off = max(abs(found.value - 0.5 * (ASSUMED + OTHER)) - 0.5 * (ASSUMED - OTHER), 0.0) / found.error
     return (
-        Check(name, apart, SURE, paths=(*FILM, *PULLS), cause=cause, hangs=True, record=record),
+        Check(name, apart, SURE, paths=(*FILM, *PULLS), cause=cause, record=record),
         Check(
             "exponent of the film beyond both, in standard errors", off, float(np.sqrt(SURE)),
-            paths=(*FILM, *PULLS), cause=neither, hangs=True, record=record,
+            paths=(*FILM, *PULLS), cause=neither, record=record,
         ),
     )  # fmt: skip

@@ -26,6 +26,9 @@ _WIDE = 30.0
 """Standard deviations by which identified numbers may move: what they are off where something else is."""
 _ZERO = 10.0
 """Deviations of its noise by which the zero of a displacement may be off."""
+_MOST = 0.7
+"""Part of what is left beyond noise that a cause must take away to be named: noise is known to 7 %, and what takes away
+little of something else is none."""
 _OWN = 3
 """Kinds of columns beside those of causes: identified numbers, the instruments', zeros."""
 
@@ -37,7 +40,7 @@ class AirFit:
     records: their number; values: of samples; predicted: root mean square over the noise that the prediction leaves,
     the zeros free and the identified numbers within their draws; pull: root mean square, in standard deviations, by
     which the records pull these; missed: by path, by how many of its standard deviations each number moves where all
-    are free, and the standard error of that; cause: in words, with what to record for it; named: the cause, if any has
+    are free; cause: in words, with what to record for it; named: the cause, if any has
     a line of its own and leaves noise.
     """
 
@@ -45,7 +48,7 @@ class AirFit:
     values: int
     predicted: float
     pull: float
-    missed: Mapping[str, tuple[float, float]]
+    missed: Mapping[str, float]
     cause: str
     record: str
     named: Cause | None = None
@@ -147,14 +150,18 @@ def fit_air(records: Sequence[AirRecord], known: Estimates) -> AirFit | None:
     best = min(rest, key=rest.__getitem__)
     # a cause is asked for where the numbers, free to move, do not explain the motion, and told if it does
     noise = OVER_NOISE**2 * count
-    named = best if plain > noise >= rest[best] and plain - rest[best] > SURE else None
+    most = plain - rest[best] > max(SURE, _MOST * (plain - count))
+    named = best if plain > noise >= rest[best] and most else None
     scale = max((plain if named is None else rest[best]) / count, 1.0)
     off, error = sums.missed(named, scale)
-    missed = {known.paths[k]: (float(a), float(e)) for k, a, e in zip(own, off, error, strict=True)}
+    missed = {known.paths[k]: float(by) for k, by in zip(own, off, strict=True)}
     if named is not None:
         cause, record = _said(sums, named)
     else:
-        cause, record = _where(records) if plain > noise else _differently(missed)
+        sure = dict(zip(missed, np.abs(off) / np.hypot(1.0, error), strict=True))
+        cause, record = (
+            _where(records) if plain > noise else _differently(missed, max(sure, key=sure.__getitem__))
+        )
     of = None if named is None else CAUSES[named]
     return AirFit(len(records), count, predicted, pull, missed, cause, record, of)
 
@@ -168,12 +175,11 @@ def _said(sums: _Sums, number: int) -> tuple[str, str]:
     return f"the motion in the air shows that {one.said.format(size)}", one.record
 
 
-def _differently(missed: Mapping[str, tuple[float, float]]) -> tuple[str, str]:
+def _differently(missed: Mapping[str, float], path: str) -> tuple[str, str]:
     """That other values of the numbers explain the motion: which of them moves most, beside its error."""
-    path = max(missed, key=lambda one: abs(missed[one][0]) / np.hypot(1.0, missed[one][1]))
     cause = (
         "the motion in the air is that of a device with other numbers than the rest of the records tell, the cause is "
-        f"unknown: most of all {path}, by {abs(missed[path][0]):.2g} standard deviations"
+        f"unknown: most of all {path}, by {abs(missed[path]):.2g} standard deviations"
     )
     return cause, "repeat loops and sweeps after the records in the air"
 

@@ -135,8 +135,8 @@ class Check:
 
     name: what is compared; value and limit [unit]; least: whether the value must reach the limit rather than stay
     below it; paths: the numbers that a check which fails takes the word "determined" from; cause: what a failure means;
-    hangs: whether it may as well fail because of what another check shows of all these numbers; record: what to record
-    where it fails; far: by path, how far a number may be off where it fails [SI], of those of which that is known.
+    record: what to record where it fails; far: by path, how far a number may be off where it fails [SI], of those of
+    which that is known.
     """
 
     name: str
@@ -146,7 +146,6 @@ class Check:
     least: bool = False
     paths: tuple[str, ...] = ()
     cause: str = ""
-    hangs: bool = False
     record: str = ""
     far: Mapping[str, float] = field(default_factory=dict)
 

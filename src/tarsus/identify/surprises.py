@@ -339,7 +339,6 @@ def _check(one: Surprise, limit: float, unit: str, paths: tuple[str, ...]) -> Ch
         limit,
         paths=paths,
         cause=one.sentence(unit),
-        hangs=True,
         record=one.record,
         far=far,
     )

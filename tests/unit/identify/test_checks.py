@@ -20,13 +20,13 @@ from tarsus.identify.afterwards import _nudged
 from tarsus.identify.airborne import air_records
 from tarsus.identify.campaign import Campaign, Opened
 from tarsus.identify.chain import StepRunner
-from tarsus.identify.checks import GAP, SHIFTED, SURE, air_checks, beside_causes, gap_check, step_checks
+from tarsus.identify.checks import GAP, SHIFTED, SURE, air_checks, gap_check, step_checks
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.film_hypotheses import attraction_of, exponent_of, with_attraction, with_exponent
 from tarsus.identify.foot import ATTRACTED_AT, FootModel
 from tarsus.identify.prediction import AirFit, fit_air
-from tarsus.identify.step import Alternative, Check, Residual, StepResult, Used, failures
+from tarsus.identify.step import Check, Residual, StepResult, Used, failures
 from tarsus.identify.traces import Trace
 from tarsus.identify.verdict import judge_samples
 from tarsus.model.drive.waveforms import Square
@@ -226,27 +226,6 @@ def test_flights_tell_an_attraction_by_the_volts_that_is_added_to_them():
     assert f"in contact at {ATTRACTED_AT:g} V with 2" in doubted.checks[-1].cause
 
 
-def test_what_fails_with_a_known_difference_is_told_beside_it():
-    """Creep makes pulls look aged: no other cause is named, and no law of theirs preferred."""
-    film, pull = "ground.film.thickness", "ground.adhesion.rate"
-    creep = Check("motion", 9.0, 1.0, paths=(film, pull), cause="creep")
-    aged = Check("ageing", 40.0, 36.0, paths=(pull,), cause="adhesion levels off", hangs=True)
-    other = Check("share", 2.0, 1.0, paths=("robot.structure.frequencies.0",), cause="its own", hangs=True)
-    law = Alternative("adhesion", "a line and its square", 1.0, word="preferred")
-    steps = [
-        replace(step(name, path), checks=checks, alternatives=(law,))
-        for name, path, checks in (("hysteresis", film, (creep,)), ("adhesion", pull, (aged, other)))
-    ]
-    found = beside_causes(steps)
-    checks = [one for step in found.values() for one in step.checks]
-    assert [one.cause for one in checks] == ["creep", "creep", "its own"] and not any(
-        c.passed for c in checks
-    )
-    assert [one.alternatives[0].word for one in found.values()] == ["preferred", ""]
-    alone = beside_causes([steps[1]])["adhesion"]
-    assert alone.checks[0].cause == "adhesion levels off" and alone.alternatives == (law,)
-
-
 def test_what_the_device_file_states_with_an_interval_is_moved_by_its_standard_error():
     model = known().base
     gap = {"source": "assumed", "note": "By eye.", "interval": (model.gap - 1.96e-6, model.gap + 1.96e-6)}
@@ -271,8 +250,3 @@ def test_a_constant_that_counts_from_the_gap_as_stated_must_bear_an_error_of_it(
     gap = {"source": "assumed", "note": "By eye.", "interval": (0.9 * model.gap, 1.1 * model.gap)}
     provenance = FrozenDict({**model.scene.provenance, "robot.feet.tip.gap": Provenance.model_validate(gap)})
     assert not gap_check(of_law, replace(found, base=model.changed({"provenance": provenance})))
-
-
-def step(name: str, path: str) -> StepResult:
-    """A result of one number."""
-    return StepResult(name, (path,), np.ones(1), np.ones((DRAWS, 1)))
