@@ -203,6 +203,19 @@ def source_model() -> dict[str, Any]:
     return compare([row.measured for row in rows], [row.source for row in rows])
 
 
+def naive(key: str) -> dict[str, float]:
+    """Errors of predictors that know the other rows of Table A.1 alone."""
+    import numpy as np
+
+    from tarsus.calibrate.skill import naive_errors
+    from tarsus_reproduce.rows import CANTILEVER, packaged_rows
+
+    rows = packaged_rows(CANTILEVER)
+    (name,) = (one for one in rows[0].measured if one.startswith(key))
+    values = np.array([np.nan if row.measured[name] is None else row.measured[name] for row in rows], dtype=float)
+    return naive_errors(values, [{"wave": row.wave, "volts": row.volt_v, "hertz": row.freq_hz} for row in rows])
+
+
 def cantilever() -> str:
     """Rows of Table A.1: the source's model, fitted, left out."""
     found, source = result("cantilever"), source_model()
@@ -222,6 +235,10 @@ def cantilever() -> str:
         ]
         for name, words in (("peak", "peak"), ("contact", "contact duration"))
     ]
+    for key, words in (("peak", "peak"), ("contact", "contact duration")):
+        for name, error in naive(key).items():
+            skill = "–" if left is None else f"skill {1.0 - left[key]['mean_relative_error'] / error:+.2f}"
+            rows.append([f"{words}, by the {name.removeprefix('the ')} alone", f"{100.0 * error:.1f} %", "", skill])
     rows.append(
         [
             "existence of bounces",

@@ -10,6 +10,7 @@ import numpy as np
 from tarsus.calibrate.cells import column_value
 from tarsus.calibrate.objective import existence
 from tarsus.calibrate.prediction import INTERVAL, Prediction
+from tarsus.calibrate.skill import naive_errors, skill_of
 from tarsus.files.version import package_version
 from tarsus.fit.ranges import weighted_quantile
 from tarsus.tables import Column, Table
@@ -251,9 +252,10 @@ def _other(result: Calibration, n: int) -> dict[str, Any]:
 
 
 def _summary(result: Calibration, predictions: Sequence[Sequence[Prediction]]) -> dict[str, Any]:
-    """By measure: mean relative and absolute errors, share of values in their intervals, Brier score, and rows whose
-    existence is more likely right than wrong."""
+    """By measure: mean relative and absolute errors, share of values in their intervals, Brier score, rows whose existence
+    is more likely right than wrong, and the skill against predictors that know nothing, with their errors."""
     cells = result.lowered.problem.objective.cells
+    conditions = [_head(result, number)["conditions"] for number in result.lowered.trained]
     out: dict[str, Any] = {}
     holds_all: list[bool] = []
     for k, (name, unit) in enumerate(zip(cells.names, cells.units, strict=True)):
@@ -265,6 +267,7 @@ def _summary(result: Calibration, predictions: Sequence[Sequence[Prediction]]) -
         holds = [one.holds(o) for one, o in pairs if one.low < one.high]
         holds_all += holds
         above = [abs(one.median / o - 1.0) for one, o in pairs if o > 0.0]
+        naive = naive_errors(cells.observed[:, k], conditions)
         brier = [(one.p_bounce - (o > 0.0)) ** 2 for one, o in pairs if one.p_bounce is not None]
         entry: Mapping[str, Any] = {
             "cells": len(pairs),
@@ -273,6 +276,8 @@ def _summary(result: Calibration, predictions: Sequence[Sequence[Prediction]]) -
             else sum((one.p_bounce or 0.0) > 0.5 for one, o in pairs if o > 0.0)
             + sum((one.p_bounce or 0.0) < 0.5 for one, o in pairs if o == 0.0),
             "mean_relative_error": _mean(above),
+            "naive": naive,
+            "skill": skill_of(_mean(above), naive),
             "mean_absolute_error": _mean([abs(column_value(one.median - o, unit)) for one, o in pairs]),
             "unit": unit,
             "held": _mean(holds),
@@ -341,9 +346,10 @@ def errors_table(summary: Mapping[str, Any]) -> Table:
         for name, one in (part or {"measures": {}})["measures"].items()
     )
     columns = (
-        "measure", "rows", "cells", Column("mean relative error", "%", 2), Column("mean error", ROW, 3),
-        Column("in 80 % interval", "%", 2), Column("Brier score", digits=2),
+        "measure", "rows", "cells", Column("mean relative error", "%", 2), Column("skill", digits=2),
+        Column("mean error", ROW, 3), Column("in 80 % interval", "%", 2), Column("Brier score", digits=2),
     )  # fmt: skip
-    keys = ("cells", "mean_relative_error", "mean_absolute_error", "held", "brier")
-    rows = [(name, what, *(one[key] for key in keys)) for name, what, one in found]
-    return Table("errors", columns, rows, units=[one["unit"] for *_, one in found])
+    keys = ("cells", "mean_relative_error", "skill", "mean_absolute_error", "held", "brier")
+    rows = [(name, what, *(one.get(key) for key in keys)) for name, what, one in found]
+    notes = ["skill: 1 less the error over the least of predictors that know the other rows alone (mean, nearest, power)"]
+    return Table("errors", columns, rows, notes, units=[one["unit"] for *_, one in found])
