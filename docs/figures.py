@@ -21,7 +21,8 @@ from typing import Any
 
 ROOT = Path(__file__).parents[1]
 RESULTS = Path(__file__).with_name("results")
-PAGES = (ROOT / "README.md", *(ROOT / "docs" / f"{name}.md" for name in ("agreement", "gallery", "validation", "walking")))
+OF_DOCS = ("agreement", "gallery", "validation", "walking")
+PAGES = (ROOT / "README.md", *(ROOT / "docs" / f"{name}.md" for name in OF_DOCS))
 
 COMMANDS = {
     "cantilever": ("tarsus calibrate cantilever -o fit", "calibration.json"),
@@ -419,7 +420,7 @@ def validation() -> str:
 def experiments() -> str:
     """A row an experiment: measured numbers, fitted ones, errors of claims that hold, and how many fail."""
     found, rows = result("validation"), []
-    for name, one in found["experiments"].items():
+    for one in found["experiments"].values():
         held = [claim for claim in one["claims"] if claim["outcome"] == "holds"]
         errors = [claim["median_error"] for claim in held if claim["median_error"] is not None]
         ends = dict.fromkeys(map(tiny, (min(errors), max(errors)))) if errors else {}
@@ -488,8 +489,8 @@ def fast() -> str:
     one_run = sorted(one["ratio"] for one in peers if one["problem"].startswith("P1"))
     (many,) = [one["ratio"] for one in peers if not one["problem"].startswith("P1")]
     return (
-        f"One run takes {one_run[0]:.0f} to {one_run[-1]:.0f} times less CPU time than by heyoka, the fastest public peer we "
-        f"know, and thousands of runs {many:.0f} times less ([tables](docs/agreement.md#how-fast-it-is)). Every event "
+        f"One run takes {one_run[0]:.0f} to {one_run[-1]:.0f} times less CPU time than by heyoka, the fastest public peer "
+        f"we know, and thousands of runs {many:.0f} times less ([tables](docs/agreement.md#how-fast-it-is)). Every event "
         "sequence is checked before a time is printed."
     )
 

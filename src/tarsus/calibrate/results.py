@@ -252,8 +252,8 @@ def _other(result: Calibration, n: int) -> dict[str, Any]:
 
 
 def _summary(result: Calibration, predictions: Sequence[Sequence[Prediction]]) -> dict[str, Any]:
-    """By measure: mean relative and absolute errors, share of values in their intervals, Brier score, rows whose existence
-    is more likely right than wrong, and the skill against predictors that know nothing, with their errors."""
+    """By measure: mean relative and absolute errors, share of values in their intervals, Brier score, rows whose
+    existence is more likely right than wrong, and the skill against predictors that know nothing, with their errors."""
     cells = result.lowered.problem.objective.cells
     conditions = [_head(result, number)["conditions"] for number in result.lowered.trained]
     out: dict[str, Any] = {}
@@ -351,5 +351,5 @@ def errors_table(summary: Mapping[str, Any]) -> Table:
     )  # fmt: skip
     keys = ("cells", "mean_relative_error", "skill", "mean_absolute_error", "held", "brier")
     rows = [(name, what, *(one.get(key) for key in keys)) for name, what, one in found]
-    notes = ["skill: 1 less the error over the least of predictors that know the other rows alone (mean, nearest, power)"]
+    notes = ["skill: 1 less the error over the least of predictors that know the other rows alone"]
     return Table("errors", columns, rows, notes, units=[one["unit"] for *_, one in found])
