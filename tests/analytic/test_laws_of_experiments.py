@@ -93,6 +93,65 @@ def test_a_mass_stops_in_a_rarefied_film_where_its_momentum_says():
     np.testing.assert_allclose(1e-6 * states.v[0] - momentum, whole, rtol=1e-9)
 
 
+# --- combs ----------------------------------------------------------------------------------------------------
+
+FRONT, BEHIND, HEIGHT, TRAVEL = 1e-6, 13e-6, 40e-6, 4.6e-6
+PLATES = 9.5e-19
+
+
+def comb(volts: float, path: float = 0.0, film: float = 0.0) -> ts.Scene:
+    """A shuttle of 3.5 ug on 10.3 N/m between two electrodes, as two feet that face each other: the front one, with
+    fringes, pulls it to a stop, the one behind has a ground of its own."""
+    gate = ts.Drive(load=ts.PointLoad(weights={"shuttle": 1.0}), law=ts.LinearForce(gain=0.0))
+    structure = ts.Lumped(coordinates=("shuttle",), mass=[3.5e-9], stiffness=[10.3], damping=[0.0])
+    plates, edges = {"coefficient": PLATES, "offset": FRONT}, {"kind": "fringing_field", "height": HEIGHT}
+    films = {"kind": "rarefied_film", "coefficient": film, "thickness": FRONT, "free_path": path}
+    between = {"film": films} if film else {}
+    feet = {
+        "stop": ts.Foot(point="shuttle", gap=TRAVEL, electrode="gate"),
+        "back": ts.Foot(
+            point="shuttle", normal=-1, gap=BEHIND - TRAVEL - FRONT, electrode="gate", ground="behind"
+        ),
+    }
+    return ts.Scene(
+        name="comb",
+        robot=ts.Robot(structure=structure, drives={"gate": gate}, feet=feet),
+        ground={"electrostatic": plates, "laws": {"fringes": edges | plates, **between}},
+        grounds={"behind": {"electrostatic": plates, "laws": between}},
+        signals={"gate": ts.Constant(level=volts)},
+        duration=1e-3,
+    )
+
+
+def test_a_comb_closes_where_no_place_holds_it():
+    """From rest it passes every place where the energy that the spring takes is less than the electrodes' work."""
+    x = np.linspace(1e-9, TRAVEL, 200_000)
+    f0, b0 = TRAVEL + FRONT, BEHIND - TRAVEL
+    f, b = f0 - x, b0 + x
+    work = PLATES * (1.0 / f - 1.0 / f0 + np.log(f0 / f) / (math.pi * HEIGHT) + 1.0 / b - 1.0 / b0)
+    dynamic = float(np.sqrt(0.5 * 10.3 * x**2 / work).max())
+    static = np.sqrt(10.3 * x / (PLATES * (1.0 / f**2 + 1.0 / (math.pi * HEIGHT * f) - 1.0 / b**2)))
+    assert dynamic < float(static.max())
+    below, above = (ts.simulate(comb(dynamic * part)) for part in (1.0 - 1e-3, 1.0 + 1e-3))
+    assert below.ok and above.ok and not len(below.events) and len(above.events)
+    speed = math.sqrt(2.0 / 3.5e-9 * (work[-1] * (1.001 * dynamic) ** 2 - 0.5 * 10.3 * TRAVEL**2))
+    assert above.events["speed_before"][0] == pytest.approx(speed, rel=1e-9)
+
+
+@pytest.mark.parametrize("path", [0.0, 68e-9])
+def test_films_of_a_comb_brake_on_both_sides(path):
+    """The power that they take is C v^2 [Q(f)/f^3 + Q(b)/b^3], and the account closes."""
+    closing = comb(70.0, path, film=4.4e-21)
+    end = 0.999 * ts.simulate(closing).events["time"][0]
+    run, t = ts.simulate(closing, end), np.linspace(0.0, end, 40_001)
+    states = run.states(t)
+    f, b = states.gap + FRONT
+    film = sum(1.0 / h**3 / (1.0 + 9.638 * (path / h) ** 1.159) for h in (f, b))
+    lost = float(np.trapezoid(4.4e-21 * states.v[0] ** 2 * film, t))
+    assert run.ledger.closure < 1e-8
+    assert -run.ledger.laws["film"] == pytest.approx(lost, rel=1e-5)
+
+
 # --- restitution by speed -------------------------------------------------------------------------------------
 
 
@@ -135,3 +194,32 @@ def test_fringes_lower_the_pull_in_voltage_as_the_equilibrium_says(height):
     found = volts_at(run, "gate", touchdown(run, "beam"))
     assert static < found < 1.001 * static  # a ramp of 2 s comes late by some hundred cycles of 42,000
     assert run.ledger.closure < 1e-8
+
+
+# --- momenta below zero ---------------------------------------------------------------------------------------
+
+
+class FilmBehind(ts.DampingLaw):
+    """A film on the other side of a foot, whose momentum is below 0 and falls ever faster as the foot rises."""
+
+    coefficient: float = ts.quantity("N m^2 s", "film coefficient", ge=0.0)
+    behind: float = ts.quantity("m", "thickness at contact", gt=0.0)
+
+    @staticmethod
+    def momentum(gap, coefficient, behind):
+        return -0.5 * coefficient / ((behind - gap) * (behind - gap))
+
+
+def test_a_momentum_is_counted_from_anywhere():
+    """It took ever shorter steps, as if it were deep in a film: m v + P(g) stays, and the foot falls."""
+    law = FilmBehind(coefficient=4.4e-21, behind=6e-6)
+    values = {
+        "ground.gravity": None, "ground.laws": {"film_behind": law}, "robot.structure.mass": [3.5e-9],
+        "robot.feet.ball.gap": 5e-6, "initial.velocity": [-0.1],
+    }  # fmt: skip
+    run = ts.simulate(scene("ball", values), 2e-4)
+    assert run.ok
+    states = run.states(np.linspace(0.0, 2e-4, 20))
+    momentum = [law.momentum(g, *law.parameters()) for g in states.gap[0]]
+    whole = -3.5e-10 - law.momentum(5e-6, *law.parameters())
+    np.testing.assert_allclose(3.5e-9 * states.v[0] - momentum, whole, rtol=1e-8)
