@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.quantities import Quantity
-from tarsus.base.spec import get_value, with_values
+from tarsus.base.spec import get_value
 from tarsus.base.threads import single_threaded
 from tarsus.fit.record_problem import RecordFit, RecordProblem, Seen, SeenRecord, Segment
 from tarsus.fit.record_ties import Knowledge, TiedWindows
@@ -28,9 +28,10 @@ from tarsus.identify.influence import Influence
 from tarsus.identify.walk_feet import asked_of_feet, numbers_of_feet, respread, with_feet
 from tarsus.identify.walk_horizon import MOST, WalkFollower, left_of, most_of, samples_of
 from tarsus.identify.walk_influence import Recorded, influence_of
+from tarsus.identify.walk_symmetry import arms_of, untold
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
-from tarsus.solve import Output, ResultCode, output_rows, simulate
+from tarsus.solve import Output, output_rows
 
 REST = (1e-7, 1e-5)
 """Standard deviations [m, m/s] of a first start about the walker at rest: as far as legs that are stiffer or softer by
@@ -60,8 +61,6 @@ JOINED = 3
 """Times that windows which are not followed in the end are joined to those before them."""
 ROUNDS = 4
 """How often windows are tied and the spread from foot to foot is estimated again."""
-UNTOLD = 9.0
-"""Sum of squares over the noise below which records do not show that legs are exchanged: three standard deviations."""
 FEW = 12
 """Samples of a record below which nothing is found of it."""
 
@@ -170,16 +169,9 @@ def _walker(records: Sequence[WalkRecord]) -> Walker:
     return walker
 
 
-def _arms(walker: Walker) -> dict[str, float]:
-    """Distances [m] of the farthest hip from the axes that the body turns about: an angle times it is its motion."""
-    legs = walker.legs.values()
-    found = {"roll": max(abs(one.y) for one in legs), "pitch": max(abs(one.x) for one in legs)}
-    return {name: one or walker.length or 1.0 for name, one in found.items()}
-
-
 def _of_start(walker: Walker, spread: tuple[float, float]) -> Floats:
     """Standard deviations (2n,) of a start whose displacements and velocities have these: of angles over the arm."""
-    arms = _arms(walker)
+    arms = arms_of(walker)
     over = np.ones(walker.size)
     over[: walker.body_size] = [1.0 / arms.get(name, 1.0) for name in walker.body_coordinates]
     return np.concatenate([spread[0] * over, spread[1] * over])
@@ -200,7 +192,7 @@ def _problem(records: Sequence[WalkRecord], spread: Mapping[str, float]) -> Reco
         priors |= {
             one.zero(k): Prior(
                 float(one.values[k, 0] - there[k]),
-                sd=ZERO / _arms(_walker(records)).get(one.outputs[k].at, 1.0),
+                sd=ZERO / arms_of(_walker(records)).get(one.outputs[k].at, 1.0),
             )
             for k in one.shifted
         }
@@ -345,7 +337,8 @@ def _found(
     influence, known = influence_of(of, fit, joint.windows.pulls(fit), paths, prior)
     ahead = fit.ahead[: len(paths)] * prior
     values = {path: fit.values[path] for path in paths}
-    covariance = scatter_over_noise(influence, known) + np.outer(ahead, ahead) + _untold(records, values)
+    alike = untold(_walker(records), records, values)
+    covariance = scatter_over_noise(influence, known) + np.outer(ahead, ahead) + alike
     ends = [[one.span for one in fit.segments if one.record == k] for k in range(len(records))]
     count = sum(len(one.times) for one in records)
     return WalkFit(
@@ -383,54 +376,3 @@ def _taken_up(
         moved, known = at.moved, Knowledge.of(at.moved, at.covariance)
         segments += at.segments
     return segments, moved, windows
-
-
-def _untold(records: Sequence[WalkRecord], values: Mapping[str, float]) -> Floats:
-    """What it adds to the covariance (np, np) of logarithms that records show no difference when legs are exchanged, as
-    surge and heave do not where legs that face each other across the middle go together: of two answers that are as
-    likely the second moment about one is half the square of the distance."""
-    paths, logs = list(values), np.log(list(values.values()))
-    out = np.zeros((len(paths), len(paths)))
-
-    def shown(numbers: Mapping[str, float]) -> list[Floats] | None:
-        runs = [simulate(with_values(one.scene, numbers), float(one.times[-1])) for one in records]
-        if any(one.ended is not ResultCode.DONE for one in runs):
-            return None
-        return [
-            run.outputs(list(one.outputs), one.times) / one.noise[:, None]
-            for run, one in zip(runs, records, strict=True)
-        ]
-
-    for to in _exchanges(_walker(records)):
-        other = [_of_other(path, to) for path in paths]
-        if set(other) != set(paths):
-            continue
-        exchanged = {path: values[at] for path, at in zip(paths, other, strict=True)}
-        one, two = shown(values), shown(exchanged)
-        off = np.log(list(exchanged.values())) - logs
-        if one and two and sum(float(np.sum((a - b) ** 2)) for a, b in zip(one, two, strict=True)) < UNTOLD:
-            out += 0.5 * np.outer(off, off)
-    return out
-
-
-def _exchanges(walker: Walker) -> list[dict[str, str]]:
-    """In whose place each leg stands when the robot is turned half round, or mirrored in its middle or its axis."""
-    legs, out = walker.legs, list[dict[str, str]]()
-    near = 1e-3 * max(_arms(walker).values())
-    for x, y in ((-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0)):
-        to = {
-            name: next(
-                (k for k, at in legs.items() if np.hypot(at.x - x * one.x, at.y - y * one.y) < near), ""
-            )
-            for name, one in legs.items()
-        }
-        if set(to.values()) == set(legs) and any(name != at for name, at in to.items()):
-            out.append(to)
-    return out
-
-
-def _of_other(path: str, to: Mapping[str, str]) -> str:
-    """The path of the same number of the leg in whose place one stands; other paths as they are."""
-    begin, _, rest = path.partition("robot.structure.legs.")
-    leg, dot, name = rest.partition(".")
-    return path if begin or leg not in to else f"robot.structure.legs.{to[leg]}{dot}{name}"

@@ -16,8 +16,10 @@ from tarsus.base.spec import get_value, validate, with_values
 from tarsus.fit.record_problem import Segment
 from tarsus.fit.verdict import Verdict
 from tarsus.identify.walk_step import noise_of, unknowns_of
-from tarsus.identify.walking import WalkRecord, _joined, _untold, identify_walk
+from tarsus.identify.walk_symmetry import untold
+from tarsus.identify.walking import WalkRecord, _joined, identify_walk
 from tarsus.model.scene import Provenance, Scene, Source
+from tarsus.model.structure import Walker
 from tarsus.solve.outputs import Output
 
 GROUND = {
@@ -113,7 +115,9 @@ def test_legs_that_no_record_tells_apart_widen_the_intervals(turns: bool) -> Non
         for k, leg in enumerate(("L1", "R1", "L2", "R2"))
     }
     record = WalkRecord(scene, times, outputs, values, noise)
-    added = _untold([record], {**legs, "ground.friction.coefficient": 0.4})
+    walker = scene.robot.structure
+    assert isinstance(walker, Walker)
+    added = untold(walker, [record], {**legs, "ground.friction.coefficient": 0.4})
     # half a turn puts L1 in the place of R2 and R1 in that of L2: 1.2 and 1.5, 1.3 and 1.4 N/m
     off = np.log([1.5 / 1.2, 1.4 / 1.3, 1.3 / 1.4, 1.2 / 1.5, 1.0])
     assert added == pytest.approx(np.zeros((5, 5)) if turns else 0.5 * np.outer(off, off))

@@ -1,0 +1,77 @@
+"""Legs that records of a walk do not tell apart: what it adds to intervals that two answers are as likely."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tarsus.base.arrays import Floats
+from tarsus.base.spec import with_values
+from tarsus.model.structure import Walker
+from tarsus.solve import ResultCode, simulate
+
+if TYPE_CHECKING:
+    from tarsus.identify.walking import WalkRecord
+
+UNTOLD = 9.0
+"""Sum of squares over the noise below which records do not show that legs are exchanged: three standard deviations."""
+
+
+def arms_of(walker: Walker) -> dict[str, float]:
+    """Distances [m] of the farthest hip from the axes that the body turns about: an angle times it is its motion."""
+    legs = walker.legs.values()
+    found = {"roll": max(abs(one.y) for one in legs), "pitch": max(abs(one.x) for one in legs)}
+    return {name: one or walker.length or 1.0 for name, one in found.items()}
+
+
+def untold(walker: Walker, records: Sequence[WalkRecord], values: Mapping[str, float]) -> Floats:
+    """What it adds to the covariance (np, np) of logarithms that records show no difference when legs are exchanged, as
+    surge and heave do not where legs that face each other across the middle go together: of two answers that are as
+    likely the second moment about one is half the square of the distance."""
+    paths, logs = list(values), np.log(list(values.values()))
+    out = np.zeros((len(paths), len(paths)))
+
+    def shown(numbers: Mapping[str, float]) -> list[Floats] | None:
+        runs = [simulate(with_values(one.scene, numbers), float(one.times[-1])) for one in records]
+        if any(one.ended is not ResultCode.DONE for one in runs):
+            return None
+        return [
+            run.outputs(list(one.outputs), one.times) / one.noise[:, None]
+            for run, one in zip(runs, records, strict=True)
+        ]
+
+    for to in _exchanges(walker):
+        other = [_of_other(path, to) for path in paths]
+        if set(other) != set(paths):
+            continue
+        exchanged = {path: values[at] for path, at in zip(paths, other, strict=True)}
+        one, two = shown(values), shown(exchanged)
+        off = np.log(list(exchanged.values())) - logs
+        if one and two and sum(float(np.sum((a - b) ** 2)) for a, b in zip(one, two, strict=True)) < UNTOLD:
+            out += 0.5 * np.outer(off, off)
+    return out
+
+
+def _exchanges(walker: Walker) -> list[dict[str, str]]:
+    """In whose place each leg stands when the robot is turned half round, or mirrored in its middle or its axis."""
+    legs, out = walker.legs, list[dict[str, str]]()
+    near = 1e-3 * max(arms_of(walker).values())
+    for x, y in ((-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0)):
+        to = {
+            name: next(
+                (k for k, at in legs.items() if np.hypot(at.x - x * one.x, at.y - y * one.y) < near), ""
+            )
+            for name, one in legs.items()
+        }
+        if set(to.values()) == set(legs) and any(name != at for name, at in to.items()):
+            out.append(to)
+    return out
+
+
+def _of_other(path: str, to: Mapping[str, str]) -> str:
+    """The path of the same number of the leg in whose place one stands; other paths as they are."""
+    begin, _, rest = path.partition("robot.structure.legs.")
+    leg, dot, name = rest.partition(".")
+    return path if begin or leg not in to else f"robot.structure.legs.{to[leg]}{dot}{name}"
