@@ -86,6 +86,13 @@ def test_no_such_experiment(tmp_path, name, said):
         load_experiment(name or tmp_path)
 
 
+@pytest.mark.parametrize(("name", "count"), [("mems-switch", 5), ("ball-drop", 40)])
+def test_packaged_experiments_that_take_no_time(name, count):
+    """All of them are in the lane of heavy tests."""
+    found = ts.validate(name)
+    assert found.ok and len(found.compared) == count and all(one.figures.rows for one in found.verdicts)
+
+
 @pytest.mark.parametrize("name", experiment_names())
 def test_every_number_of_a_packaged_device_says_where_it_comes_from(name):
     device = load_experiment(name).device
