@@ -45,18 +45,8 @@ ten times what makes a walk that rings forget how it began."""
 
 _SENSED = {
     Sense.NOTHING: (),
-    Sense.CHARGE: (
-        OBJECTIVES["support"],
-        WalkObjective(
-            "touchdowns", "1", True, "touchdowns a step", ("impacts",), lambda seen: seen["impacts"]
-        ),
-    ),
-    Sense.SLIP: (
-        OBJECTIVES["slip"],
-        WalkObjective(
-            "stride", "m", True, "way of the body a step", ("stride",), lambda seen: seen["stride"]
-        ),
-    ),
+    Sense.CHARGE: (OBJECTIVES["support"], WalkObjective("touchdowns", "impacts", True)),
+    Sense.SLIP: (OBJECTIVES["slip"], WalkObjective("stride", "stride", True)),
 }
 
 
@@ -255,9 +245,9 @@ class _Adapter:
         period = max((wave.period or 0.0 for wave in scene.waves.values()), default=0.0)
         points = np.repeat(point[None], len(grounds), axis=0)
         points = points if self.request.starts is None else self._moved(points)
-        names = tuple(name for one in self.sensed for name in one.measures)
+        names = tuple(one.measure for one in self.sensed)
         seen = self.quick.measured(points, grounds.values, names, steps * period)
-        values = np.stack([one.of(seen) for one in self.sensed], axis=1)
+        values = np.stack([seen[name] for name in names], axis=1)
         return np.where(np.isfinite(values), values, 0.0)
 
     def _noisy(self, senses: Floats) -> Floats:

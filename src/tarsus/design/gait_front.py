@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.design.gait_motion import MOTION_HEAD, UNSEEN, GaitMotion
 from tarsus.design.gait_request import GaitRequest
 from tarsus.design.gait_unknowns import designed
 from tarsus.design.grounds import Grounds
 from tarsus.design.headers import gait_header_text
 from tarsus.design.judge import CLOSED, Certificate, Round
+from tarsus.design.percents import Percents
 from tarsus.design.results import DesignResult, csv_text, units_of
 from tarsus.design.walks import WalkObjective
 from tarsus.files.jsontext import json_text
@@ -40,13 +42,14 @@ class GaitPoint:
     """A gait on a front.
 
     point (nu,): in the unit cube; values: by path of the scene [SI]; nominal, risk, worst: its objectives, in their
-    units and order, on the scene's own ground, under the risk, and the worst that was found (NaN without grounds;
-    of the nominal front's gaits on the grounds that candidates were judged on, of all others in an attack of their
-    own on the box); worst_ground: values by path of the ground where the first objective that depends on the ground
-    is worst; energy [J]: plain, a drive period, and recovered: with charge recovery (NaN where nothing of the front
-    needs energy); intervals: between which 95 % of what the gait does lies with 95 % confidence, by objective: over
-    grounds and starts drawn by chance, over starts without grounds, and of the nominal front's gaits (NaN where fewer
-    than 93 were tried). nominal is the mean of starts that the gait was not chosen by; from rest, of the one start.
+    units and order, on the scene's own ground, under the risk, and the worst that was found (NaN without grounds) on
+    grounds that are the same for all: those that candidates were judged on, and those that an attack found worst for
+    any of them; worst_ground: values by path of the ground where the first objective that depends on the ground is
+    worst; energy [J]: plain, a drive period, and recovered: with charge recovery (NaN where nothing of the front needs
+    energy); intervals: between which 95 % of what the gait does lies with 95 % confidence, by objective: over grounds
+    and starts drawn by chance, over starts without grounds (NaN where fewer than 93 were tried); beyond: share of its
+    walks that do not keep the limits; motion: what it is on the scene's own ground. nominal is the mean of starts that
+    the gait was not searched by; from rest, of the one start.
     """
 
     point: Floats
@@ -58,25 +61,25 @@ class GaitPoint:
     energy: float
     recovered: float
     intervals: tuple[tuple[float, float], ...]
+    beyond: float
+    motion: GaitMotion = UNSEEN
 
 
 @dataclass(frozen=True, repr=False)
 class GaitFront(DesignResult):
     """Gaits that no other beats, and why to believe it.
 
-    members: under the risk; nominal: of the scene's own ground alone; robust: the gait with the best risk in the
-    first objective among those that lose at most the share ``loss`` of the best nominal value; optimum:
-    the nominal optimum of the first objective. grounds: that candidates were judged on; rounds of cutting planes;
-    gap: share by which the last attack found any shown gait worse than on those grounds, NaN without a box. points,
-    costs: every candidate (n, nu) and its costs (n, no) under the risk, the least the best; runs: made; reused:
-    read from an earlier call. certificate: of all gaits shown (members, robust, optimum), of that one which has most
-    grounds worse than its worst known before; None without a box.
+    members: one list, all judged alike, of which none beats another under the risk; optimum: of the gaits that were
+    judged with them the best on the scene's own ground in the first objective. grounds: that candidates were judged on;
+    rounds of cutting planes; gap: share by which the last attack found any gait that was attacked worse than on those
+    grounds, NaN without a box. points, costs: every candidate (n, nu) and its costs (n, no) under the risk, the least
+    the best; runs: made; reused: read from an earlier call. certificate: of all gaits that were attacked, of that one
+    which has most grounds worse than its worst known before; None without a box. percents: what one percent of each
+    number costs the robust gait.
     """
 
     request: GaitRequest
     members: tuple[GaitPoint, ...]
-    nominal: tuple[GaitPoint, ...]
-    robust: GaitPoint
     optimum: GaitPoint
     grounds: Grounds
     rounds: tuple[Round, ...]
@@ -87,11 +90,17 @@ class GaitFront(DesignResult):
     runs: int
     reused: int
     certificate: Certificate | None = None
+    percents: Percents | None = None
 
     @property
     def objectives(self) -> tuple[WalkObjective, ...]:
         """What the front is of."""
         return self.request.objectives
+
+    @property
+    def robust(self) -> GaitPoint:
+        """The best of the front under the risk in the first objective."""
+        return self.members[0]
 
     @property
     def front(self) -> Floats:
@@ -155,6 +164,25 @@ class GaitFront(DesignResult):
         members = [(f"gait-{number:02d}", point) for number, point in enumerate(self.members, start=1)]
         return [*members, ("robust", self.robust), ("optimum", self.optimum)]
 
+    @property
+    def once(self) -> list[tuple[list[str], GaitPoint]]:
+        """Gaits with all of their names: the robust one is one of the front, and the optimum as often as not."""
+        alike: dict[tuple[float, ...], tuple[list[str], GaitPoint]] = {}
+        for name, point in self.named:
+            alike.setdefault(tuple(point.values.values()), ([], point))[0].append(name)
+        return list(alike.values())
+
+    @property
+    def remarks(self) -> list[str]:
+        """Sentences on the limits, and on gaits that leave them or the range of their model."""
+        said = [f"limit: {one}" + f", for {one.reason}" * bool(one.reason) for one in self.request.limits]
+        for names, one in self.once:
+            if one.beyond:
+                said.append(f"{names[0]}: {percent(one.beyond, 2)} of its walks go beyond a limit")
+            if one.motion.outside:
+                said.append(f"{names[0]}: {one.motion.outside}")
+        return said
+
     def table(self) -> Table:
         """The gaits of the front, the robust one and the nominal optimum: what they reach, and the numbers that make
         them."""
@@ -168,14 +196,15 @@ class GaitFront(DesignResult):
             if one.grounded and np.isfinite([point.intervals[j] for _, point in self.named]).any():
                 columns.append(Column(f"{one.name}, 95 %", one.unit, 3))
                 kinds.append(("intervals", j))
-        columns += [Column(path, unit) for path, unit in units_of(self.request.scene, paths).items()]
-        alike: dict[tuple[float, ...], tuple[list[str], GaitPoint]] = {}
-        for name, point in self.named:  # the robust gait is one of the front, or the optimum, as often as not
-            alike.setdefault(tuple(point.values.values()), ([], point))[0].append(name)
-        rows = [
-            (", ".join(names), *(getattr(point, kind)[j] for kind, j in kinds), *(point.values[path] for path in paths))
-            for names, point in alike.values()
+        columns += [
+            *GaitMotion.columns(),
+            *(Column(*one) for one in units_of(self.request.scene, paths).items()),
         ]
+        rows = [
+            (", ".join(names), *(getattr(point, kind)[j] for kind, j in kinds), *point.motion.row,
+             *(point.values[path] for path in paths))
+            for names, point in self.once
+        ]  # fmt: skip
         read = f", {self.reused} read" if self.reused else ""
         notes = [
             f"{self.candidates} gaits tried, {self.runs} walks{read}",
@@ -193,18 +222,21 @@ class GaitFront(DesignResult):
                 f"of {looked.grounds} grounds drawn by chance at the end {looked.worse} were more than 2 % worse for "
                 f"any gait shown than known; at most {percent(looked.share, 2)} of the box are (95 %)"
             )
-        notes += [self.verdict] if self.verdict else []
+        notes += [] if self.percents is None else [f"robust gait, {self.percents.words}"]
+        notes += [*self.remarks, *([self.verdict] if self.verdict else [])]
         names = " against ".join(one.name for one in self.objectives)
-        title = f"GaitFront of '{self.request.scene.name}': {len(self.members)} gaits, {names}"
+        gaits = f"{len(self.members)} gait{'s' * (len(self.members) != 1)}"
+        title = f"GaitFront of '{self.request.scene.name}': {gaits}, {names}"
         return Table(title, columns, rows, notes)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, SI units; NaN where there is none.
 
-        objectives: name, unit, whether the most is best; front, nominal_front: gaits, each with ``values`` by path and,
-        by objective, ``nominal``, ``risk`` and ``worst``; robust, optimum: the two gaits that are compared, and gain:
-        worst value of the first over that of the second; gap: what is left open about the worst grounds; certificate:
-        grounds drawn by chance at the end, those more than 2 % worse than known, and the box's share that may be so.
+        objectives: name, unit, whether the most is best; limits; front: gaits, each with ``values`` by path, ``motion``
+        and, by objective, ``nominal``, ``risk`` and ``worst``; robust, optimum: the two gaits that are compared, and
+        gain: worst value of the first over that of the second; percents: what one percent of each number costs the
+        robust one; gap: what is left open about the worst grounds; certificate: grounds drawn by chance at the end,
+        those more than 2 % worse than known, and the box's share that may be so.
         """
         request, looked = self.request, self.certificate
         proof = (
@@ -216,9 +248,11 @@ class GaitFront(DesignResult):
             "certificate": proof, "scene": request.scene.name, "risk": request.risk.name,
             "free": list(request.unknowns.names),
             "objectives": [{"name": one.name, "unit": one.unit, "most": one.most} for one in self.objectives],
+            "limits": [{"measure": one.measure, "most": one.most, "value": one.value, "reason": one.reason}
+                       for one in request.limits], "remarks": self.remarks,
             "front": [_point(self, one) for one in self.members],
-            "nominal_front": [_point(self, one) for one in self.nominal],
             "robust": _point(self, self.robust), "optimum": _point(self, self.optimum), "gain": self.gain,
+            "percents": None if self.percents is None else self.percents.to_dict(),
             "over": [] if request.over is None else list(request.over.names),
             "grounds": self.grounds.each(),
             "motion": str(request.motion), "starts": request.motion.starts, "better": self.better,
@@ -243,7 +277,7 @@ def _point(design: GaitFront, point: GaitPoint) -> dict[str, Any]:
     return {
         "intervals": {name: list(ends) for name, ends in zip(names, point.intervals, strict=True)},
         "values": dict(point.values), **named, "worst_ground": dict(point.worst_ground), "energy": point.energy,
-        "energy_recovered": point.recovered,
+        "energy_recovered": point.recovered, "beyond": point.beyond, "motion": point.motion.to_dict(),
     }  # fmt: skip
 
 
@@ -253,12 +287,12 @@ def _front_csv(design: GaitFront) -> str:
     head = ["gait", *(f"{path} ({unit})" for path, unit in paths.items()),
             *(f"{one.name} {kind} ({one.unit})" for one in design.objectives
               for kind in (*kinds, "low 95 %", "high 95 %")),
-            "energy (J)", "energy with charge recovery (J)"]  # fmt: skip
+            "energy (J)", "energy with charge recovery (J)", "share of walks beyond limits", *MOTION_HEAD]  # fmt: skip
     rows = [
         (name, *point.values.values(),
          *(one for j in range(len(design.objectives))
            for one in (*(getattr(point, kind)[j] for kind in kinds), *point.intervals[j])),
-         point.energy, point.recovered)
+         point.energy, point.recovered, point.beyond, *point.motion.to_dict().values())
         for name, point in design.named
     ]  # fmt: skip
     return csv_text(head, rows)

@@ -18,8 +18,11 @@ from tarsus.base.workers import Workers
 from tarsus.design.gait_unknowns import GaitUnknowns, Symmetry, gait_unknowns
 from tarsus.design.grounds import Grounds, Over
 from tarsus.design.judge import Risk
+from tarsus.design.limits import Limit, limits_of
 from tarsus.design.request import OVER, RISK, SEED, Count, Problems, Seed, Settings, setting
-from tarsus.design.walks import WalkObjective, Walks, objectives_of, without_legs
+from tarsus.design.walks import ENERGY, TRANSPORT, WalkObjective, Walks, objectives_of, without_legs
+from tarsus.measure.walking import OF_EPISODES
+from tarsus.measure.walking import WALK as OF_WALKS
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 from tarsus.orbits.motion import Motion, SettledMotion, motion_asked
@@ -73,22 +76,21 @@ class GaitSettings(WalkSettings):
     """What a gait is designed for beside the scene, see `tarsus.design.gait` and `tarsus.design.adapt`."""
 
     SECTIONS: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "objective": ("objective", "risk", "loss"),
+        "objective": ("objective", "limits", "risk"),
         "search": ("candidates", "look", "seed"),
         "walks": ("starts", "duration", "from_rest"),
     }
 
     objective: Any = setting(
-        "speed,energy", "one to three of speed, energy, transport, slip, contact, support and sway"
+        "speed,energy",
+        "one to three of speed, energy, transport, slip, contact, support, sway and hold, or of measures: most "
+        "duty_factor",
+    )
+    limits: Any = setting(
+        None,
+        "measures that every walk keeps, as slip_ratio<0.2, with commas; heave_span<inf lifts that of the model",
     )
     risk: Any = setting(None, RISK)
-    loss: Amount = quantity(
-        "1",
-        "what the robust gait may lose of the best value on the scene's own ground",
-        default=0.1,
-        ge=0,
-        lt=1,
-    )
     look: Count = setting(
         48, "grounds that an attack between rounds looks at before it climbs; the last at more"
     )
@@ -104,7 +106,7 @@ class AdaptSettings(WalkSettings):
         "sense": ("sense", "steps", "noise"),
     }
 
-    objective: Any = setting("speed", "one of speed, transport, slip, contact, support and sway")
+    objective: Any = setting("speed", "one of speed, transport, slip, contact, support, sway and hold")
     gaits: Count = setting(10, "how many gaits at most")
     hidden: Annotated[int, Field(ge=2)] = setting(200, "hidden grounds that the choice is judged on")
     training: Annotated[int, Field(ge=2)] = setting(256, "grounds that the table is of")
@@ -126,6 +128,7 @@ class GaitRequest:
     risk: Risk
     options: GaitSettings | AdaptSettings
     motion: Motion
+    limits: tuple[Limit, ...] = ()
     threads: Workers = None
 
     @property
@@ -142,15 +145,22 @@ class GaitRequest:
         """Walks that are judged; of a settled motion for a share of their duration."""
         short = share if isinstance(self.motion, SettledMotion) else 1.0
         return Walks(
-            self.scene, self.unknowns, self.objectives, short * self.duration, self.threads, self.starts
+            self.scene,
+            self.unknowns,
+            self.objectives,
+            short * self.duration,
+            self.threads,
+            self.starts,
+            self.limits,
         )
 
     @property
     def text(self) -> str:
         """What walks and their order depend on beside the scene and `numbers`."""
         over = () if self.over is None else self.over.names
-        own = self.options.model_dump(mode="json", exclude={"free", "objective", "over", "risk"})
-        names = (*self.unknowns.paths, *(one.name for one in self.objectives), *over, self.risk.name)
+        own = self.options.model_dump(mode="json", exclude={"free", "objective", "over", "risk", "limits"})
+        bounds = (f"{one}" for one in self.limits)
+        names = (*self.unknowns.paths, *(one.name for one in self.objectives), *bounds, *over, self.risk.name)
         return f"{', '.join(names)}\n{own}, {self.motion!r}\n"
 
     @property
@@ -164,7 +174,8 @@ class GaitRequest:
             if isinstance(over, Grounds)
             else [over.low, over.high]
         )
-        return [free.numbers.low, free.numbers.high, free.base, free.share, *grounds]
+        limits = np.array([one.value for one in self.limits])
+        return [free.numbers.low, free.numbers.high, free.base, free.share, limits, *grounds]
 
 
 def gait_request(
@@ -182,11 +193,29 @@ def gait_request(
     over, judged = problems.bearing(
         scene, options.over, risk, lambda path: made is not None and path in made[1].paths
     )
-    problems += _of_energy(scene, objectives)
+    bounded = isinstance(options, GaitSettings)
+    limits = (problems.tried(lambda: limits_of(scene, options.limits)) or ()) if bounded else ()
+    problems += _of_energy(scene, objectives, limits)
     motion = None if made is None else problems.tried(lambda: _motion(*made, options))
+    problems += _unseen(scene, [one.measure for one in (*objectives, *limits)], motion)
     if problems or made is None or motion is None:
         raise InputError(problems)
-    return GaitRequest(*made, objectives, over, judged, options, motion, threads)
+    return GaitRequest(*made, objectives, over, judged, options, motion, limits, threads)
+
+
+def _unseen(scene: Scene, measures: Sequence[str], motion: Motion | None) -> list[str]:
+    """Measures that walks do not have: of a body that does not turn so, and of episodes where motions settle."""
+    moves = set(getattr(scene.robot.structure, "body_coordinates", ()))
+    problems = [
+        f"{name}: is of bodies with {' or '.join(sorted(OF_WALKS[name].moves))}, and this one has none"
+        for name in dict.fromkeys(measures) if name in OF_WALKS and not moves & set(OF_WALKS[name].moves)
+    ]  # fmt: skip
+    if isinstance(motion, SettledMotion):
+        problems += [
+            f"{name}: is of a run from its start; a settled motion has none, say from_rest"
+            for name in dict.fromkeys(measures) if name in OF_EPISODES
+        ]  # fmt: skip
+    return problems
 
 
 def _motion(scene: Scene, unknowns: GaitUnknowns, options: WalkSettings) -> Motion:
@@ -203,15 +232,17 @@ def _motion(scene: Scene, unknowns: GaitUnknowns, options: WalkSettings) -> Moti
     return motion_asked(slowest, starts, options.duration, options.from_rest)
 
 
-def _of_energy(scene: Scene, objectives: Sequence[WalkObjective]) -> list[str]:
-    if not any(one.priced for one in objectives):
+def _of_energy(scene: Scene, objectives: Sequence[WalkObjective], limits: Sequence[Limit]) -> list[str]:
+    asked = {one.measure: one.name for one in objectives} | {one.measure: one.measure for one in limits}
+    priced = {measure: name for measure, name in asked.items() if measure in (ENERGY, TRANSPORT)}
+    if not priced:
         return []
     layout = scene.robot.layout()
     moving = [] if layout is None else [name for name, reach in layout.drives.items() if reach.legs]
     bare = [name for name in moving if scene.robot.drives[name].capacitance is None]
-    names = " and ".join(one.name for one in objectives if one.priced)
+    names = " and ".join(priced.values())
     problems = [f"objective: {names} needs the capacitance of drive '{name}': set robot.drives.{name}.capacitance"
                 for name in bare[:1]]  # fmt: skip
-    if scene.ground.gravity is None and any(one.name == "transport" for one in objectives):
+    if scene.ground.gravity is None and TRANSPORT in priced:
         problems.append("objective: transport needs gravity, for the weight that is carried")
     return problems

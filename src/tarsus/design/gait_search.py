@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 from tarsus.base.progress import Progress, silent
 from tarsus.base.workers import Workers
 from tarsus.design.gait_front import GaitFront, GaitPoint
+from tarsus.design.gait_motion import MOTIONS, motions_of
+from tarsus.design.gait_percents import gait_percents
 from tarsus.design.gait_request import SEARCHED, GaitRequest, GaitSettings, gait_request
 from tarsus.design.grounds import Grounds, drawn, started, with_starts
 from tarsus.design.judge import (
     CLOSED,
     NOMINAL,
     WORST,
-    Attack,
     Certificate,
     Each,
     Judge,
@@ -42,17 +43,23 @@ from tarsus.measure.shares import tolerance_interval
 Floats = NDArray[np.float64]
 
 MEMBERS = 12
-"""Gaits of a front that are shown, attacked and given pages: spread along it, its ends among them."""
+"""Gaits of a front that are attacked: spread along it, its ends among them."""
+LOOKED = 4
+"""Gaits that are attacked at least, the next best ones where the front has fewer: which of them is the most robust is
+found there."""
 ROUNDS = 5
 """Rounds of cutting planes at most."""
-SHARES: tuple[float, ...] = (0.55, 0.15, 0.25)
-"""Shares of the candidates that go to the nominal front, each of which costs one walk, to the first search under the
-risk, each of which costs one on every ground, and to the robust gait."""
+SHARES: tuple[float, float] = (0.55, 0.4)
+"""Shares of the candidates that go to the nominal front, each of which costs one walk, and to the first search under
+the risk, each of which costs one on every ground."""
 MORE_SHARE = 0.02
 """Share of the candidates in every further round."""
 STARTS = 48
-"""Gaits of one search that the next one begins with; and as many of the nominal search that lose no more than the
-robust gait may, as far from each other as there are."""
+"""Gaits of one search that the next one begins with; and as many of the nominal search that lose no more than a tenth
+of its best value, as far from each other as there are: what is robust may lie anywhere among them."""
+NEAR_BEST = 0.1
+ATTACKED = 6
+"""Gaits along a front that are attacked between rounds."""
 MEAN_GROUNDS = 24
 """Grounds that stand for a box where a risk averages over it."""
 LAST_LOOKS = 3
@@ -64,13 +71,19 @@ CHECK = 4
 """Grounds drawn by chance in the last look, for each that an attack between rounds looks at: what none of 192 is, is
 less than 1.6 % of a box, and 93 or more hold 95 % of what gaits do (`tolerance_interval`)."""
 CONFIRMED = 24
-"""Candidates of each kind (front, robust gait, nominal front) that walk as long as what is shown: twice as many as are
+"""Candidates of each search, nominal and under the risk, that walk as long as what is shown: twice as many as are
 shown, for a short walk orders neighbours by luck."""
+BARRED = 1e30
+"""Cost of a walk beyond its limits, more the farther it is: above all numbers of a walk in SI units."""
 FRESH = 96
 """Other starts on the scene's own ground, by which a gait's value there is stated: those that it was chosen by favour
 it. 93 or more hold 95 % of what the gait does."""
-_STATED = 2
-"""Number of that set of starts; 0 and 1 are those of short and of long walks."""
+PAIRED = 8
+"""Starts from which a percent of every number is tried: the mean of the differences of pairs, each from one start, is
+known to a third of their scatter."""
+_STATED, _MOTION, _PERCENTS = 2, 3, 4
+"""Numbers of these sets of starts, of those that say what a motion is, and of these pairs; 0 and 1 are those of short
+and of long walks."""
 
 KEPT_FILES = (
     *(
@@ -107,8 +120,8 @@ def gait(
         Paths of the gait and of signals that may change, with their ranges or None for the usual ones;
         ``gait.phases`` for those of all legs, see `tarsus.design.gait_unknowns.gait_unknowns`.
     objective
-        One to three of `tarsus.design.walks.OBJECTIVES`, with commas or as a list; speed and energy unless
-        given.
+        One to three of `tarsus.design.walks.OBJECTIVES`, or measures by name with a direction (``most duty_factor``),
+        with commas or as a list; speed and energy unless given.
     over
         Grounds: a mapping of paths to (low, high), `tarsus.design.Grounds`, or a file of draws of `tarsus identify`.
         All candidates are judged on the same ones.
@@ -120,14 +133,17 @@ def gait(
     folder
         Where batches of runs are kept; with ``resume`` a design that was killed goes on there, and ends the same.
     settings
-        Further ones: symmetry, dead, candidates, look, loss, starts, duration, from_rest, seed. Objectives are those of
+        Further ones: limits, symmetry, dead, candidates, look, starts, duration, from_rest, seed. ``limits`` are
+        measures by name that every walk has to keep, ``{"slip_ratio": ("<", 0.2)}`` or ``"mean_speed > 2 mm/s"``, with
+        that of the model (`tarsus.design.limits.model_limit`). Objectives are those of
         the settled motion, the mean of ``starts`` on the scene's own ground, the risk over grounds and starts; with
         ``from_rest`` [s] those of an episode of that length from the scene's own start.
 
     Returns
     -------
     GaitFront
-        The front (`members`), the robust gait, the nominal optimum, the active grounds and the certificate.
+        One list of gaits, all judged alike: the front under the risk (`members`), of which the first is the robust
+        gait, and the nominal optimum; the active grounds and the certificate.
 
     Raises
     ------
@@ -145,24 +161,16 @@ def gait(
 
 @dataclass(frozen=True)
 class _Found:
-    """What a search found: points (n, nu) and their costs (n, k) for its goal; the objectives' costs (n, no) under
-    the risk and on the scene's own ground."""
+    """What a search found: points (n, nu), and their costs (n, no) under the risk and on the scene's own ground, of
+    what keeps its limits."""
 
     points: Floats
-    costs: Floats
     risked: Floats
     own: Floats
 
-
-@dataclass(frozen=True)
-class _Goal:
-    """What a search is for. what: in words; costs: from the objectives' costs (n, no) under the risk and on the
-    scene's own ground; pick: from costs and a number to the rows that are attacked, so many at most."""
-
-    what: str
-    costs: Callable[[Floats, Floats], Floats]
-    pick: Callable[[Floats, int], NDArray[np.int64]]
-    attacked: int
+    def leading(self, count: int) -> Floats:
+        """So many points (k, nu) at most: along the front under the risk, then along that of the others, and so on."""
+        return self.points[leading(self.risked, count)]
 
 
 def along(costs: Floats, count: int = MEMBERS) -> NDArray[np.int64]:
@@ -181,21 +189,31 @@ def along(costs: Floats, count: int = MEMBERS) -> NDArray[np.int64]:
     return rows[np.unique(np.abs(way[None] - wanted[:, None]).argmin(axis=1))]
 
 
-_FRONT = _Goal("front", lambda risked, own: risked, along, 6)
+@dataclass(frozen=True)
+class _Shown:
+    """Gaits that are shown, and their costs (k, no) as stated, under the risk and on the scene's own ground."""
+
+    points: tuple[GaitPoint, ...]
+    risked: Floats
+    own: Floats
 
 
-def _within(best: float, loss: float) -> tuple[_Goal, float]:
-    """The best risk in the first objective of what loses at most a share of the best value on the scene's own
-    ground, and the cost there that is that limit."""
-    limit = best + loss * abs(best)
+def leading(costs: Floats, count: int) -> NDArray[np.int64]:
+    """So many rows at most of costs (n, no), the best first: along their front, then along that of the others."""
+    found, left = list[int](), np.arange(len(costs))
+    while len(left) and len(found) < count:
+        rows = left[along(costs[left], count - len(found))]
+        found += rows.tolist()
+        left = np.setdiff1d(left, rows)
+    return np.array(found, dtype=np.int64)
 
-    def costs(risked: Floats, own: Floats) -> Floats:
-        return np.stack([risked[:, 0], np.maximum(own[:, 0] - limit, 0.0)], axis=1)
 
-    def pick(costs: Floats, count: int) -> NDArray[np.int64]:
-        return np.lexsort((costs[:, 0], costs[:, 1]))[:count]
-
-    return _Goal("robust gait", costs, pick, 2), limit
+def allowed(costs: Floats, objectives: int) -> Floats:
+    """Costs (..., no) of costs with a further column that is above 1 beyond limits: `BARRED` and more there."""
+    if costs.shape[-1] == objectives:
+        return costs
+    beyond = costs[..., -1:]
+    return np.where(beyond > 1.0, BARRED * beyond, costs[..., :-1])
 
 
 class _GaitSearch:
@@ -219,8 +237,8 @@ class _GaitSearch:
         self.certificate: Certificate | None = None
 
     def _front(self, costs: Floats) -> NDArray[np.int64]:
-        """Rows of the front of costs (n, no) that are shown: of gaits that make way, where any do; what goes backward
-        or stays is undominated as soon as it costs next to nothing."""
+        """Rows of the front of costs (n, no): of gaits that make way, where any do; what goes backward or stays is
+        undominated as soon as it costs next to nothing."""
         most = [j for j, one in enumerate(self.request.objectives) if one.most]
         rows = np.flatnonzero((costs[:, most] < 0.0).all(axis=1))
         rows = rows if len(rows) else np.arange(len(costs))
@@ -237,8 +255,8 @@ class _GaitSearch:
         )
         if self.request.starts is None:
             return own
-        count = FRESH if number == _STATED else self.options.starts
-        return started(own, self.request.starts, count, 3 * self.options.seed + number)
+        count = {_STATED: FRESH, _MOTION: MOTIONS, _PERCENTS: PAIRED}.get(number, self.options.starts)
+        return started(own, self.request.starts, count, 5 * self.options.seed + number)
 
     def _kept(self, walks: Walks) -> Each:
         """Costs of walks, each made once and kept."""
@@ -256,106 +274,104 @@ class _GaitSearch:
 
         return each
 
-    def _search(self, goal: _Goal, grounds: Grounds, risk: Risk, share: float, starts: Floats) -> _Found:
-        """Search the front of a goal on grounds."""
+    def _search(self, what: str, grounds: Grounds, risk: Risk, share: float, starts: Floats) -> _Found:
+        """Search the front under a risk on grounds."""
         every: list[tuple[Floats, Floats]] = []
+        size = len(self.request.objectives)
 
         def costs(points: Floats) -> Floats:
-            self._report(f"{goal.what}, {len(grounds)} grounds")
+            self._report(f"{what}, {len(grounds)} grounds")
             each = self.quick.costs(points, grounds)
             self.tried += len(points)
-            every.append((self.quick.risked(each, grounds, risk), self.quick.nominal(each)))
-            return goal.costs(*every[-1])
+            found = self.quick.risked(each, grounds, risk), self.quick.nominal(each)
+            every.append((allowed(found[0], size), allowed(found[1], size)))
+            return every[-1][0]
 
         search = search_of(int(share * self.options.candidates) - len(starts))
         self.asked += 1
         seed = 1000 * self.options.seed + self.asked
         unknowns = self.request.unknowns
-        points, values = search_front(costs, len(unknowns), unknowns.numbers.circular, search, seed, starts)
+        points, _ = search_front(costs, len(unknowns), unknowns.numbers.circular, search, seed, starts)
         risked, own = (np.concatenate(part) for part in zip(*every, strict=True))
-        return _Found(points, values, risked, own)
+        return _Found(points, risked, own)
 
     def design(self) -> GaitFront:
-        """The whole design: searches by short walks, then what is shown by long ones."""
-        request, loss = self.request, self.options.loss
-        plain, pool, rivals, grounds, rounds = self._candidates()
-        found, made, gap = self._sure(pool, grounds), list[GaitPoint](), np.nan
+        """The whole design: searches by short walks, then one list of what they found, judged by long ones."""
+        pool, grounds, rounds = self._candidates()
+        found, made, gap = self._sure(pool, grounds), _Shown((), *np.zeros((2, 0, 0))), np.nan
         for number in range(LAST_LOOKS):
-            others = self._sure(rivals, grounds)
-            best = others.points[_best(others.own)]
-            goal, _ = _within(float(others.own[:, 0].min()), loss)
-            robust = others.points[goal.pick(goal.costs(others.risked, others.own), 1)[0]]
-            robust = robust if self.sure.robust else best
-            chosen = np.concatenate([found.points[self._front(found.costs)], robust[None], best[None]])
+            chosen = np.unique(np.stack([*self._chosen(found)]), axis=0)
             made, gap, hurt = self._shown(chosen, grounds)
             if not gap > CLOSED or number == LAST_LOOKS - 1:
                 break
             grounds = grounds.with_more(hurt)
             rounds.append(Round("last look", len(grounds), gap))
             found = self._sure(pool, grounds)
-        alone = self._sure(plain, self.sure.own)
-        nominal = self._points(plain[self._front(alone.own)], grounds)
+        members = [made.points[i] for i in self._front(made.risked)]
+        optimum = made.points[_best(made.own)]
+        self._report("what the motions are")
+        *shown, optimum = motions_of(self.walks, [*members, optimum], self._own(_MOTION))
+        kept = found.risked[:, 0] < BARRED
+        kept = kept if kept.any() else ~kept
         return GaitFront(
-            request, tuple(made[:-2]), tuple(nominal), made[-2], made[-1], grounds, tuple(rounds), gap,
-            found.points, found.costs, self.tried, self.memo.computed, self.memo.reused, self.certificate,
+            self.request, tuple(shown), optimum, grounds, tuple(rounds), gap,
+            found.points[kept], found.risked[kept], self.tried, self.memo.computed, self.memo.reused, self.certificate,
+            gait_percents(self.walks, members[0].point, self._own(_PERCENTS)),
         )  # fmt: skip
 
-    def _candidates(self) -> tuple[Floats, Floats, Floats, Grounds, list[Round]]:
-        """Gaits that short walks find for the nominal front, the front, and the robust gait; the grounds for long ones,
-        and the rounds that made them."""
-        own, loss, circular = self.quick.own, self.options.loss, self.request.unknowns.numbers.circular
-        share = SHARES if self.quick.robust else (1.0, 0.0, 0.0)
-        nominal = self._search(_FRONT, own, NOMINAL, share[0], np.zeros((0, len(self.request.unknowns))))
-        plain = nominal.points[along(nominal.costs, CONFIRMED)]
-        starts = nominal.points[along(nominal.costs, STARTS)]
+    def _chosen(self, found: _Found) -> list[Floats]:
+        """Points (nu,) that are attacked and shown: along the front, the next best ones where it has few, and the best
+        on the scene's own ground."""
+        rows = self._front(found.risked).tolist()
+        rows += [i for i in leading(found.risked, LOOKED).tolist() if i not in rows][: LOOKED - len(rows)]
+        return [found.points[i] for i in (*rows, _best(found.own))]
+
+    def _candidates(self) -> tuple[Floats, Grounds, list[Round]]:
+        """Gaits that short walks find, the grounds for long ones, and the rounds that made them."""
+        own, circular = self.quick.own, self.request.unknowns.numbers.circular
+        share = SHARES if self.quick.robust else (1.0, 0.0)
+        nominal = self._search("front", own, NOMINAL, share[0], np.zeros((0, len(self.request.unknowns))))
         if not self.quick.robust:
-            return plain, starts, plain, self.sure.own, []
-        found, grounds, rounds = self._judged(_FRONT, starts, own, share[1])
-        goal, limit = _within(float(nominal.own[:, 0].min()), loss)
-        near = nominal.points[nominal.own[:, 0] <= limit]
+            return nominal.leading(2 * CONFIRMED), self.sure.own, []
+        best = float(nominal.own[:, 0].min())
+        near = nominal.points[nominal.own[:, 0] <= best + NEAR_BEST * abs(best)]
         near = near[farthest(near, circular, STARTS)]
-        pool = found.points[along(found.costs, STARTS)]
-        compared, grounds, more = self._judged(
-            goal, np.concatenate([plain[:1], near, pool]), grounds, share[2]
-        )
-        goal, _ = _within(float(compared.own[:, 0].min()), loss)
-        near = goal.pick(goal.costs(compared.risked, compared.own), CONFIRMED)
+        starts = np.concatenate([nominal.points[along(nominal.risked, STARTS)], near])
+        found, grounds, rounds = self._judged(starts, own, share[1])
         lasting = (
             self.sure.own.with_more(grounds.points()[len(own) :])
             if self.sure.by_planes
             else self.sure.fixed(MEAN_GROUNDS)
         )
-        return plain, pool, np.concatenate([compared.points[near], plain]), lasting, [*rounds, *more]
+        return np.concatenate([found.leading(CONFIRMED), nominal.leading(CONFIRMED)]), lasting, rounds
 
     def _sure(self, points: Floats, grounds: Grounds) -> _Found:
         """Candidates judged by long walks."""
         self._report("walks that confirm")
-        each = self.sure.costs(points, grounds)
-        costs = self.sure.risked(each, grounds)
-        return _Found(points, costs, costs, self.sure.nominal(each))
+        each, size = self.sure.costs(points, grounds), len(self.request.objectives)
+        return _Found(
+            points, allowed(self.sure.risked(each, grounds), size), allowed(self.sure.nominal(each), size)
+        )
 
-    def _judged(
-        self, goal: _Goal, starts: Floats, grounds: Grounds, share: float
-    ) -> tuple[_Found, Grounds, list[Round]]:
-        """Search the front of a goal under the request's risk, its grounds, and the rounds that made them."""
+    def _judged(self, starts: Floats, grounds: Grounds, share: float) -> tuple[_Found, Grounds, list[Round]]:
+        """Search the front under the request's risk, its grounds, and the rounds that made them."""
         if not self.quick.by_planes:
             grounds = self.quick.fixed(MEAN_GROUNDS)
-            return self._search(goal, grounds, self.request.risk, share, starts), grounds, []
+            return self._search("front", grounds, self.request.risk, share, starts), grounds, []
         found: list[_Found] = []
 
         def improve(active: Grounds) -> Floats:
-            begun = found[-1].points[along(found[-1].costs, STARTS)] if found else starts
-            found.append(self._search(goal, active, WORST, MORE_SHARE if found else share, begun))
-            return found[-1].points[goal.pick(found[-1].costs, goal.attacked)]
+            begun = found[-1].leading(STARTS) if found else starts
+            found.append(self._search("front", active, WORST, MORE_SHARE if found else share, begun))
+            return found[-1].points[along(found[-1].risked, ATTACKED)]
 
-        first = starts[np.linspace(0, len(starts) - 1, min(goal.attacked, len(starts))).astype(int)]
+        first = starts[np.linspace(0, len(starts) - 1, min(ATTACKED, len(starts))).astype(int)]
         look = Look(self.options.look, CLIMB)
-        grounds, rounds, _ = self.quick.close_gap(improve, first, grounds, look, ROUNDS, goal.what)
+        grounds, rounds, _ = self.quick.close_gap(improve, first, grounds, look, ROUNDS, "front")
         return found[-1], grounds, rounds
 
-    def _shown(self, points: Floats, grounds: Grounds) -> tuple[list[GaitPoint], float, Floats]:
-        """Points (k, nu) as gaits, after an attack on them; the gap of all but the last, which is of no front, and the
-        grounds (n, np) that open it."""
+    def _shown(self, points: Floats, grounds: Grounds) -> tuple[_Shown, float, Floats]:
+        """Points (k, nu) as gaits, after an attack on each of them; the gap, and the grounds (n, np) that open it."""
         over, count = self.sure.over, CHECK * self.options.look
         if not isinstance(over, Unknowns):
             tried = None
@@ -371,53 +387,61 @@ class _GaitSearch:
         beyond = excess(np.maximum(found.costs, active)[:, None], checked.first) > CLOSED
         self.certificate = Certificate(count, int(beyond.any(axis=2).sum(axis=1).max()))
         worse = checked.costs > found.costs
-        found = Attack(
-            np.where(worse, checked.costs, found.costs),
-            np.where(worse[:, :, None], checked.grounds, found.grounds), found.tried + checked.tried, found.first,
-        )  # fmt: skip
-        gaps = excess(active, found.costs)[:-1]
-        made = self._points(points, grounds, checked.first, found)
+        hardest = np.where(worse[:, :, None], checked.grounds, found.grounds)
+        gaps = excess(active, np.where(worse, checked.costs, found.costs))
+        found_for_one = Grounds.of_points(over.names, hardest.reshape(-1, len(over)))  # and all are put on
+        made = self._points(points, grounds, checked.first, found_for_one)
         if not self.sure.by_planes:
             return made, np.nan, np.zeros((0, 0))
-        return made, float(gaps.max()), self.sure.hurting(found.grounds[:-1], gaps)
+        return made, float(gaps.max()), self.sure.hurting(hardest, gaps)
 
     def _points(
-        self, points: Floats, grounds: Grounds, tried: Floats | None = None, found: Attack | None = None
-    ) -> list[GaitPoint]:
+        self, points: Floats, grounds: Grounds, tried: Floats | None = None, hardest: Grounds | None = None
+    ) -> _Shown:
         """Points (k, nu) as gaits, with the costs (k, n, no) of grounds drawn by chance, of starts on the scene's own
-        one where there are none, and what an attack found worst."""
+        one where there are none, and the grounds that attacks found worst for any of them."""
         request, objectives = self.request, self.request.objectives
         each = self.sure.costs(points, grounds)
         risked, own = self.sure.risked(each, grounds), self.sure.nominal(each)
-        worst: Floats = np.full(risked.shape, np.nan)
-        where: list[Mapping[str, float]] = [{} for _ in points]
+        if hardest is not None:
+            each = np.concatenate([each, self.sure.costs(points, hardest)], axis=1)
+        worst, where = each.max(axis=1), list[Mapping[str, float]]([{} for _ in points])
+        if self.sure.by_planes:
+            risked = finite(worst)
         if request.starts is not None:
             fresh = self.sure.costs(points, self._own(_STATED))
             own, tried = finite(fresh.mean(axis=1)), fresh if tried is None else tried
+        if not self.sure.robust:
+            risked = own
         if request.over is not None:
             first = next((j for j, one in enumerate(objectives) if one.grounded), 0)
-            named, worst = grounds.each(), each.max(axis=1)
-            where = [named[i] for i in each[:, :, first].argmax(axis=1)]
-            if found is not None and isinstance(self.sure.over, Unknowns):
-                for i in np.flatnonzero(found.costs[:, first] > worst[:, first]):
-                    where[i] = dict(zip(self.sure.over.names, found.grounds[i, first].tolist(), strict=True))
-                worst = np.maximum(worst, found.costs)
+            named = [*grounds.each(), *(() if hardest is None else hardest.each())]
+            where = [named[i] for i in finite(each[:, :, first]).argmax(axis=1)]
         priced = any(one.priced for one in objectives)
         plain, recovered = self.walks.energies(points) if priced else np.full((2, len(points)), np.nan)
+        seen = each if tried is None else tried
 
         def values(costs: Floats) -> tuple[float, ...]:
-            return tuple(float(one.value(cost)) for one, cost in zip(objectives, costs, strict=True))
+            return tuple(float(one.value(cost)) for one, cost in zip(objectives, costs, strict=False))
 
         def intervals(costs: Floats) -> tuple[tuple[float, float], ...]:
             return tuple(tolerance_interval(one.value(costs[:, j])) for j, one in enumerate(objectives))
 
-        return [
+        none = tuple(np.nan for _ in objectives)
+        made = [
             GaitPoint(
-                point, self.walks.changes(point), values(own[i]), values(risked[i]), values(worst[i]),
-                where[i], float(plain[i]), float(recovered[i]), intervals((each if tried is None else tried)[i]),
+                point, self.walks.changes(point), values(own[i]), values(risked[i]),
+                none if request.over is None else values(worst[i]), where[i], float(plain[i]), float(recovered[i]),
+                intervals(seen[i]), self._beyond(np.concatenate([each[i], seen[i]])),
             )
             for i, point in enumerate(points)
         ]  # fmt: skip
+        size = len(objectives)
+        return _Shown(tuple(made), allowed(risked, size), allowed(own, size))
+
+    def _beyond(self, costs: Floats) -> float:
+        """Share of walks (n, no) that do not keep their limits."""
+        return float((costs[:, -1] > 1.0).mean()) if self.request.limits else 0.0
 
 
 def search_of(candidates: int) -> FrontSearch:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from tarsus.design.judge import Attack, Round
     from tarsus.design.landing_request import LandingRequest
     from tarsus.design.learning import Learning
+    from tarsus.design.percents import Percents
     from tarsus.design.trials import Landings, Regime
     from tarsus.model.drive.waveforms import OnOff
 
@@ -54,8 +55,8 @@ class LandingDesign(DesignResult):
     were found; on_grounds, before_on_grounds (1, ng). attack: the search for the worst ground of a box; rounds: of
     cutting planes. worst [m/s]: hardest touchdown on any of these grounds, NaN without any; nominal_worst: the same of
     the design for the nominal ground alone. loss [m/s]: of rounding. put_down (nr,) [m/s]: hardest touchdown of the
-    motion that other starts settle to on the nominal ground, NaN of runs that did not reach their end. runs: made in
-    all; settle: periods of a run.
+    motion that other starts settle to on the nominal ground, NaN of runs that did not reach their end. percents: what
+    one percent of each number costs. runs: made in all; settle: periods of a run.
     """
 
     request: LandingRequest
@@ -75,6 +76,7 @@ class LandingDesign(DesignResult):
     loss: float
     front: tuple[FrontPoint, ...]
     put_down: Floats
+    percents: Percents
     runs: int
     settle: int
     learning: Learning | None = None
@@ -137,6 +139,9 @@ class LandingDesign(DesignResult):
                 f"worst: {amount(self.worst, 'm/s')} on {len(self.grounds)} grounds{looked}; the nominal design's "
                 f"worst {rival}"
             )
+        if self.request.over is not None:
+            notes.append(f"borne: {', '.join(self.request.over.names)}")
+        notes.append(self.percents.words)
         if math.isfinite(energy):
             notes.append(
                 f"energy: {amount(energy, 'J')} a period, {amount(recovered, 'J')} with charge recovery"
@@ -170,7 +175,7 @@ class LandingDesign(DesignResult):
             "plain": _landed(self.before, 0), "nominal": _landed(self.after, 0), "regime": self.regime.words,
             "put_down": {"starts": len(self.put_down), "share": self.as_stated[1],
                          "share_95": list(self.as_stated[2:]), "speeds": self.put_down.tolist()},
-            "periods_to_settle": self.settle - 1, "scenarios": _scenarios(self),
+            "percents": self.percents.to_dict(), "periods_to_settle": self.settle - 1, "scenarios": _scenarios(self),
             "rounds": [{"grounds": one.grounds, "score": one.score, "worst": one.worst} for one in self.rounds],
             "worst_ground": worst, "front": [
                 {"pairs": one.pairs, "speed": one.speed, "energy": one.energy, "energy_recovered": one.recovered,

@@ -13,14 +13,14 @@ from pydantic import Field
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
-from tarsus.base.spec import Amount, MaybeAmount, float_paths, quantity, with_values
+from tarsus.base.spec import Amount, MaybeAmount, float_paths, get_value, quantity, with_values
 from tarsus.base.units import format_quantity, parse_quantity
 from tarsus.base.workers import Workers
 from tarsus.design.grounds import Over
 from tarsus.design.headers import in_ticks
-from tarsus.design.judge import Risk
+from tarsus.design.judge import NOMINAL, Risk
 from tarsus.design.pulses import Levels, OwnStep, Step
-from tarsus.design.request import OVER, RISK, SEED, Problems, Seed, Settings, setting
+from tarsus.design.request import OVER, SEED, Problems, Seed, Settings, setting
 from tarsus.design.target import LandingObjective
 from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.waveforms import Constant, OnOff
@@ -38,6 +38,9 @@ SHORTEST = 10e-6
 KEPT = 0.8
 """Least share of the plain step's contact and lift that a design keeps unless another is given: a foot that never lifts
 would land softest."""
+KNOWN = 0.01
+"""Share to either side of a frequency that states no interval: structures of one drawing differ by that, and so does
+one from day to day; a landing that is soft for 0.2 % to either side is soft on no bench."""
 HELD_PERIODS, LOOKED_AT = 16, 4
 """Periods for which the foot is held on a level, and the last ones that tell whether it stands: a mode of damping ratio
 1 % has forgotten its start by then."""
@@ -81,8 +84,8 @@ class LandingSettings(Settings):
         (), "paths of the switching times that alone may move, of an on-off signal"
     )
     objective: LandingObjective = setting(LandingObjective.SPEED, "speed, impulse or touchdowns")
-    over: Any = setting(None, OVER)
-    risk: Any = setting(None, RISK)
+    over: Any = setting(None, f"{OVER}; the structure's frequencies within 1 % unless given")
+    risk: Any = setting(None, "worst, cvar:q, mean, or nominal for the scene as it is")
     contact: Amount = quantity("1", "least share of the plain step's contact", default=KEPT, ge=0, le=1)
     lift: Amount = quantity("1", "least share of its mean height in the air", default=KEPT, ge=0, le=1)
     ringing: MaybeAmount = quantity(
@@ -130,7 +133,7 @@ def landing_request(scene: Scene, options: LandingSettings, threads: Workers = N
     actuator = None if drive is None else scene.robot.drives[drive]
     levels = problems.tried(lambda: levels_of(options.levels, actuator))
     over, risk = problems.bearing(
-        scene, options.over, options.risk, lambda path: path.startswith(f"signals.{drive}.")
+        scene, borne(scene, options), options.risk, lambda path: path.startswith(f"signals.{drive}.")
     )
     period, moving = None, None
     if drive is not None:
@@ -156,6 +159,19 @@ def landing_request(scene: Scene, options: LandingSettings, threads: Workers = N
     if moving and isinstance(own, OnOff):
         step, pairs = OwnStep(*shared, own, moving), 1
     return LandingRequest(scene, foot, drive, pairs, step, over, risk, options, threads)
+
+
+def borne(scene: Scene, options: LandingSettings) -> Any:
+    """What a design has to bear: what is asked for; or, unless the risk is nominal, the frequencies of the structure,
+    each within its own interval, or within `KNOWN` where it states none."""
+    if options.over is not None or options.risk in ("nominal", NOMINAL):
+        return options.over
+    paths = [path for path in float_paths(scene) if path.startswith("robot.structure.frequencies.")]
+    values = {path: float(get_value(scene, path)) for path in paths}
+    return {
+        path: scene.interval(path) or ((1.0 - KNOWN) * value, (1.0 + KNOWN) * value)
+        for path, value in values.items() if value > 0.0
+    } or None  # fmt: skip
 
 
 def levels_of(given: Any, drive: Drive | None) -> Levels:

@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.progress import Progress
+from tarsus.base.spec import with_values
 from tarsus.design.energy import energies, period_rises
 from tarsus.design.headers import neighbours
 from tarsus.design.landing_design import FrontPoint, LandingDesign
+from tarsus.design.landing_percents import landing_percents
 from tarsus.design.landing_request import LandingSettings, Sensor, landing_request
 from tarsus.design.landing_search import COMPARED, DENSE, LandingSearch, LandingSignal
 from tarsus.design.learning import Learning, learn_on_hidden_grounds
@@ -61,8 +63,9 @@ def landing(
     settings
         In place of those of the request: pairs of switchings beside the two edges of the step, at most (fewer where
         more are no better); levels ``"-8 V, 8 V"`` or more listed voltages, or ``"free=-8V:8V"``, any between; over, a
-        mapping of paths to (low, high), `tarsus.design.Grounds`, or a file of draws of `tarsus identify`; risk
-        ``worst``, ``cvar:q``, ``mean`` or ``nominal``; learn, steps in which the landing is learned on hidden grounds;
+        mapping of paths to (low, high), `tarsus.design.Grounds`, or a file of draws of `tarsus identify`, and unless
+        given the frequencies of the structure within their intervals, or 1 %; risk ``worst``, ``cvar:q``, ``mean``, or
+        ``nominal`` for the scene as it is; learn, steps in which the landing is learned on hidden grounds;
         drive, free, objective, contact, lift, ringing, effort, seed, tick, shortest, sensor.
 
     Returns
@@ -131,7 +134,9 @@ def _designed(search: LandingSearch) -> LandingDesign:
         search.target.plain, trials.on(rounded.rows, search.nominal), regime_of(trials, rounded.rows, search.nominal),
         grounds, on_grounds, trials.on(plain.rows, grounds),
         np.nan if request.over is None else float(on_grounds.speed.max()), nominal_worst, attack, rounds, float(loss),
-        _front(search, nominal, robust), trials.put_down(signal, STARTS), trials.runs, trials.periods,
+        _front(search, nominal, robust), trials.put_down(signal, STARTS),
+        landing_percents(trials, rounded.row, with_values(request.scene, {f"signals.{request.drive}": signal})),
+        trials.runs, trials.periods,
     )  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +15,8 @@ from tarsus.base.spec import with_values
 from tarsus.base.workers import Workers
 from tarsus.design.energy import RECOVERY, energies
 from tarsus.design.gait_unknowns import GaitUnknowns
+from tarsus.design.limits import DEFINITIONS, Limit, measure_of
+from tarsus.measure.measure import measure_name
 from tarsus.measure.switching import rise_squares
 from tarsus.model.drive.waveforms import Constant
 from tarsus.model.scene import Scene
@@ -22,29 +24,40 @@ from tarsus.solve import Session
 
 if TYPE_CHECKING:
     from tarsus.orbits.starts import Box
+    from tarsus.solve import Batch
 
 Floats = NDArray[np.float64]
-
-Seen = Mapping[str, Floats]
-"""Measures (nr,) of runs by name, with ``energy`` that is drawn in a drive period [J], and ``weight`` [N]."""
 
 
 @dataclass(frozen=True)
 class WalkObjective:
-    """One number of a walk.
+    """A measure of a walk with a direction.
 
-    name: as typed; unit: SI; most: whether the largest is best; measures: of the walk that it is made of; of: the
-    number (nr,); grounded: whether it depends on the ground at all; priced: whether it needs the drives' energy.
+    name: as typed; measure: of the walk; most: whether the largest is best; grounded: whether it depends on the ground
+    at all; priced: whether it needs the drives' energy.
     """
 
     name: str
-    unit: str
+    measure: str
     most: bool
-    doc: str
-    measures: tuple[str, ...]
-    of: Callable[[Seen], Floats]
-    grounded: bool = True
-    priced: bool = False
+
+    @property
+    def unit(self) -> str:
+        """Of its values."""
+        return DEFINITIONS[self.measure].unit
+
+    @property
+    def doc(self) -> str:
+        """What it is, in words."""
+        return DEFINITIONS[self.measure].words
+
+    @property
+    def grounded(self) -> bool:
+        return self.measure != ENERGY
+
+    @property
+    def priced(self) -> bool:
+        return self.measure in (ENERGY, TRANSPORT)
 
     def cost(self, values: Floats) -> Floats:
         """Of values, so that the least is best; infinite where there is none."""
@@ -55,62 +68,59 @@ class WalkObjective:
         return -costs if self.most else costs
 
 
-def _transport(seen: Seen) -> Floats:
-    way = np.abs(seen["stride"]) * seen["weight"]
-    return np.divide(seen["energy"], way, out=np.full(len(way), np.inf), where=way > 0.0)
-
-
-def _plain(name: str, unit: str, doc: str, *, most: bool, measure: str) -> WalkObjective:
-    return WalkObjective(name, unit, most, doc, (measure,), lambda seen: seen[measure])
-
-
+ENERGY, TRANSPORT = "electrical_energy", "cost_of_transport"
+"""Measures that hang on the drives alone, or on their energy: made of their switchings here, not walk by walk."""
 OBJECTIVES = {
     one.name: one
     for one in (
-        _plain("speed", "m/s", "mean speed forward", most=True, measure="mean_speed"),
-        WalkObjective(
-            "energy", "J", False, "electrical energy that all drives draw in a drive period, one step of every leg",
-            (), lambda seen: seen["energy"], grounded=False, priced=True,
-        ),
-        WalkObjective(
-            "transport", "1", False, "cost of transport: energy of a drive period over weight times stride",
-            ("stride",), _transport, priced=True,
-        ),
-        _plain("slip", "m", "path that a foot slides in contact in a drive period, mean of the feet", most=False,
-               measure="foot_slip"),
-        _plain("contact", "s", "time of a drive period that a foot is on the ground, mean of the feet (4.4.2)",
-               most=True, measure="contact_duration"),
-        _plain("support", "1", "share of the time that a foot is on the ground, mean of the feet", most=True,
-               measure="duty_factor"),
-        _plain("sway", "m", "highest minus lowest heave of the body in a drive period", most=False,
-               measure="vertical_amplitude"),
+        WalkObjective("speed", "mean_speed", True),
+        WalkObjective("energy", ENERGY, False),
+        WalkObjective("transport", TRANSPORT, False),
+        WalkObjective("slip", "foot_slip", False),
+        WalkObjective("contact", "contact_duration", True),
+        WalkObjective("support", "duty_factor", True),
+        WalkObjective("sway", "vertical_amplitude", False),
+        WalkObjective("hold", "longest_hold", True),
     )
-}  # fmt: skip
-"""What a gait can be designed for, by name."""
+}
+"""What a gait can be designed for in one word; any measure can by its name, as ``most duty_factor``."""
 
 
 def objectives_of(given: str | WalkObjective | Sequence[str | WalkObjective]) -> tuple[WalkObjective, ...]:
-    """Objectives of names, or of one text with commas; raises InputError for unknown, repeated and too many ones."""
+    """Objectives of words, or of one text with commas; raises InputError for unknown, repeated and too many ones."""
     given = (
         given.split(",") if isinstance(given, str) else [given] if isinstance(given, WalkObjective) else given
     )
-    words = [word.strip() if isinstance(word, str) else word for word in given]
-    names = [word if isinstance(word, str) else word.name for word in words]
-    problems = [
-        f"objective: there is none called '{name}'{nearest(name, OBJECTIVES)}"
-        for name, word in zip(names, words, strict=True)
-        if isinstance(word, str) and name not in OBJECTIVES
-    ]
+    problems, found = list[str](), list[WalkObjective]()
+    for word in given:
+        try:
+            found.append(word if isinstance(word, WalkObjective) else _objective(word.strip()))
+        except InputError as error:
+            problems += [f"objective: {one}" for one in error.problems]
+    names = [one.name for one in found]
     problems += [
         f"objective: '{name}' is named twice" for name in dict.fromkeys(names) if names.count(name) > 1
     ]
-    if not 1 <= len(words) <= 3:
+    if not 1 <= len(given) <= 3:
         problems.append(
-            f"objective: expected one to three, got {len(words)}: a front of more cannot be looked through"
+            f"objective: expected one to three, got {len(given)}: a front of more cannot be looked through"
         )
     if problems:
         raise InputError(problems)
-    return tuple(OBJECTIVES[word] if isinstance(word, str) else word for word in words)
+    return tuple(found)
+
+
+def _objective(word: str) -> WalkObjective:
+    """One of `OBJECTIVES`, or a measure by name with a direction: most or least."""
+    way, _, name = word.partition(" ")
+    if way in ("most", "least"):
+        measure = measure_of(name)
+        return WalkObjective(measure.replace("_", " "), measure, way == "most")
+    if word in OBJECTIVES:
+        return OBJECTIVES[word]
+    if measure_name(word) in DEFINITIONS:
+        raise InputError(f"'{word}' is a measure: say whether the most or the least is best, as most {word}")
+    raise InputError(f"there is none called '{word}'{nearest(word, OBJECTIVES)}")
 
 
 MOST_AT_ONCE = 8192
@@ -121,8 +131,9 @@ MOST_AT_ONCE = 8192
 class Walks:
     """Runs of a walker in which its gait is given; counts them.
 
-    unknowns: of the gait; objectives: what walks are scored by; duration [s]: of a run, of which the first third is
-    transient; starts: of the robot, whose axes grounds may have among their paths; runs: how many have been made.
+    unknowns: of the gait; objectives: what walks are scored by; limits: what they have to keep; duration [s]: of a run,
+    of which the first third is transient; starts: of the robot, whose axes grounds may have among their paths; runs:
+    how many have been made.
     """
 
     scene: Scene
@@ -131,6 +142,7 @@ class Walks:
     duration: float
     threads: Workers = None
     starts: Box | None = None
+    limits: tuple[Limit, ...] = ()
     runs: int = 0
 
     def __post_init__(self) -> None:
@@ -139,10 +151,14 @@ class Walks:
             self._sessions[True] = Session(self.starts.scene)
 
     def each(self, points: Floats, grounds: Mapping[str, Floats]) -> Floats:
-        """Costs (nr, no) of gaits at points (nr, nu), each on its own ground, values (nr,) by path."""
-        measures = tuple(dict.fromkeys(name for one in self.objectives for name in one.measures))
-        seen = self.measured(points, grounds, measures)
-        return np.stack([one.cost(one.of(seen)) for one in self.objectives], axis=1)
+        """Costs (nr, no) of gaits at points (nr, nu), each on its own ground, values (nr,) by path; where there are
+        limits, with a last column that is 1 where they are kept, and more the farther a walk is beyond them."""
+        found = self.measured(points, grounds, [one.measure for one in self.objectives])
+        costs = [one.cost(found[one.measure]) for one in self.objectives]
+        if self.limits:
+            beyond = [one.beyond(found[one.measure]) for one in self.limits]
+            costs.append(1.0 + np.max(beyond, axis=0))
+        return np.stack(costs, axis=1)
 
     def measured(
         self,
@@ -151,8 +167,9 @@ class Walks:
         measures: Sequence[str],
         duration: float | None = None,
     ) -> dict[str, Floats]:
-        """Measures (nr,) of gaits at points (nr, nu), each on its own ground, in walks of another duration [s] where
-        one is given; with ``energy`` and ``weight``, where the objectives want them."""
+        """Measures (nr,) of gaits at points (nr, nu), each on its own ground, and those that limits are on, in walks of
+        another duration [s] where one is given."""
+        measures = tuple(dict.fromkeys([*measures, *(one.measure for one in self.limits)]))
         parts = [
             self._some(
                 points[i : i + MOST_AT_ONCE],
@@ -168,16 +185,25 @@ class Walks:
         self, points: Floats, grounds: Mapping[str, Floats], measures: Sequence[str], duration: float
     ) -> dict[str, Floats]:
         seen: dict[str, Floats] = {}
-        if measures:
-            self.runs += len(points)
-            started, own = self._placed(grounds)
-            vary = {**self.unknowns.changes(points), **own}
-            batch = self._sessions[started].batch(vary, duration, threads=self.threads)
-            seen = {name: one.value for name, one in batch.measured(measures).items()}
-        if any(one.priced for one in self.objectives):
-            seen["energy"] = self.energies(points, unsaid=0.0)[1]
-            seen["weight"] = self._weight(grounds, len(points))
+        of_walks = {"stride" if name == TRANSPORT else name for name in measures if name != ENERGY}
+        if of_walks:
+            batch = self.batch(points, grounds, duration)
+            seen = {name: one.value for name, one in batch.measured(of_walks).items()}
+        if {ENERGY, TRANSPORT} & set(measures):
+            seen[ENERGY] = self.energies(points, unsaid=0.0)[1]
+        if TRANSPORT in measures:
+            way = np.abs(seen["stride"]) * self._weight(grounds, len(points))
+            seen[TRANSPORT] = np.divide(seen[ENERGY], way, out=np.full(len(way), np.inf), where=way > 0.0)
         return seen
+
+    def batch(self, points: Floats, grounds: Mapping[str, Floats], duration: float | None = None) -> Batch:
+        """Runs (nr,) of gaits at points (nr, nu), each on its own ground."""
+        self.runs += len(points)
+        started, own = self._placed(grounds)
+        vary = {**self.unknowns.changes(points), **own}
+        return self._sessions[started].batch(
+            vary, self.duration if duration is None else duration, threads=self.threads
+        )
 
     def _placed(self, grounds: Mapping[str, Floats]) -> tuple[bool, dict[str, Floats]]:
         """Whether grounds say how the robot starts, and their values (nr,) by path of a scene."""

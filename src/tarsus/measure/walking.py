@@ -18,8 +18,10 @@ from tarsus.measure.periods import by_period, cautions_of
 from tarsus.measure.segments import Floats, Rows
 from tarsus.measure.switching import charging_energy
 from tarsus.measure.table import Judged, Judgement, RunTable
+from tarsus.measure.together import Stays
 from tarsus.measure.whole import WHOLE_RUN, in_whole_run
 from tarsus.model.structure import Walker
+from tarsus.model.structure.walker import TILTS
 
 STANDSTILL: float = _native.STANDSTILL
 """Stride [m] below which a walker stands: ratios to its stride have no value there."""
@@ -77,8 +79,8 @@ def in_the_walk(judgement: Judgement, names: Collection[str] | None = None) -> d
     structure = _structure(table.scene(int(table.variant[0]))) if len(table) else None
     if not isinstance(structure, Walker):
         return {}
-    walks, moves = _Walks(judgement), structure.body_coordinates
-    return {name: WALK[name].of(walks, WALK[name]) for name in wanted if WALK[name].moves in moves}
+    walks, moves = _Walks(judgement), set(structure.body_coordinates)
+    return {name: WALK[name].of(walks, WALK[name]) for name in wanted if moves & WALK[name].moves}
 
 
 def _structure(scene: Any) -> Any:
@@ -168,6 +170,47 @@ class _Walks:
         known = last >= self.mark_first[:-1]
         return np.where(known, self.yaw[last], np.nan) if len(self.yaw) else np.full(len(last), np.nan)
 
+    @property
+    def heave_span(self) -> Floats:
+        """Highest minus lowest heave (nr,) [m] in all periods of every run, NaN for a run without."""
+        begin, end, own = self._edges
+        found = np.full(len(self.table), np.nan)
+        runs, first = np.unique(own, return_index=True)
+        if len(runs):
+            last = np.append(first[1:], len(own)) - 1
+            cuts = np.stack(
+                [begin[first] + 1, end[last] + 1], axis=1
+            ).ravel()  # a mark is of what came before it
+            high, low = np.append(self.marks["highest"], -np.inf), np.append(self.marks["lowest"], np.inf)
+            found[runs] = (np.maximum.reduceat(high, cuts) - np.minimum.reduceat(low, cuts))[::2]
+        return found
+
+    @cached_property
+    def tilt(self) -> Floats:
+        """Largest roll or pitch without sign [rad] at the ends of every period."""
+        structure = _structure(self.table.scene(int(self.table.variant[0])))
+        turns = [i for i, name in enumerate(structure.body_coordinates) if name in TILTS]
+        begin, end, _ = self._edges
+        seen = np.abs(self.marks["body"][:, turns]).max(axis=1, initial=0.0)
+        return np.maximum(seen[begin], seen[end])
+
+    def _stays(self, robots: Rows, times: Floats) -> Stays:
+        judgement = self.judgement
+        return Stays.of(judgement.histories, len(self.table.feet), judgement.height, robots, times)
+
+    @property
+    def all_feet_up(self) -> Floats:
+        """Share of every period in which no foot is on the ground."""
+        begin, end, own = self._edges
+        edges = self.marks["time"][np.concatenate([begin, end])]
+        first, last = np.split(self._stays(np.tile(own, 2), edges).all_up(), 2)
+        return np.divide(last - first, np.diff(edges.reshape(2, -1), axis=0)[0])
+
+    @property
+    def longest_hold(self) -> Floats:
+        """Longest time (nr,) [s] of every run in which one foot at least is on the ground."""
+        return self._stays(np.zeros(0, dtype=np.intp), np.zeros(0)).longest(len(self.table))
+
     @cached_property
     def strides(self) -> Moments:
         """Moments of the stride, run by run."""
@@ -240,10 +283,10 @@ def _once(values: Floats, about: Definition) -> Measured:
 
 @dataclass(frozen=True)
 class _OfWalk(Definition):
-    """A measure of walks, of bodies that have the coordinate ``moves``."""
+    """A measure of walks, of bodies that have one of the coordinates ``moves``."""
 
     of: Callable[[_Walks, Definition], Measured]
-    moves: str = "surge"
+    moves: Collection[str] = frozenset(("surge",))
 
 
 WALK = {
@@ -263,6 +306,19 @@ WALK = {
     "vertical_amplitude": _OfWalk(
         "m", Scope.ROBOT, "highest minus lowest heave of the body in a drive period",
         lambda walks, about: walks.robot(walks.native.vertical_amplitude(), about),
+    ),
+    "heave_span": _OfWalk(
+        "m", Scope.ROBOT, "highest minus lowest heave of the body in all drive periods after the transient ones",
+        lambda walks, about: _once(walks.heave_span, about),
+    ),
+    "tilt": _OfWalk(
+        "rad", Scope.ROBOT, "largest roll or pitch of the body, without sign, at the ends of a drive period",
+        lambda walks, about: walks.robot(walks.tilt, about), frozenset(TILTS),
+    ),
+    "all_feet_up": _OfWalk(
+        "1", Scope.ROBOT, "share of a drive period in which no foot is on the ground, flights below the resolution of "
+        "the source's vibrometer included as contact",
+        lambda walks, about: walks.robot(walks.all_feet_up, about),
     ),
     "foot_slip": _OfWalk(
         "m", Scope.MEAN, "path that a foot slides in contact per drive period",
@@ -296,17 +352,21 @@ WALK = {
         "farthest that the body gets from its start in the whole run, without sign, seen at the ends of drive periods",
         lambda walks, about: _once(walks.native.max_surge(), about),
     ),
+    "longest_hold": _OfWalk(
+        "s", Scope.ROBOT, "longest time in the whole run in which one foot at least is on the ground",
+        lambda walks, about: _once(walks.longest_hold, about),
+    ),
     "turn_rate": _OfWalk(
         "rad/s", Scope.ROBOT, "yaw of the body per drive period over drive period, positive to the left",
-        lambda walks, about: walks.robot(walks.turn_rate, about), "yaw",
+        lambda walks, about: walks.robot(walks.turn_rate, about), {"yaw"},
     ),
     "heading": _OfWalk(
         "rad", Scope.ROBOT, "yaw of the body at the end of the run, positive to the left",
-        lambda walks, about: _once(walks.heading, about), "yaw",
+        lambda walks, about: _once(walks.heading, about), {"yaw"},
     ),
 }  # fmt: skip
 """Measures of walks by name: by drive period, and what the source plots of the body in a whole run from its start,
 transients included (Figs. 4.8-4.11)."""
 
-OF_EPISODES = frozenset(("max_heave", "max_surge", "heading", *WHOLE_RUN))
+OF_EPISODES = frozenset(("max_heave", "max_surge", "longest_hold", "heading", *WHOLE_RUN))
 """Measures of a whole run from its start: a settled motion has none of them."""

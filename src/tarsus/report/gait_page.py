@@ -13,12 +13,13 @@ from matplotlib.axes import Axes
 from tarsus.base.spec import float_paths
 from tarsus.design.adaptive_gait import AdaptiveGait
 from tarsus.design.gait_front import GaitFront
+from tarsus.design.gait_motion import GaitMotion
 from tarsus.design.judge import CLOSED
 from tarsus.design.results import units_of, values_in_words
 from tarsus.report.pages import Plate, page, rendered, write_page
 from tarsus.report.run_page import report_html
 from tarsus.report.sheet import Sheet, name_axes, plate
-from tarsus.report.style import BLUE, GREEN, MUTED, RULE, VERMILION
+from tarsus.report.style import BLUE, GREEN, RULE, VERMILION
 from tarsus.solve import simulate
 from tarsus.tables.table import Column, Table
 
@@ -41,11 +42,12 @@ def write_gait_report(design: GaitFront, folder: Path, *, play: bool = True) -> 
 def gait_html(design: GaitFront, *, linked: bool = False) -> str:
     """The page as text; ``linked``: whether there are pages of the gaits beside it."""
     judged = design.request.over is not None
-    more = {"optimum": design.optimum, "robust": design.robust, "rounds": _rounds(design),
+    more = {"rounds": _rounds(design),
             "grounds": _grounds(design)} if judged else {}  # fmt: skip
     body = rendered(
         "gait.html", design=design, request=design.request, objectives=design.objectives, judged=judged,
-        linked=linked, first=design.objectives[0], front=_front_figure(design, linked), gaits=_gaits(design, linked),
+        linked=linked, front=_front_figure(design, linked), gaits=_gaits(design, linked),
+        motions=_motions(design, linked), percents=design.percents, costs=design.percents.table(),
         closed=design.gap <= CLOSED if np.isfinite(design.gap) else None, **more,
     )  # fmt: skip
     return page(f"{design.request.scene.name} – gaits", body)
@@ -56,7 +58,6 @@ def _front_figure(design: GaitFront, linked: bool) -> Plate | None:
     sets = [("the front", design.members, "risk", VERMILION)]
     if design.request.over is not None:
         sets = [
-            ("nominal optimum's front, on its own ground", design.nominal, "nominal", MUTED),
             ("the front, on its own ground", design.members, "nominal", BLUE),
             (f"the front, {design.request.risk.name}", design.members, "risk", VERMILION),
         ]
@@ -97,10 +98,11 @@ def _gaits(design: GaitFront, linked: bool) -> Table:
     priced = any(one.priced for one in design.objectives)
     columns += [Column("energy with charge recovery", "J")] if priced else []
     rows = []
-    for names, point in _once(design.named):
-        link = Markup('<a href="gaits/{0}.html">{0}</a>')
-        title = Markup(", ").join(link.format(name) if linked else name for name in names)
-        row: list[Any] = [title, values_in_words(dict(list(point.values.items())[:MOST_VALUES]), units)]
+    for names, point in design.once:
+        row: list[Any] = [
+            _linked(names, linked),
+            values_in_words(dict(list(point.values.items())[:MOST_VALUES]), units),
+        ]
         for j, one in enumerate(design.objectives):
             row += [point.nominal[j], point.worst[j]] if judged and one.grounded else [point.nominal[j]]
             row += [point.intervals[j]] if one.grounded else []
@@ -108,16 +110,14 @@ def _gaits(design: GaitFront, linked: bool) -> Table:
     return Table("", columns, rows)
 
 
-def _once(named: Sequence[tuple[str, Any]]) -> list[tuple[list[str], Any]]:
-    """Gaits with all of their names: one may be of the front, the robust one and the optimum."""
-    found: list[tuple[list[str], Any]] = []
-    for name, point in named:
-        same = next((names for names, other in found if other.values == point.values), None)
-        if same is None:
-            found.append(([name], point))
-        else:
-            same.append(name)
-    return found
+def _linked(names: Sequence[str], linked: bool) -> Markup:
+    link = Markup('<a href="gaits/{0}.html">{0}</a>')
+    return Markup(", ").join(link.format(name) if linked else name for name in names)
+
+
+def _motions(design: GaitFront, linked: bool) -> Table:
+    rows = [(_linked(names, linked), *point.motion.row) for names, point in design.once]
+    return Table("", ["gait", *GaitMotion.columns()], rows)
 
 
 def _rounds(design: GaitFront) -> Table:

@@ -34,7 +34,7 @@ def landing_html(design: LandingDesign) -> str:
         grounds=_grounds(design) if several else None, front=landing_figures.front(design), designs=_front(design),
         sensed="how hard each step struck" if speed else "whether the contact had closed",
         learning=landing_figures.learning(design) if learning is not None else None, header=header_text(design),
-        digest=digest(design.signal),
+        digest=digest(design.signal), percents=design.percents.table(),
     )  # fmt: skip
     return page(f"{request.scene.name} – soft landing", body)
 

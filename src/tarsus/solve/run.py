@@ -25,6 +25,7 @@ from tarsus.files.summary import run_summary
 from tarsus.measure.measure import Measure, Measures
 from tarsus.measure.periods import scene_period
 from tarsus.measure.walking import measures_of
+from tarsus.model.structure.walker import SMALL, TILTS
 from tarsus.plan.lowering import lower_scene
 from tarsus.plan.moving import refuse_jumps
 from tarsus.plan.rows import Rows, marked_rows
@@ -53,9 +54,6 @@ if TYPE_CHECKING:
     from tarsus.solve.results import Batch
     from tarsus.solve.series import Series
     from tarsus.tables.table import Table
-
-SMALL = 0.3
-"""Angle [rad] up to which a walker's geometry is linear, to about 5 %."""
 
 
 def increasing(times: npt.ArrayLike) -> np.ndarray:
@@ -281,7 +279,7 @@ class Run(Hinted):
         return tuple(
             f"The body's {name} reached {angle:.2g} rad: a walker is linear in small angles, and this is none."
             for name, angle in zip(names, angles, strict=True)
-            if name in ("roll", "pitch") and angle > SMALL
+            if name in TILTS and angle > SMALL
         )
 
     @property

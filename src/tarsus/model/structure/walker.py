@@ -421,6 +421,10 @@ STRAIGHT_AHEAD = (
 )
 """What is said of ground that is not alike in all directions under a walker that sways."""
 
+TILTS = ("roll", "pitch")
+"""Those of them that tilt the body."""
+SMALL = 0.3
+"""Angle [rad] up to which a walker's geometry is linear, to about 5 %."""
 RIGID = ("surge", "heave", "roll", "pitch", "sway", "yaw")
 """Rigid motions that a body may have, in the order of its coordinates."""
 
