@@ -8,7 +8,16 @@ LANDING = ("design", "landing", "cantilever", "--foot", "tip")
 
 
 def test_a_plain_landing_is_written(tarsus, tmp_path):
-    done = tarsus(*LANDING, "--request", "effort=0.012", "-o", tmp_path / "landing", "--json")
+    done = tarsus(
+        *LANDING,
+        "--request",
+        "effort=0.012",
+        "--request",
+        "risk=nominal",
+        "-o",
+        tmp_path / "landing",
+        "--json",
+    )
     assert done.code == 0, done.err
     table = done.json()
     assert table["speed"] < table["plain"]["speed"]

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from tarsus.base.events import EventKind
 from tarsus.measure import Judgement, RunTable, Scope, histories_of, measures_of, walk_statistics
 from tarsus.measure.switching import charging_energy, rise_squares
 from tarsus.model.scene import Scene
@@ -155,6 +156,53 @@ def test_contacts_that_touch_are_one():
     )
     none = histories_of(replace(run, all_events=events[:0])).contacts(1e-7)
     assert all(part.size == 0 for part in none)
+
+
+def feet_events(*rows: tuple[float, int, EventKind]) -> np.ndarray:
+    """Events of two feet (time, foot, kind), those before flights with apexes far above what is seen."""
+    events = np.zeros(len(rows), EVENT_TYPE)
+    events["time"], events["foot"], events["kind"] = zip(*rows, strict=True)
+    events["apex"] = 1e-5
+    return events
+
+
+def test_the_time_that_no_foot_is_on_the_ground(walk):
+    """L1 stands until 25 ms and from 35 ms, R1 until 10 ms and from 30 ms to 50 ms and for good from 55 ms."""
+    start, left, down = EventKind.CONTACT_AT_START, EventKind.RELEASE, EventKind.CAPTURE
+    rows = (
+        (0.0, 0, start), (0.0, 1, start), (0.010, 1, left), (0.025, 0, left), (0.030, 1, down), (0.035, 0, down),
+        (0.045, 0, left), (0.050, 1, left), (0.055, 1, down), (0.055, 0, down),
+    )  # fmt: skip
+    found = walk_statistics(replace(walk, all_events=feet_events(*rows)))
+    assert found["all_feet_up"].value == pytest.approx(0.5 * (5.0 / 20.0 + 5.0 / 20.0)), (
+        "25 to 30 ms and 50 to 55 ms of the second and third period"
+    )
+    assert found["longest_hold"].value == pytest.approx(25e-3)
+    always = walk_statistics(replace(walk, all_events=feet_events(*rows[:2])))
+    assert always["all_feet_up"].value == 0.0 and always["longest_hold"].value == pytest.approx(3 * T)
+    turns = ((0.0, 0, start), (0.02, 0, left), (0.02, 1, down))
+    assert walk_statistics(replace(walk, all_events=feet_events(*turns)))["all_feet_up"].value == 0.0
+
+
+def test_the_height_of_a_walk_is_over_all_its_settled_periods(walk):
+    found = walk_statistics(walk)
+    assert found["heave_span"].value == pytest.approx(4e-6), "of 0 to 4 and 1 to 3 um"
+    assert walk_statistics(walk, skip=0)["heave_span"].value == pytest.approx(10e-6)
+    assert "tilt" not in found
+
+
+def test_shares_in_batches_are_those_of_runs_and_of_sampled_gaps():
+    frequency = np.array([60.0, 102.0])
+    batch = ts.simulate_batch("millipede", {"gait.frequency": frequency}, 0.1)
+    for i, one in enumerate(frequency):
+        run = ts.simulate("millipede", 0.1, **{"gait.frequency": float(one)})
+        for name in ("all_feet_up", "longest_hold", "heave_span"):
+            assert batch.measure(name)[i] == pytest.approx(run.measures[name].value, rel=1e-4)
+        whole = math.floor(0.1 * one + 1e-9)
+        times = np.linspace(-(-whole // 3) / one, whole / one, 20_001)
+        seen = run.states(times)  # flights that an instrument sees are those with an apex above 0.1 um
+        high, free = (seen.gap > 1e-7).all(axis=0).mean(), (~seen.held).all(axis=0).mean()
+        assert high < batch.measure("all_feet_up")[i] <= free + 1e-3 and free - high < 0.04
 
 
 SQUARE = ts.Square(amplitude=7.0, offset=7.0, frequency=50.0)

@@ -164,7 +164,8 @@ def landing_request(scene: Scene, options: LandingSettings, threads: Workers = N
 def borne(scene: Scene, options: LandingSettings) -> Any:
     """What a design has to bear: what is asked for; or, unless the risk is nominal, the frequencies of the structure,
     each within its own interval, or within `KNOWN` where it states none."""
-    if options.over is not None or options.risk in ("nominal", NOMINAL):
+    empty = isinstance(options.over, Mapping) and not options.over  # a file's section without a number
+    if not (options.over is None or empty) or options.risk in ("nominal", NOMINAL):
         return options.over
     paths = [path for path in float_paths(scene) if path.startswith("robot.structure.frequencies.")]
     values = {path: float(get_value(scene, path)) for path in paths}

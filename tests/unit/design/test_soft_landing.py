@@ -13,6 +13,7 @@ import pytest
 import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.base.events import IMPACTS
+from tarsus.base.spec import get_value
 from tarsus.design.grounds import Grounds, over_of, spread
 from tarsus.design.headers import header_text
 from tarsus.design.landing_design import signal_text
@@ -21,6 +22,7 @@ from tarsus.design.landing_search import LandingSearch
 from tarsus.design.learning import learn_on_hidden_grounds
 from tarsus.design.trials import Trials, regime_of, settled_periods
 from tarsus.files.toml import parse_scene, read_scene, scene_text
+from tarsus.model.scene import Provenance, Source
 from tarsus.orbits.starts import Box
 
 GAP = "robot.feet.tip.gap"
@@ -36,7 +38,7 @@ def scene():
 @pytest.fixture(scope="module")
 def quick(scene):
     """A design of little effort: of its numbers everything must hold but that they are the best."""
-    return ts.design.landing(scene, "tip", pairs=1, levels="free=-8V:8V", effort=0.03, seed=1)
+    return ts.design.landing(scene, "tip", pairs=1, levels="free=-8V:8V", effort=0.03, seed=1, risk="nominal")
 
 
 def test_the_square_wave_is_what_the_plain_step_is(scene, quick):
@@ -78,6 +80,45 @@ def test_the_step_is_kept(quick):
     assert quick.after.lifted[0, 0] >= 0.8 * quick.before.lifted[0, 0]
     assert sum(quick.signal.durations) == pytest.approx(0.02, rel=1e-12)
     assert max(quick.signal.levels) == 8.0 and min(quick.signal.levels) == -8.0
+
+
+def test_one_percent_of_a_number_costs_what_runs_beside_say(quick):
+    """Slopes are those of differences of runs, with their errors; the worst is that of runs a percent beside."""
+    told, frequency, gap = quick.percents, "robot.structure.frequencies.0", "robot.feet.*.gap"
+    each = {one.name: one for one in told.each}
+    assert told.each[0].name == frequency and told.own == pytest.approx(quick.speed, rel=1e-6)
+
+    def hardest(path: str, share: float) -> float:
+        value = get_value(quick.scene, path) * (1.0 + share)
+        events = ts.simulate(ts.with_values(quick.scene, {path: value}), quick.settle * 0.02).events
+        late = events["time"] > (quick.settle - 1) * 0.02
+        return events["speed_before"][np.isin(events["kind"], IMPACTS) & late].max()
+
+    for name, path in ((frequency, frequency), (gap, GAP)):
+        slope = 0.01 * (hardest(path, 1e-6) - hardest(path, -1e-6)) / 2e-6
+        assert each[name].slope == pytest.approx(slope, rel=1e-3) and each[name].error < 1e-3 * abs(slope)
+        assert each[name].worst >= max(hardest(path, -0.01), hardest(path, 0.01)) * (1.0 - 1e-4)
+    assert told.box >= max(one.worst for one in told.each) * 0.5 and told.words in " ".join(
+        quick.table().notes
+    )
+    assert quick.to_dict()["percents"]["each"][0] == told.each[0].to_dict()
+
+
+def test_a_landing_bears_the_frequencies_unless_something_else_is_said(scene):
+    """Each within the interval that it states, else within a percent."""
+    names = [f"robot.structure.frequencies.{i}" for i in (0, 1)]
+    told = Provenance(source=Source.PRINTED, note="n", interval=((620.0, 630.0), (6000.0, 6500.0)))
+    known = ts.with_values(scene, {"provenance": {"robot.structure.frequencies": told}})
+    bare = ts.with_values(scene, {"provenance": {}})
+    for given, own, wanted in (
+        (bare, {}, [(616.77, 629.23), (6359.76, 6488.24)]), (known, {}, [(620.0, 630.0), (6000.0, 6500.0)]),
+        (known, {"risk": "nominal"}, None), (known, {"over": {GAP: ("66 um", "74 um")}}, [(66e-6, 74e-6)]),
+    ):  # fmt: skip
+        asked = landing_request(given, LandingSettings(foot="tip", **own))
+        assert (asked.over is None) == (wanted is None) == (asked.risk.name == "nominal")
+        if wanted and asked.over is not None:
+            assert asked.over.names == tuple(names if not own else [GAP])
+            assert np.stack([asked.over.low, asked.over.high], axis=1) == pytest.approx(np.array(wanted))
 
 
 def test_the_table_has_what_is_promised(quick):
@@ -145,7 +186,9 @@ def test_a_risk_over_few_grounds_is_judged_on_all_of_them(scene):
 
 @pytest.mark.slow  # two designs; what a pair more can do is in test_landing_parts.py
 def test_a_pair_more_is_never_worse(scene):
-    designs = [ts.design.landing(scene, "tip", pairs=n, effort=0.012, seed=3) for n in (0, 1, 2)]
+    designs = [
+        ts.design.landing(scene, "tip", pairs=n, effort=0.012, seed=3, risk="nominal") for n in (0, 1, 2)
+    ]
     assert (
         designs[0].speed == pytest.approx(designs[0].before.speed[0, 0], rel=1e-2) and designs[0].pairs == 0
     )
@@ -189,7 +232,7 @@ BAD = [
     ({"foot": "toe"}, "no foot 'toe'"), ({"levels": "-80 V, 80 V"}, "beyond the drive's law"),
     ({"levels": "8 V"}, "at least two"), ({"levels": "free=1V"}, "free=low:high"),
     ({"levels": "-0.2 V, 0.2 V"}, "never lands"), ({"over": {GAP: ("74 um", "66 um")}}, "low below high"),
-    ({"over": {"signals.pzt.duty": (0.4, 0.6)}}, "is designed"), ({"risk": "worst"}, "needs grounds"),
+    ({"over": {"signals.pzt.duty": (0.4, 0.6)}}, "is designed"), ({"risk": "worse"}, "expected worst"),
     ({"pairs": 99}, "pairs"), ({"learn": -3}, "learn"), ({"pairs": 1.5}, "pairs"),
     ({"shortest": 0.003}, "shortest: 2 plateaus of 3 ms"), ({"levels": ("-8 V", "high")}, "expected a voltage"),
     ({"contact": 2.0}, "contact"), ({"ringing": -1.0}, "ringing"), ({"seed": -1}, "seed"),
@@ -215,7 +258,7 @@ def test_an_amplifier_bounds_the_levels(scene):
 def test_of_a_given_signal_only_the_free_switching_times_move(scene):
     own = ts.OnOff(levels=(8.0, -8.0, 8.0, -8.0), durations=(2e-4, 4e-4, 9.4e-3, 1e-2), repeat=True)
     given = ts.with_values(scene, {"signals.pzt": own})
-    design = ts.design.landing(given, "tip", free=("signals.pzt.durations.1",), effort=0.012)
+    design = ts.design.landing(given, "tip", free=("signals.pzt.durations.1",), effort=0.012, risk="nominal")
     assert design.signal.levels == own.levels and sum(design.signal.durations) == pytest.approx(
         0.02, rel=1e-12
     )
@@ -227,7 +270,7 @@ def test_of_a_given_signal_only_the_free_switching_times_move(scene):
 @pytest.mark.slow
 def test_the_wanted_speeds_of_the_cantilever(scene):
     for pairs, levels in ((2, "-8 V, 8 V"), (1, "free=-8V:8V"), (2, "free=-8V:8V")):
-        found = ts.design.landing(scene, "tip", pairs=pairs, levels=levels, seed=1)
+        found = ts.design.landing(scene, "tip", pairs=pairs, levels=levels, seed=1, risk="nominal")
         assert found.speed <= 0.03 and found.touchdowns == 1.0
 
 
