@@ -33,17 +33,6 @@ Free = Annotated[
 ]
 
 
-Limit = Annotated[
-    list[str] | None,
-    Parameter(
-        name="--limit",
-        negative=(),
-        help="a measure that every walk keeps, as slip_ratio<0.2 or mean_speed>2mm/s; may be repeated. heave_span<inf "
-        "lifts that of the model.",
-    ),
-]
-
-
 @design.command
 def landing(
     scene: str,
@@ -94,7 +83,6 @@ def gait(
     *,
     output: Folder,
     free: Free = None,
-    limit: Limit = None,
     over: Grounds = None,
     request: Request = None,
     changes: Changes = UNCHANGED,
@@ -119,7 +107,7 @@ def gait(
     from tarsus.design.gait_search import gait as made
     from tarsus.design.request import settings_of
 
-    file, given = _asked(request, over, free=_free(free), limits=limit)
+    file, given = _asked(request, over, free=_free(free))
     the_scene = changes.scene(scene)
     target = pages.target(output, "design gait", (*FRONT_FILES, *KEPT_FILES), resume=resume)
     options = settings_of(GaitSettings, file, **given)

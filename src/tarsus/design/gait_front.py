@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.design.gait_motion import MOTION_HEAD, UNSEEN, GaitMotion
-from tarsus.design.gait_request import GaitRequest
 from tarsus.design.gait_unknowns import designed
 from tarsus.design.grounds import Grounds
 from tarsus.design.headers import gait_header_text
 from tarsus.design.judge import CLOSED, Certificate, Round
 from tarsus.design.percents import Percents
 from tarsus.design.results import DesignResult, csv_text, units_of
-from tarsus.design.walks import WalkObjective
 from tarsus.files.jsontext import json_text
 from tarsus.files.toml import scene_text
 from tarsus.files.version import package_version
@@ -26,6 +24,10 @@ from tarsus.model.scene import Scene
 from tarsus.orbits.motion import SettledMotion
 from tarsus.tables.numbers import percent
 from tarsus.tables.table import Column, Table
+
+if TYPE_CHECKING:
+    from tarsus.design.gait_request import GaitRequest
+    from tarsus.design.walks import WalkObjective
 
 Floats = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tarsus.base.arrays import Floats
-from tarsus.design.limits import DEFINITIONS, Limit, model_limit
+from tarsus.design.limits import DEFINITIONS, WalkLimit, model_limit
 from tarsus.files.settled import repetition
 from tarsus.tables.numbers import amount, percent
 from tarsus.tables.table import Column
@@ -97,7 +97,9 @@ def motions_of(walks: Walks, points: Sequence[GaitPoint], starts: Grounds) -> li
     return found
 
 
-def _motion(batch: Batch, values: Mapping[str, Floats], spread: Floats, limit: Limit | None) -> GaitMotion:
+def _motion(
+    batch: Batch, values: Mapping[str, Floats], spread: Floats, limit: WalkLimit | None
+) -> GaitMotion:
     done = np.flatnonzero(batch.done)
     each = [repetition(batch.events(i), float(batch.periods[i]), batch.duration) for i in done.tolist()]
     told = [bool(one.multiple) for one in each if one is not None]
@@ -111,7 +113,7 @@ def _motion(batch: Batch, values: Mapping[str, Floats], spread: Floats, limit: L
     )
 
 
-def _outside(values: Mapping[str, Floats], done: Floats, limit: Limit | None) -> str:
+def _outside(values: Mapping[str, Floats], done: Floats, limit: WalkLimit | None) -> str:
     """A sentence where a walk leaves the range of its model."""
     if limit is None or not (limit.beyond(values[limit.measure][done]) > 0.0).any():
         return ""

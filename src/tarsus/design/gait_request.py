@@ -18,7 +18,7 @@ from tarsus.base.workers import Workers
 from tarsus.design.gait_unknowns import GaitUnknowns, Symmetry, gait_unknowns
 from tarsus.design.grounds import Grounds, Over
 from tarsus.design.judge import Risk
-from tarsus.design.limits import Limit, limits_of
+from tarsus.design.limits import WalkLimit, limits_of
 from tarsus.design.request import OVER, RISK, SEED, Count, Problems, Seed, Settings, setting
 from tarsus.design.walks import ENERGY, TRANSPORT, WalkObjective, Walks, objectives_of, without_legs
 from tarsus.measure.walking import OF_EPISODES
@@ -128,7 +128,7 @@ class GaitRequest:
     risk: Risk
     options: GaitSettings | AdaptSettings
     motion: Motion
-    limits: tuple[Limit, ...] = ()
+    limits: tuple[WalkLimit, ...] = ()
     threads: Workers = None
 
     @property
@@ -232,7 +232,7 @@ def _motion(scene: Scene, unknowns: GaitUnknowns, options: WalkSettings) -> Moti
     return motion_asked(slowest, starts, options.duration, options.from_rest)
 
 
-def _of_energy(scene: Scene, objectives: Sequence[WalkObjective], limits: Sequence[Limit]) -> list[str]:
+def _of_energy(scene: Scene, objectives: Sequence[WalkObjective], limits: Sequence[WalkLimit]) -> list[str]:
     asked = {one.measure: one.name for one in objectives} | {one.measure: one.measure for one in limits}
     priced = {measure: name for measure, name in asked.items() if measure in (ENERGY, TRANSPORT)}
     if not priced:

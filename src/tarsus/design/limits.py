@@ -27,7 +27,7 @@ _WRITTEN = re.compile(r"\s*([\w\s-]+?)\s*(<|>)=?\s*(.+?)\s*")
 
 
 @dataclass(frozen=True)
-class Limit:
+class WalkLimit:
     """A bound on a measure. most: whether it is the most that is allowed, else the least; value in SI; reason: a
     sentence that says where it comes from, of those that nobody asked for."""
 
@@ -60,14 +60,14 @@ def measure_of(name: str) -> str:
     return found
 
 
-def limits_of(scene: Scene, given: Any) -> tuple[Limit, ...]:
+def limits_of(scene: Scene, given: Any) -> tuple[WalkLimit, ...]:
     """Limits from a mapping of measures to ``("<", value)`` or ``"< 100 um"``, or from texts such as
     ``"heave_span < 100 um"``, one or several, with commas; with that of the model, unless they name its measure:
     ``"heave_span < inf"`` lifts it.
 
     Raises InputError for everything that is no limit: an unknown measure, another direction, a value of another unit.
     """
-    problems, found = [], list[Limit]()
+    problems, found = [], list[WalkLimit]()
     for text in _texts(given):
         try:
             found.append(_limit(text))
@@ -91,14 +91,14 @@ def _texts(given: Any) -> list[str]:
     return [str(word) for word in words if str(word).strip()]
 
 
-def _limit(text: str) -> Limit:
+def _limit(text: str) -> WalkLimit:
     parts = _WRITTEN.fullmatch(text)
     if parts is None:
         raise InputError(f"expected a measure, < or >, and a value, such as heave_span<100um, got '{text}'")
     name = measure_of(parts[1])
     endless = parts[3] == "inf"
     value = np.inf if endless else parse_quantity(_number(parts[3]), DEFINITIONS[name].unit)
-    return Limit(name, parts[2] == "<", value)
+    return WalkLimit(name, parts[2] == "<", value)
 
 
 def _number(text: str) -> str | float:
@@ -108,7 +108,7 @@ def _number(text: str) -> str | float:
         return text
 
 
-def model_limit(scene: Scene) -> Limit | None:
+def model_limit(scene: Scene) -> WalkLimit | None:
     """The bound of the model that a walker is simulated by, with its reason; None of a robot that has none.
 
     A walker is linear in small angles. Where its body tilts the angle is bounded. Where it cannot, hips that rise one
@@ -119,11 +119,11 @@ def model_limit(scene: Scene) -> Limit | None:
         return None
     moves, legs = structure.body_coordinates, structure.legs.values()
     if set(TILTS) & set(moves):
-        return Limit("tilt", True, SMALL, f"a walker is linear in small angles, up to {SMALL:g} rad")
+        return WalkLimit("tilt", True, SMALL, f"a walker is linear in small angles, up to {SMALL:g} rad")
     wide = max(np.ptp([leg.x for leg in legs]), np.ptp([leg.y for leg in legs]))
     if not wide > 0.0:
         return None
-    return Limit(
+    return WalkLimit(
         "heave_span", True, float(SMALL * wide),
         f"hips {amount(float(wide), 'm')} apart that rise one after the other would turn the body by {SMALL:g} rad, "
         "and here it cannot turn",

@@ -15,7 +15,7 @@ from tarsus.base.spec import with_values
 from tarsus.base.workers import Workers
 from tarsus.design.energy import RECOVERY, energies
 from tarsus.design.gait_unknowns import GaitUnknowns
-from tarsus.design.limits import DEFINITIONS, Limit, measure_of
+from tarsus.design.limits import DEFINITIONS, WalkLimit, measure_of
 from tarsus.measure.measure import measure_name
 from tarsus.measure.switching import rise_squares
 from tarsus.model.drive.waveforms import Constant
@@ -142,7 +142,7 @@ class Walks:
     duration: float
     threads: Workers = None
     starts: Box | None = None
-    limits: tuple[Limit, ...] = ()
+    limits: tuple[WalkLimit, ...] = ()
     runs: int = 0
 
     def __post_init__(self) -> None:

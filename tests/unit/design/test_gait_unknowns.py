@@ -88,7 +88,9 @@ def test_a_leg_free_twice_is_told(hexapod):
 def test_designed_numbers_have_six_digits_and_say_who_set_them(hexapod):
     scene, unknowns = gait_unknowns(hexapod, ["gait.frequency", "gait.duty", "gait.phases"])
     values = unknowns.changes(np.random.default_rng(1).random((50, len(unknowns))))
-    assert max(len(repr(float(one)).strip("0.").replace(".", "")) for own in values.values() for one in own) <= 6
+    assert (
+        max(len(repr(float(one)).strip("0.").replace(".", "")) for own in values.values() for one in own) <= 6
+    )
     first = {path: float(own[0]) for path, own in values.items()}
     found = designed(with_values(scene, first), unknowns.paths)
     assert {found.origin(path).source for path in unknowns.paths} == {Source.DESIGNED}

@@ -89,7 +89,9 @@ def test_a_header_says_what_rounding_to_ticks_does():
     scene = ts.load_scene("millipede", **{"duration": "60 ms"})
     fine, coarse = (gait_header_text(scene, tick=tick) for tick in (1e-7, 9e-5))
     speed = ts.simulate(scene).measures["mean_speed"].value
-    said = re.compile(r"On ticks it has ([0-9.]+) Hz, and edges within ([0-9.]+) us.*makes (.*) so, and (.*) before")
+    said = re.compile(
+        r"On ticks it has ([0-9.]+) Hz, and edges within ([0-9.]+) us.*makes (.*) so, and (.*) before"
+    )
     for text, tick in ((fine, 0.1), (coarse, 90.0)):
         hertz, edges, rounded, before = said.search(text.replace("\n *", "")).groups()
         assert float(edges) == tick and before == f"{1e3 * speed:.4g} mm/s"
