@@ -91,8 +91,8 @@ class GaitFront(DesignResult):
     candidates: int
     runs: int
     reused: int
-    certificate: Certificate | None = None
-    percents: Percents | None = None
+    certificate: Certificate | None
+    percents: Percents
 
     @property
     def objectives(self) -> tuple[WalkObjective, ...]:
@@ -224,8 +224,11 @@ class GaitFront(DesignResult):
                 f"of {looked.grounds} grounds drawn by chance at the end {looked.worse} were more than 2 % worse for "
                 f"any gait shown than known; at most {percent(looked.share, 2)} of the box are (95 %)"
             )
-        notes += [] if self.percents is None else [f"robust gait, {self.percents.words}"]
-        notes += [*self.remarks, *([self.verdict] if self.verdict else [])]
+        notes += [
+            f"robust gait, {self.percents.words}",
+            *self.remarks,
+            *([self.verdict] if self.verdict else []),
+        ]
         names = " against ".join(one.name for one in self.objectives)
         gaits = f"{len(self.members)} gait{'s' * (len(self.members) != 1)}"
         title = f"GaitFront of '{self.request.scene.name}': {gaits}, {names}"
@@ -254,7 +257,7 @@ class GaitFront(DesignResult):
                        for one in request.limits], "remarks": self.remarks,
             "front": [_point(self, one) for one in self.members],
             "robust": _point(self, self.robust), "optimum": _point(self, self.optimum), "gain": self.gain,
-            "percents": None if self.percents is None else self.percents.to_dict(),
+            "percents": self.percents.to_dict(),
             "over": [] if request.over is None else list(request.over.names),
             "grounds": self.grounds.each(),
             "motion": str(request.motion), "starts": request.motion.starts, "better": self.better,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tarsus.base.arrays import Floats
+from tarsus.base.arrays import Floats, Ints
 from tarsus.design.limits import DEFINITIONS, WalkLimit, model_limit
 from tarsus.files.settled import repetition
 from tarsus.tables.numbers import amount, percent
@@ -113,7 +113,7 @@ def _motion(
     )
 
 
-def _outside(values: Mapping[str, Floats], done: Floats, limit: WalkLimit | None) -> str:
+def _outside(values: Mapping[str, Floats], done: Ints, limit: WalkLimit | None) -> str:
     """A sentence where a walk leaves the range of its model."""
     if limit is None or not (limit.beyond(values[limit.measure][done]) > 0.0).any():
         return ""

@@ -193,8 +193,9 @@ def gait_request(
     over, judged = problems.bearing(
         scene, options.over, risk, lambda path: made is not None and path in made[1].paths
     )
-    bounded = isinstance(options, GaitSettings)
-    limits = (problems.tried(lambda: limits_of(scene, options.limits)) or ()) if bounded else ()
+    limits: tuple[WalkLimit, ...] = ()
+    if isinstance(options, GaitSettings):
+        limits = problems.tried(lambda given=options.limits: limits_of(scene, given)) or ()
     problems += _of_energy(scene, objectives, limits)
     motion = None if made is None else problems.tried(lambda: _motion(*made, options))
     problems += _unseen(scene, [one.measure for one in (*objectives, *limits)], motion)

@@ -75,10 +75,11 @@ class LandingSettings(Settings):
     foot: str = setting(..., "name of the foot")
     drive: str | None = setting(None, "whose volts are designed; the only one unless given")
     pairs: Annotated[int, Field(ge=0, le=MOST_PAIRS)] = setting(
-        1, "pairs of switchings beside the step's two edges, at most"
+        2, "pairs of switchings beside the step's two edges, at most"
     )
     levels: Any = setting(
-        "-8 V, 8 V", "voltages, or free=-8V:8V for any between; the lowest and the highest are held"
+        "free=-8V:8V",
+        "any voltages between two, or listed ones as -8 V, 8 V; the lowest and the highest are held",
     )
     free: tuple[str, ...] = setting(
         (), "paths of the switching times that alone may move, of an on-off signal"

@@ -80,7 +80,7 @@ def in_the_walk(judgement: Judgement, names: Collection[str] | None = None) -> d
     if not isinstance(structure, Walker):
         return {}
     walks, moves = _Walks(judgement), set(structure.body_coordinates)
-    return {name: WALK[name].of(walks, WALK[name]) for name in wanted if moves & WALK[name].moves}
+    return {name: WALK[name].of(walks, WALK[name]) for name in wanted if moves.intersection(WALK[name].moves)}
 
 
 def _structure(scene: Any) -> Any:

@@ -234,7 +234,7 @@ BAD = [
     ({"levels": "-0.2 V, 0.2 V"}, "never lands"), ({"over": {GAP: ("74 um", "66 um")}}, "low below high"),
     ({"over": {"signals.pzt.duty": (0.4, 0.6)}}, "is designed"), ({"risk": "worse"}, "expected worst"),
     ({"pairs": 99}, "pairs"), ({"learn": -3}, "learn"), ({"pairs": 1.5}, "pairs"),
-    ({"shortest": 0.003}, "shortest: 2 plateaus of 3 ms"), ({"levels": ("-8 V", "high")}, "expected a voltage"),
+    ({"shortest": 0.003}, "shortest: 4 plateaus of 3 ms"), ({"levels": ("-8 V", "high")}, "expected a voltage"),
     ({"contact": 2.0}, "contact"), ({"ringing": -1.0}, "ringing"), ({"seed": -1}, "seed"),
     ({"drive": "motor"}, "no drive 'motor'"), ({"tick": 1.0}, "tick"), ({"sensor": "sound"}, "sensor"),
     ({"free": ("signals.pzt.duty",)}, "no switching time"), ({"effrt": 1.0}, "did you mean 'effort'"),
