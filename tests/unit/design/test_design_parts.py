@@ -128,7 +128,7 @@ def test_a_child_differs_from_its_parent_by_the_shortest_plateaus_only(step):
     ("design", "names"),
     [
         ("landing", "foot pairs seed tick"),
-        ("gait", "free loss"),
+        ("gait", "free limits"),
         ("adapt", "steps noise"),
         ("leg", "shortest load"),
     ],
