@@ -303,6 +303,9 @@ def two_gaits(monkeypatch):
         return -(speed if self.duration == 1.0 else 10.0 * speed)[:, None]
 
     monkeypatch.setattr(Walks, "each", walked)
+    monkeypatch.setattr("tarsus.design.gait_search.motions_of", lambda walks, points, starts: points)
+    none = ts.design.Percents("speed", "m/s", True, 1.0, 1.0, ())
+    monkeypatch.setattr("tarsus.design.gait_search.gait_percents", lambda walks, point, starts: none)
 
 
 def test_a_settled_front_is_a_mean_over_starts_and_says_its_interval(scene, monkeypatch):
