@@ -14,6 +14,8 @@ def test_a_plain_landing_is_written(tarsus, tmp_path):
         "effort=0.012",
         "--request",
         "risk=nominal",
+        "--request",
+        "pairs=1",
         "-o",
         tmp_path / "landing",
         "--json",

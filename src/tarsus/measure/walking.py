@@ -188,6 +188,8 @@ class _Walks:
     @cached_property
     def tilt(self) -> Floats:
         """Largest roll or pitch without sign [rad] at the ends of every period."""
+        if not len(self.marks):
+            return np.zeros(0)
         structure = _structure(self.table.scene(int(self.table.variant[0])))
         turns = [i for i, name in enumerate(structure.body_coordinates) if name in TILTS]
         begin, end, _ = self._edges
