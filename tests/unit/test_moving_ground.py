@@ -163,7 +163,7 @@ def test_players_and_movies_draw_it(tmp_path: Path) -> None:
     frame = int(np.argmax(motion.moved[1]))
     lifted, level = drawn(motion, stage, frame), drawn(motion.still(), stage, frame)
     np.testing.assert_allclose(lifted.feet[:, 1] - level.feet[:, 1], stage.up * motion.moved[1, frame])
-    assert payload(motion, stage)["moved"]["bits"] == 16 and "walk-stage" in walk_section(motion)
+    assert payload(motion, stage)["moved"]["bits"] == 16 and "seen from the laboratory" in walk_section(motion)
     assert payload(motion.still(), stage)["moved"] is None
     movie(run, tmp_path / "walk.gif", periods=1)
     assert (tmp_path / "walk.gif").stat().st_size > 1000

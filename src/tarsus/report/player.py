@@ -140,7 +140,10 @@ def _caption(motion: Motion, stage: WalkStage, drives: Sequence[tuple[Sequence[s
         f"The walk from {first} to {last}, seen from the robot's right, its left side paler and set back. Motion is "
         f"drawn larger by the factors chosen; {places}; length of legs and thickness of body are not the model's. "
         "Ticks on the ground are travel of the body's centre, which the small triangle shows. "
-        "Arrows are forces of the ground on the feet." + _shared(drives) + rising(motion)
+        "Arrows are forces of the ground on the feet."
+        + ("" if motion.moved is None else " The ground moves, and all of it is seen from the laboratory.")
+        + _shared(drives)
+        + rising(motion)
     )
 
 
