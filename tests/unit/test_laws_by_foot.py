@@ -10,8 +10,10 @@ import pytest
 
 import tarsus as ts
 from scene_files import scene
+from sliding_scenes import by_modes
 from tarsus.files.toml import parse_scene, scene_text
 from tarsus.plan.lowering import lower_scene
+from walking_scenes import sticky, trotter
 
 G = 9.81
 
@@ -133,6 +135,24 @@ def test_files_keep_them_and_one_ground_costs_nothing() -> None:
     plain = lower_scene(balls(grounds={"soft": {"restitution": {"coefficient": 0.8}}}))
     assert not plain.laws.switched and plain.laws.terms == lower_scene(own).laws.terms
     assert (plain.laws.parameters == plain.laws.parameters[0]).all()
+
+
+def test_a_walker_has_them_by_legs_as_by_contact_modes() -> None:
+    """One foot on a pad without film, with other friction and restitution: both systems find the same events."""
+    walker = trotter(2, ground=sticky(film=ts.Film(coefficient=1e-20, thickness=1e-6)))
+    pad = {
+        "friction": {"coefficient": 0.2}, "restitution": {"coefficient": 0.2}, "adhesion": walker.ground.adhesion
+    }  # fmt: skip
+    own = {f"robot.feet.{next(iter(walker.robot.feet))}.ground": "pad", "grounds": {"pad": pad}}
+    fine = ts.Accuracy(gap=1e-10, drive=1e-11)
+    legs, modes, same = (
+        ts.simulate(one, 0.002, accuracy=fine)
+        for one in (ts.with_values(walker, own), ts.with_values(by_modes(walker), own), walker)
+    )
+    assert len(legs.events) > 5 and max(legs.ledger.closure, modes.ledger.closure) < 1e-8
+    np.testing.assert_array_equal(legs.events["kind"], modes.events["kind"])
+    np.testing.assert_allclose(legs.events["time"], modes.events["time"], rtol=1e-9)
+    assert abs(legs.events["time"][0] - same.events["time"][0]) > 1e-6
 
 
 REFUSED = {
