@@ -95,7 +95,8 @@ def test_numbers_come_back_and_are_known_better_when_windows_are_tied() -> None:
     for fit in (free, tied):
         off = fit.moved / np.sqrt(np.diag(fit.covariance))
         assert np.abs(off).max() < 0.3  # there is no noise; what is known beforehand draws by as much
-    assert np.all(np.diag(tied.covariance) < np.diag(free.covariance) * 1.001)
+    # friction is; restitution is as it was beforehand, but for slopes that are of where a descent began
+    assert np.all(np.diag(tied.covariance) < np.diag(free.covariance) * np.array([0.95, 1.005]))
 
 
 def test_slopes_are_formed_once_and_anew_where_they_do_not_predict(monkeypatch: pytest.MonkeyPatch) -> None:
