@@ -267,7 +267,8 @@ def identify_walk(
             break
         path = max(told, key=lambda one: told[one])
         other = _by_foot(joint, records, [path])
-        if _lost(records, *other) > _lost(records, *joint):
+        # named where what is left is noise: a window that went another way asks for many things, and none mends it
+        if _lost(records, *other) > _lost(records, *joint) or np.abs(other.fit.jumps).max(initial=0.0) > JUMP:
             break
         joint, asked = other, {**asked, path: told[path]}
     return _found(records, spread, joint, asked)
