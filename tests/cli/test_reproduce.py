@@ -170,11 +170,3 @@ def test_a_map_that_creates_energy_is_announced_and_its_divergence_ends_with_1(t
     assert all("The run stopped" in sentence for sentence in result.sentences)
     page = (tmp_path / "out" / "reproduction.html").read_text(encoding="utf-8")
     assert "can create energy" in page
-
-
-def test_the_verb_validate_says_what_it_became(tarsus):
-    for words in (["validate"], ["validate", "cantilever"], ["validate", "--help"]):
-        result = tarsus(*words)
-        assert (result.code, result.out) == (2, "")
-        (sentence,) = result.sentences
-        assert "tarsus reproduce" in sentence and "tarsus check" in sentence

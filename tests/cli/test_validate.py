@@ -43,7 +43,7 @@ def test_a_claim_without_rows_is_said(tarsus, tmp_path):
 @pytest.mark.parametrize("words", [(), ("ball-drop", "--all")])
 def test_one_experiment_or_all(tarsus, words):
     result = tarsus("validate", *words)
-    assert result.code == 2 and "name an experiment (ball-drop" in result.sentences[0]
+    assert result.code == 2 and "name an experiment (ball-bounces, ball-drop" in result.sentences[0]
 
 
 def test_an_experiment_is_shown_and_checked(tarsus, tmp_path):
