@@ -72,7 +72,7 @@ class Knowledge:
         return float(off @ self.information @ off)
 
 
-class Pulls(NamedTuple):
+class WindowPulls(NamedTuple):
     """What parts of the records say of the numbers, starts eliminated: information (n, np, np) and score (n, np) in the
     numbers' standard deviations beforehand, downhill; window (n,): whose samples a part is, with what was known of its
     start, or, where tied (n,), its tie to the one before."""
@@ -239,7 +239,7 @@ class TiedWindows:
         freedom = sum(one.size for one in at.off)
         return ChainEquations(own, onward, across, shared, right_own, right_shared, at.cost, float(freedom))
 
-    def pulls(self, fit: RecordFit) -> Pulls:
+    def pulls(self, fit: RecordFit) -> WindowPulls:
         """How far every window and every tie pulls the numbers where a fit ended."""
         segments = fit.segments
         at = self.placed(segments, np.zeros((len(segments), len(self.ties))), fit.moved)
@@ -256,7 +256,7 @@ class TiedWindows:
             rows = by - here @ taken[before] - there @ taken[k]
             parts.append((rows.T @ rows, -rows.T @ at.gaps[k], k, True))
         each = list(zip(*parts, strict=True))
-        return Pulls(*(np.array(one) for one in each))
+        return WindowPulls(*(np.array(one) for one in each))
 
     def _ties(
         self, segments: Sequence[Segment], at: _Place, slopes: Sequence[_Slopes]

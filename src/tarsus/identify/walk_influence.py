@@ -13,12 +13,12 @@ import numpy as np
 
 from tarsus.base.arrays import Floats
 from tarsus.fit.record_problem import RecordFit
-from tarsus.fit.record_ties import Pulls
+from tarsus.fit.record_ties import WindowPulls
 from tarsus.identify.influence import EVENT, FILE, ORDER, SET, TIME, VOLTS, Influence, numbered
 from tarsus.model.scene import Scene
 
 
-class Recorded(NamedTuple):
+class RecordOrigin(NamedTuple):
     """Of a record: its file and its set, and the scene that says what its drives did."""
 
     file: str
@@ -31,7 +31,7 @@ class Recorded(NamedTuple):
 
 
 def influence_of(
-    records: Sequence[Recorded], fit: RecordFit, pulls: Pulls, paths: Sequence[str], spread: Floats
+    records: Sequence[RecordOrigin], fit: RecordFit, pulls: WindowPulls, paths: Sequence[str], spread: Floats
 ) -> tuple[Influence, Floats]:
     """Influence on the logarithms of the first numbers of a fit, and information (np, np) that was known beforehand.
 

@@ -27,7 +27,7 @@ from tarsus.identify.covariance import scatter_over_noise
 from tarsus.identify.influence import Influence
 from tarsus.identify.walk_feet import asked_of_feet, numbers_of_feet, respread, with_feet
 from tarsus.identify.walk_horizon import MOST, WalkFollower, left_of, most_of, samples_of
-from tarsus.identify.walk_influence import Recorded, influence_of
+from tarsus.identify.walk_influence import RecordOrigin, influence_of
 from tarsus.identify.walk_symmetry import arms_of, untold
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
@@ -334,7 +334,7 @@ def _found(
     """What all windows together say."""
     fit, problem = joint.fit, joint.windows.problem
     paths, prior = tuple(spread), np.array(list(spread.values()))
-    of = [Recorded(one.name, one.set or one.name, one.scene) for one in records]
+    of = [RecordOrigin(one.name, one.set or one.name, one.scene) for one in records]
     influence, known = influence_of(of, fit, joint.windows.pulls(fit), paths, prior)
     ahead = fit.ahead[: len(paths)] * prior
     values = {path: fit.values[path] for path in paths}
