@@ -77,7 +77,7 @@ def scale_of_zero(scene: ts.Scene, path: str) -> float:
         except ts.InputError:
             continue
         if common([before, after]) == len(before) and all(
-            np.abs(after[name] - before[name])[:LATEST].max(initial=0.0)
+            np.abs(after[name][: len(before)] - before[name])[:LATEST].max(initial=0.0)
             <= MOVED * np.abs(before[name]).max(initial=0.0)
             for name in FIELDS
         ):
