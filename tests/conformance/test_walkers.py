@@ -14,7 +14,8 @@ from tarsus.base.spec import with_values
 from tarsus.plan.lowering import lower_scene
 from tarsus.plan.rows import rows_of
 from tarsus.solve.codes import ResultCode, structured_events
-from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, Shared
+from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine
+from tarsus.solve.shared import Shared
 from walking_scenes import sticky, trotter
 
 

@@ -12,10 +12,10 @@ from typing import Any
 
 from tarsus.base.errors import InputError
 from tarsus.export.subject import Subject
-from tarsus.files.library import SceneLike, as_scene, load_scene, seconds_of
+from tarsus.files.library import SceneLike, as_scene, load_scene
 from tarsus.files.whole import write_text
 from tarsus.model.laws.userfile import laws_of
-from tarsus.model.scene import Scene
+from tarsus.model.scene import Scene, seconds_of
 from tarsus.tables.table import Table
 from tarsus.tables.view import View
 

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import difflib
-import math
 import os
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from pydantic import BaseModel
 
 from tarsus.base.errors import InputError, InputProblem
 from tarsus.base.messages import alternatives, kind_of, nearest
-from tarsus.base.units import parse_quantity
 from tarsus.files.installed import device_names, device_path, is_path
 from tarsus.files.toml import read_scene
 from tarsus.model.drive.waveforms import Waveform
@@ -32,7 +29,6 @@ __all__ = [
     "flat_values",
     "load_scene",
     "scene_of_study",
-    "seconds_of",
 ]
 
 SceneLike = Scene | str | os.PathLike[str]
@@ -49,21 +45,6 @@ def as_scene(scene: SceneLike, /, **values: Any) -> Scene:
     `load_scene`."""
     found = scene if isinstance(scene, Scene) else load_scene(scene)
     return changed(found, **values) if values else found
-
-
-def seconds_of(scene: Scene, duration: float | str | None, name: str = "duration") -> float:
-    """The duration [s] given under a name, or the scene's own. Raises InputError unless it is positive and finite."""
-    if not isinstance(duration, int | float | str | np.number | None):
-        said = f"{name}: expected a time [s] or a text with a unit, got {duration!r:.60}"
-        raise InputError([f"{said}; values of the scene are named, as in volts=6"])
-    try:
-        given = scene.duration if duration is None else duration
-        seconds = parse_quantity(given, "s") if isinstance(given, str) else float(given)
-    except InputError as error:
-        raise InputError([f"{name}: {said}" for said in error.problems]) from None
-    if not (math.isfinite(seconds) and seconds > 0.0):
-        raise InputError([f"{name}: expected a time above 0 s, got {seconds:g} s"])
-    return seconds
 
 
 def load_scene(

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
-from tarsus.files.library import SceneLike, as_scene, seconds_of
+from tarsus.files.library import SceneLike, as_scene
 from tarsus.fit.doubts import Doubts, as_deep, doubts_of
 from tarsus.fit.input_noise import Inputs, input_errors, recorded_inputs
 from tarsus.fit.least_squares import least_squares_from
@@ -22,7 +22,7 @@ from tarsus.fit.residuals import FAILED, Found, Residuals, RunsTried, difference
 from tarsus.fit.terms import Term
 from tarsus.fit.unknowns import Ranges, Unknown, Unknowns
 from tarsus.fit.verdict import verdict_of
-from tarsus.model.scene import Scene
+from tarsus.model.scene import Scene, seconds_of
 from tarsus.solve import SINGLE_RUN, Accuracy, Run, Shared, simulate_batch
 from tarsus.tables.table import ROW, Column, Table, Tabled
 

@@ -11,14 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
-from tarsus.files.library import SceneLike, as_scene, seconds_of
+from tarsus.files.library import SceneLike, as_scene
 from tarsus.fit.case import Case
 from tarsus.fit.readers import OfMeasure
 from tarsus.fit.residuals import FAILED, Residuals, RunsTried, differences
 from tarsus.fit.term_rows import TermRole, TermRows, term_rows_of
 from tarsus.fit.terms import Samples, Term
 from tarsus.fit.unknowns import Ranges, Unknown, Unknowns
-from tarsus.model.scene import Scene
+from tarsus.model.scene import Scene, seconds_of
 from tarsus.solve import SINGLE_RUN, Accuracy, Batch, Shared, simulate_batch
 
 Derived = Callable[[Mapping[str, float]], Mapping[str, float]]

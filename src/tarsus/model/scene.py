@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from enum import Enum
 from typing import Annotated, Any
@@ -27,7 +28,7 @@ from tarsus.base.spec import (
     quantity,
     with_values,
 )
-from tarsus.base.units import format_quantity
+from tarsus.base.units import format_quantity, parse_quantity
 from tarsus.model.drive.gait import AnyGait, Gait
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.waveforms import Constant, Waveform
@@ -536,3 +537,18 @@ def _has(scene: Scene, path: str) -> bool:
         return any(get_value(scene, place) is not None for place in _places(scene, path))
     except InputError:
         return False
+
+
+def seconds_of(scene: Scene, duration: float | str | None, name: str = "duration") -> float:
+    """The duration [s] given under a name, or the scene's own. Raises InputError unless it is positive and finite."""
+    if not isinstance(duration, int | float | str | np.number | None):
+        said = f"{name}: expected a time [s] or a text with a unit, got {duration!r:.60}"
+        raise InputError([f"{said}; values of the scene are named, as in volts=6"])
+    try:
+        given = scene.duration if duration is None else duration
+        seconds = parse_quantity(given, "s") if isinstance(given, str) else float(given)
+    except InputError as error:
+        raise InputError([f"{name}: {said}" for said in error.problems]) from None
+    if not (math.isfinite(seconds) and seconds > 0.0):
+        raise InputError([f"{name}: expected a time above 0 s, got {seconds:g} s"])
+    return seconds

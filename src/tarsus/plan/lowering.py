@@ -22,7 +22,7 @@ from tarsus.core import _native
 from tarsus.core.arrays import Body as LeggedBody
 from tarsus.core.modes import Floats, LinearSystem
 from tarsus.model.drive.lower import lower
-from tarsus.model.drive.pieces import Pieces
+from tarsus.model.drive.pieces import Channels, Pieces
 from tarsus.model.laws.base import Law, SmoothLaw
 from tarsus.model.laws.impact_map import Body, MassWeighted
 from tarsus.model.laws.landing import PullAsPrinted
@@ -31,7 +31,7 @@ from tarsus.model.profile import heights_of
 from tarsus.model.standing import Stance, stance_of
 from tarsus.model.structure.walker import STRAIGHT_AHEAD, Walker
 from tarsus.plan.moving import ground_forces, shifts_of, velocities_at_start
-from tarsus.plan.rows import Rows, pack
+from tarsus.plan.rows import Rows
 
 if TYPE_CHECKING:
     from tarsus.model.laws.program import Program
@@ -174,7 +174,7 @@ class Plan:
     @cached_property
     def signals(self) -> _native.Signals:
         """The drive channels as the engine holds them."""
-        return pack(self.channels)
+        return _native.Signals(Channels.of(self.channels).arrays)
 
     @cached_property
     def rules(self) -> _native.StartRules:
@@ -211,7 +211,7 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
         volts.append(volt)
         periods.append(signals[name].period or np.nan)
     feet = list(scene.robot.feet.values())
-    driven_by_ground = ground_forces(scene, system)
+    driven_by_ground = [] if scene.ground.motion is None else ground_forces(scene, system)
     periods += [one.shift.wave.period or np.nan for one in driven_by_ground]
     laws = lower_laws(scene)
     if scene.ground.makes_energy:
@@ -288,7 +288,8 @@ def lower_system(scene: Scene) -> LinearSystem:
     for i, foot in enumerate(feet):
         normals[:, i] = foot.normal * structure.row(foot.point)
     onto = [drive.load.vector(structure) for drive in scene.robot.drives.values()]
-    onto += [one.load for one in ground_forces(scene, matrices)]
+    if scene.ground.motion is not None:
+        onto += [one.load for one in ground_forces(scene, matrices)]
     loads = np.stack(onto, axis=1) if onto else np.zeros((n, 0))
     weight = np.zeros((n, 2))
     if scene.ground.gravity is not None:

@@ -20,9 +20,9 @@ from tarsus.base.events import EVENT_WORDS, IMPACTS, EventKind
 from tarsus.base.spec import by_path, float_paths, paths_of, with_values
 from tarsus.base.units import parse_quantity
 from tarsus.files.draws import read_draws
-from tarsus.files.library import SceneLike, as_scene, load_scene, seconds_of
+from tarsus.files.library import SceneLike, as_scene, load_scene
 from tarsus.measure import Counting
-from tarsus.model.scene import Scene
+from tarsus.model.scene import Scene, seconds_of
 from tarsus.plan.lowering import REFUSALS
 from tarsus.report.charts import Charts
 from tarsus.report.figures import GROUND, MOST_FEET

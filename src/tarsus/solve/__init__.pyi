@@ -12,11 +12,12 @@ from tarsus.solve.simulation import gradient as gradient, simulate as simulate, 
 
 # What the rooms above are made of; they take nothing else from here.
 from tarsus.solve.contacts import Contacts as Contacts
-from tarsus.solve.engine import Engine as Engine, SINGLE_RUN as SINGLE_RUN, Shared as Shared
+from tarsus.solve.engine import Engine as Engine, SINGLE_RUN as SINGLE_RUN
 from tarsus.solve.explored import Explored as Explored
 from tarsus.solve.flights import Flow as Flow, Launches as Launches, SUBSTEPS as SUBSTEPS, Varied as Varied
 from tarsus.solve.outputs import Output as Output, output_rows as output_rows, output_slopes as output_slopes
 from tarsus.solve.page_engine import compiled_engine as compiled_engine, engine_bytes as engine_bytes
+from tarsus.solve.shared import Shared as Shared
 from tarsus.solve.simulation import too_long as too_long
 from tarsus.solve.stepping import State as State
 from tarsus.solve.trajectories import Trajectories as Trajectories

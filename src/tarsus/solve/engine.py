@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import threading
-from collections import OrderedDict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -18,16 +16,13 @@ from tarsus.base.workers import Workers, spread, workers
 from tarsus.core import _native
 from tarsus.core import arrays as a
 from tarsus.core.modes import NODES, ModeBook, contact_mode
-from tarsus.model.drive.lower import lower
 from tarsus.plan.lowering import Plan, without_native
 from tarsus.plan.rows import Rows
 from tarsus.solve.contacts import CARRIED, mask_of
+from tarsus.solve.shared import Shared
 
 if TYPE_CHECKING:
-    from tarsus.model.drive.law import VoltageLaw
-    from tarsus.model.drive.pieces import Pieces
-    from tarsus.model.drive.signal import Signal
-    from tarsus.model.scene import Scene
+    pass
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -303,52 +298,6 @@ def settings_arrays(
         "least_progress": 1e-10 / plan.rate, "probe": 1e-7, "most_steps": accuracy.steps, "first_class": first,
         "track": int(track),
     }  # fmt: skip
-
-
-MOST_KEPT = 32
-"""So many tables of structures and drives are kept for later runs."""
-
-
-class Shared:
-    """What engines have made that others can use, by what it depends on: tables of structures, drives; those last used.
-
-    resident: a scene that is run again and again, whose plans are kept as well. Safe between threads.
-    """
-
-    def __init__(self, resident: Scene | None = None, most: int = MOST_KEPT) -> None:
-        self.resident = resident
-        self._most = most
-        self._made: OrderedDict[Any, Any] = OrderedDict()
-        self._lock = threading.Lock()
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """In another process everything is made again."""
-        return Shared, (self.resident, self._most)
-
-    @property
-    def keys(self) -> list[Any]:
-        """What is kept, by what it depends on; the last one used comes last."""
-        with self._lock:
-            return list(self._made)
-
-    def drive(self, signal: Signal, law: VoltageLaw, history: tuple[float, ...]) -> tuple[Pieces, Pieces]:
-        """Pieces of a drive, lowered once."""
-        return self.get((signal, law, history), lambda: lower(signal, law, history))
-
-    def get(self, key: Any, make: Callable[[], Any]) -> Any:
-        """What belongs to a key; made if it is not there, outside of the lock: of two the first made stays."""
-        with self._lock:
-            found = self._made.get(key)
-            if found is not None:
-                self._made.move_to_end(key)
-                return found
-        made = make()
-        with self._lock:
-            made = self._made.setdefault(key, made)
-            self._made.move_to_end(key)
-            while len(self._made) > self._most:
-                self._made.popitem(last=False)
-        return made
 
 
 @dataclass(frozen=True)

@@ -22,9 +22,10 @@ from tarsus.model.structure import Walker
 from tarsus.plan.lowering import gravity_on
 from tarsus.solve.channels import BODY, DRIVE, FOOT, ON_A_PAGE, channel
 from tarsus.solve.codes import SENTENCES
-from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, Shared
+from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine
 from tarsus.solve.packet import on_a_page, packed, packet_arrays
 from tarsus.solve.run import prepared
+from tarsus.solve.shared import Shared
 from tarsus.solve.sliders import Lattice, Slider, lattice_of, sliders_of
 
 if TYPE_CHECKING:

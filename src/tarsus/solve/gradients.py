@@ -23,9 +23,10 @@ from tarsus.measure.whole import WHOLE_RUN
 from tarsus.plan.slots import rows_for, slot
 from tarsus.solve.codes import EVENT_TYPE, event_rows, structured_marks
 from tarsus.solve.differences import MOST, ROUNDED, STEP, Direction, Slopes, Stencil, directions_of, slopes_of
-from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, Shared
+from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine
 from tarsus.solve.results import Batch
 from tarsus.solve.run import Run, changed_run, increasing
+from tarsus.solve.shared import Shared
 from tarsus.solve.slopes import (
     Differenced,
     Lane,

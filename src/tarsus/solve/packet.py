@@ -16,8 +16,9 @@ from tarsus.model.drive.pieces import Channels
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan, idle_forces, level_only
 from tarsus.plan.rows import Rows
-from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, Shared, settings_arrays, step_lengths
+from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, settings_arrays, step_lengths
 from tarsus.solve.run import prepared
+from tarsus.solve.shared import Shared
 
 MAGIC, NAME = b"tarsus 1", 48
 MOST_MODES = 256

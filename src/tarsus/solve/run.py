@@ -38,8 +38,9 @@ from tarsus.solve.codes import (
     structured_marks,
     without_marks,
 )
-from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, Log, Shared
+from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, Log
 from tarsus.solve.motion import RunLaws, RunMotion, electrical_energy, ledger_of_run
+from tarsus.solve.shared import Shared
 
 if TYPE_CHECKING:
     import xarray
@@ -474,7 +475,8 @@ def prepared(
     engine = shared.get(("resident", duration), made) if scene is shared.resident else made()
     plan = engine.plan
     if not values:
-        refuse_jumps(scene, duration)
+        if scene.ground.motion is not None:
+            refuse_jumps(scene, duration)
         return engine, marked_rows(plan, count, duration)
     return engine, rows_for(scene, plan, values, duration, courses=courses)
 

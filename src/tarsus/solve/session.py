@@ -16,13 +16,15 @@ from numpy.typing import ArrayLike, NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.messages import Hinted
 from tarsus.base.spec import by_path
-from tarsus.files.library import SceneLike, as_scene, seconds_of
+from tarsus.files.library import SceneLike, as_scene
 from tarsus.files.toml import scene_text
+from tarsus.model.scene import seconds_of
 from tarsus.plan.slots import Place, slots
 from tarsus.solve.codes import ResultCode
-from tarsus.solve.engine import SINGLE_RUN, Accuracy, Shared
+from tarsus.solve.engine import SINGLE_RUN, Accuracy
 from tarsus.solve.results import Batch
 from tarsus.solve.run import changed_run
+from tarsus.solve.shared import Shared
 from tarsus.solve.simulation import columns, simulate_batch
 
 if TYPE_CHECKING:

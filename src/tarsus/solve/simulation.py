@@ -14,12 +14,14 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import by_path, float_paths, one_number, paths_of, with_values
 from tarsus.base.units import parse_quantity
 from tarsus.base.workers import Workers, is_executor, places, spread, workers
-from tarsus.files.library import SceneLike, as_scene, seconds_of
+from tarsus.files.library import SceneLike, as_scene
+from tarsus.model.scene import seconds_of
 from tarsus.plan.slots import check_bounds, courses_of_all, slot
 from tarsus.solve.codes import ResultCode
-from tarsus.solve.engine import Accuracy, Shared
+from tarsus.solve.engine import Accuracy
 from tarsus.solve.results import Batch, Part
 from tarsus.solve.run import Run, changed_run, increasing, prepared
+from tarsus.solve.shared import Shared
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor

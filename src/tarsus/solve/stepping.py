@@ -28,9 +28,10 @@ from tarsus.plan.rows import BY_RUN, Rows, pack
 from tarsus.solve.codes import ResultCode, structured_events, without_marks
 from tarsus.solve.commands import Command, asked_of, held
 from tarsus.solve.contacts import CARRIED
-from tarsus.solve.engine import Accuracy, Advanced, Shared
+from tarsus.solve.engine import Accuracy, Advanced
 from tarsus.solve.motion import RunLaws, account_of, ledger_of
 from tarsus.solve.outputs import Output, Readings
+from tarsus.solve.shared import Shared
 from tarsus.solve.trajectories import Trajectories
 
 if TYPE_CHECKING:

@@ -14,8 +14,9 @@ from tarsus.base.events import FootState
 from tarsus.plan.slots import Kind, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.contacts import CARRIED, fresh_feet
-from tarsus.solve.engine import Accuracy, Advanced, Continuations, Shared, advance_many, settings_of
+from tarsus.solve.engine import Accuracy, Advanced, Continuations, advance_many, settings_of
 from tarsus.solve.run import prepared
+from tarsus.solve.shared import Shared
 from tarsus.solve.window import Window, WindowStart, simulate_windows
 
 if TYPE_CHECKING:

@@ -175,7 +175,10 @@ def test_a_scene_without_a_drive_has_no_attractors_to_look_for():
 def test_a_motion_of_twelve_periods_has_multipliers():
     """Each impact contracts areas by e^2: the multipliers' product, whatever the period; it is known as they are, to
     1e-9 of the entries of the return's derivative."""
-    values = {"ground.restitution.coefficient": 0.759375, "signals.table.amplitude": 1.3984375}
+    values = {
+        "ground.restitution.coefficient": 0.759375, "signals.table.amplitude": 1.3984375,
+        "initial.displacement": (118e-6,),  # found at a point of the orbit where entries are below 50, of others 2000
+    }  # fmt: skip
     (found,) = ts.attractors(
         ts.with_values(ts.load_scene("ball-on-table"), values), starts=8, edges=False
     ).found
