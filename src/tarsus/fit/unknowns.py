@@ -216,7 +216,8 @@ class Unknowns:
         try:
             asked = listed(unknowns)
         except InputError as error:
-            asked, problems = (), error.problems
+            asked = ()
+            problems.extend(error.problems)
         columns, every_path = [], []
         for one in asked:
             if not one.label:

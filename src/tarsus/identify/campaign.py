@@ -392,7 +392,7 @@ def checked_drive(record: Measurement, one: RecordSet) -> tuple[list[Excluded], 
         values = record.values.copy()
         values[record.index(record.drive)] = fit.unrounded(volts)
         record = replace(record, values=values)
-    noted, found = ([Excluded(record.source, record.drive, said) for said in some] for some in (notes, faults))
+    noted, found = ([Excluded(record.source, str(record.drive), said) for said in some] for some in (notes, faults))
     return found, replace(record, notes=(*record.notes, *map(str, noted)))
 
 

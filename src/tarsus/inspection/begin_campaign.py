@@ -116,7 +116,7 @@ def campaign_text(folder: Path, device: str | None) -> tuple[str, list[str]]:
         try:
             seen[name] = _Seen.of(read_measurement(folder / name))
         except InputError as error:
-            faults[name] = error.problems
+            faults[name] = [*error.problems]
     points = _points(folder, device)
     drives = {one.drive for one in seen.values() if one.drive is not None}
     common = drives.pop() if len(drives) == 1 else None
