@@ -37,14 +37,13 @@ class InputProblem(str):
         return cls(f"{path}: {said}" if path else said, path=path, said=said)
 
     @classmethod
-    def of_channel(cls, file: str, channel: str, said: str, fault: Fault | None = None, cure: str = "") -> InputProblem:
+    def of_channel(cls, file: str, channel: str, said: str) -> InputProblem:
         """A sentence on a channel of a file."""
-        shown = f"{file}: channel '{channel}' {said}{cure and '; '}{cure}"
-        return cls(shown, path=file, said=said, channel=channel, fault=fault, cure=cure)
+        return cls(f"{file}: channel '{channel}' {said}", path=file, said=said, channel=channel)
 
     def cured(self, fault: Fault, cure: str) -> str:
         """The sentence with another cure, where it is of this kind."""
-        return self.replace(self.cure, cure) if self.fault is fault and self.cure else self
+        return self.removesuffix(self.cure) + cure if self.fault is fault and self.cure else self
 
 
 class InputError(ValueError):

@@ -39,16 +39,7 @@ def gait_percents(walks: Walks, point: Floats, starts: Grounds) -> Percents:
         return float(values.min() if one.most else values.max())
 
     middle = each({})[0]
-    found: dict[str, Floats] = {}
-
-    def kept(ground: Ground) -> Floats:
-        found["last"] = each(ground)
-        return found["last"].mean(axis=1)
-
-    seen: dict[str, Floats] = {}
-    for name in numbers:
-        if varied({name: numbers[name]}, kept, PERCENT * np.array([-1.0, 1.0])):
-            seen[name] = found["last"]
+    seen = varied(numbers, each, PERCENT * np.array([-1.0, 1.0]))
     own = float(middle.mean())
     worst = {name: bad(np.append(values.mean(axis=1), own)) for name, values in seen.items()}
     names = felt(worst, own, one.most)

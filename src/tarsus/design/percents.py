@@ -104,8 +104,8 @@ def numbers_of(scene: Scene, designed: Callable[[str], bool]) -> dict[str, dict[
 def varied(
     numbers: Mapping[str, Mapping[str, float]], measured: Measured, steps: Floats
 ) -> dict[str, Floats]:
-    """Measures (ns,) by name where one number alone, or all that share its name, are off by shares ``steps`` (ns,); of
-    numbers that vary by themselves."""
+    """Measures (ns, ...) by name where one number alone, or all that share its name, are off by shares ``steps`` (ns,);
+    of numbers that vary by themselves."""
     found = {}
     for name, own in numbers.items():
         try:

@@ -21,15 +21,7 @@ from tarsus.model.scene import SHORT_WORDS, Scene, override
 if TYPE_CHECKING:
     from tarsus.model.laws import Law
 
-__all__ = [
-    "SceneLike",
-    "as_scene",
-    "changed",
-    "device_names",
-    "flat_values",
-    "load_scene",
-    "scene_of_study",
-]
+__all__ = ["SceneLike", "as_scene", "changed", "device_names", "flat_values", "load_scene", "scene_of_study"]
 
 SceneLike = Scene | str | os.PathLike[str]
 """A scene, or what `load_scene` takes for one: a device's name, or a scene file's path."""

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tarsus.base.arrays import Floats
-from tarsus.fit.normal_equations import RIDGE
+from tarsus.fit.normal_equations import RIDGE, ridged
 
 
 class Eliminated(NamedTuple):
@@ -71,8 +71,9 @@ class ChainEquations:
         onward, across, own = np.zeros((n, q, q)), np.zeros((n, q, p)), np.zeros((n, q))
         information, score = self.shared.copy(), self.right_shared.copy()
         before = np.zeros((q, q)), np.zeros((q, p)), np.zeros(q)
+        own_ridged = ridged(self.own, RIDGE + damping)
         for k in range(n):
-            matrix = self.own[k] + _share(self.own[k], RIDGE + damping) - before[0]
+            matrix = own_ridged[k] - before[0]
             met, right = self.across[k] - before[1], self.right_own[k] - before[2]
             solved = np.linalg.solve(matrix, np.hstack([self.onward[k], met, right[:, None]]))
             onward[k], across[k], own[k] = solved[:, :q], solved[:, q : q + p], solved[:, -1]
@@ -86,7 +87,7 @@ class ChainEquations:
         """Steps of the own unknowns (n, q) and of the shared ones (p,); information (p, p) and right (p,): what is
         known of the shared ones besides, and which way that pulls."""
         left = self.eliminated(damping)
-        whole = left.information + _share(left.information, RIDGE + damping) + information
+        whole = ridged(left.information[None], RIDGE + damping)[0] + information
         shared = np.asarray(np.linalg.solve(whole, left.score + right), dtype=np.float64)
         return left.followed(shared), shared
 
@@ -95,10 +96,3 @@ class ChainEquations:
         own, shared = self.step(0.0, information, right)
         long = float(np.sum(own * self.right_own) + shared @ (self.right_shared + right))
         return max(long, 0.0) / self.scale
-
-
-def _share(matrix: Floats, part: float) -> Floats:
-    """A part of the diagonal of a matrix, as one; of an entry of zero that of the largest."""
-    diagonal = np.diag(matrix)
-    most = float(diagonal.max(initial=np.finfo(float).tiny))
-    return np.diag(part * np.where(diagonal > 0.0, diagonal, most))

@@ -78,7 +78,7 @@ class NormalEquations:
 
     def reduced(self) -> tuple[Floats, Floats]:
         """Information (nr, p, p) and score (nr, p) of each record about the shared ones, its own taken along."""
-        solved = np.linalg.solve(_ridged(self.own), self.across)
+        solved = np.linalg.solve(ridged(self.own), self.across)
         information = self.shared - np.einsum("rqa,rqb->rab", self.across, solved)
         return information, self.right_shared - np.einsum("rqa,rq->ra", solved, self.right_own)
 
@@ -96,7 +96,7 @@ class NormalEquations:
         is known of the shared ones besides, and which way that pulls; held: the shared ones stay.
         """
         damp = np.broadcast_to(np.asarray(damping, dtype=float), self.cost.shape)
-        own, size = _damped(_ridged(self.own), damp), self.across.shape[2]
+        own, size = _damped(ridged(self.own), damp), self.across.shape[2]
         shared = np.zeros(size)
         if size and not held:
             solved = np.linalg.solve(own, self.across)
@@ -105,7 +105,7 @@ class NormalEquations:
             whole = _damped(whole[None], np.array([damp.max(initial=0.0)]))[0]
             if information is not None:
                 whole = whole + information
-            shared = np.linalg.solve(_ridged(whole[None])[0], score + (0.0 if right is None else right))
+            shared = np.linalg.solve(ridged(whole[None])[0], score + (0.0 if right is None else right))
         steps = np.linalg.solve(own, (self.right_own - self.across @ shared)[..., None])[..., 0]
         return np.asarray(steps, dtype=np.float64), shared
 
@@ -125,7 +125,7 @@ class NormalEquations:
     def eliminated(self) -> NormalEquations:
         """The same of the shared ones alone, with the own unknowns where the records want them."""
         information, score = self.reduced()
-        wanted = np.linalg.solve(_ridged(self.own), self.right_own[..., None])[..., 0]
+        wanted = np.linalg.solve(ridged(self.own), self.right_own[..., None])[..., 0]
         return replace(
             self, own=self.own[:, :0, :0], across=self.across[:, :0], shared=information, right_own=wanted[:, :0],
             right_shared=score, cost=self.cost - np.einsum("rq,rq->r", self.right_own, wanted),
@@ -142,7 +142,7 @@ class NormalEquations:
 
     def covariance(self) -> Floats:
         """Covariance (nr, q, q) of the own unknowns, those shared being known: one over the information."""
-        return np.asarray(np.linalg.inv(_ridged(self.own)), dtype=np.float64)
+        return np.asarray(np.linalg.inv(ridged(self.own)), dtype=np.float64)
 
 
 def _damped(matrices: Floats, damping: Floats) -> Floats:
@@ -150,12 +150,13 @@ def _damped(matrices: Floats, damping: Floats) -> Floats:
     return matrices + damping[:, None, None] * diagonal
 
 
-def _ridged(matrices: Floats) -> Floats:
+def ridged(matrices: Floats, part: float = RIDGE) -> Floats:
+    """Matrices (nr, q, q) with a part of their diagonals added."""
     diagonal = np.einsum("rqq->rq", matrices)
     # of its own entry, for unknowns in different units differ by many orders; nothing else has one of zero
     most = diagonal.max(axis=1, initial=np.finfo(float).tiny, keepdims=True)
     share = np.where(diagonal > 0.0, diagonal, most)
-    return matrices + RIDGE * share[:, :, None] * np.eye(matrices.shape[1])
+    return matrices + part * share[:, :, None] * np.eye(matrices.shape[1])
 
 
 class Equations(Protocol):

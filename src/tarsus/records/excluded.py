@@ -64,5 +64,5 @@ def enough(
 def excluded_of(file: str, problem: InputProblem) -> Excluded:
     """What is wrong with a file, as data that were not used."""
     if problem.path == file and problem.fault is not Fault.NO_CHANNEL:
-        return Excluded(file, problem.channel, f"{problem.said}{problem.cure and '; '}{problem.cure}")
+        return Excluded(file, problem.channel, problem.said)
     return Excluded(file, "", problem.removeprefix(file).removeprefix(":").strip())

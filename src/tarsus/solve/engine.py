@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +20,6 @@ from tarsus.plan.lowering import Plan, without_native
 from tarsus.plan.rows import Rows
 from tarsus.solve.contacts import CARRIED, mask_of
 from tarsus.solve.shared import Shared
-
-if TYPE_CHECKING:
-    pass
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Mapping
 
 from tarsus.base.errors import InputError
 from tarsus.base.progress import Progress, silent
-from tarsus.base.pythonfile import line_of, said
 from tarsus.base.workers import spread
 from tarsus.solve import ResultCode, Run, simulate
 from tarsus.validation.experiment import PublishedExperiment
@@ -42,20 +41,14 @@ def _reader(one: PublishedExperiment, cases: list[RowCase]) -> Callable[[int], R
     """What makes the runs of a row: the numbers that are read of them, and how the first run ended that stopped."""
 
     def read(number: int) -> Read:
-        case, where = cases[number], f"measured.csv, line {one.measured.lines[number]}"
-        try:
+        case, line = cases[number], one.measured.lines[number]
+        with one.study.at_row(line):
             runs = [simulate(scene) for scene in case.scenes(one.device)]
             found = case.read(*runs)
-        except InputError as error:
-            raise InputError(f"{where}: {problem}" for problem in error.problems) from None
-        except Exception as error:
-            raise InputError(
-                f"{where}: {one.study.file}{line_of(error, one.study.file)}: {said(error)}"
-            ) from error
         if unknown := [name for name in found if name not in one.claims.measured]:
             known = ", ".join(one.claims.measured)
             raise InputError(
-                f"{where}: the study reads '{unknown[0]}', which is no measured column ({known})"
+                f"measured.csv, line {line}: the study reads '{unknown[0]}', which is no measured column ({known})"
             )
         return found, _ended(runs)
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -47,17 +48,22 @@ class RowStudy:
 
     def case(self, row: Row, device: Scene, line: int) -> RowCase:
         """The case of a row, which stands on a line of the table. Raises InputError where the function fails."""
-        try:
+        with self.at_row(line):
             found = self.function(row, device)
-        except InputError as error:
-            raise InputError(f"measured.csv, line {line}: {problem}" for problem in error.problems) from None
-        except Exception as error:
-            raise InputError(
-                f"measured.csv, line {line}: {self.file}{line_of(error, self.file)}: {said(error)}"
-            ) from error
         if not isinstance(found, RowCase):
             raise InputError(f"{self.file}: '{FUNCTION}' must give a RowCase, got {type(found).__name__}")
         return found
+
+    @contextmanager
+    def at_row(self, line: int) -> Iterator[None]:
+        """What goes wrong in a function of the file is said with the row's line of the table, and its own."""
+        where = f"measured.csv, line {line}"
+        try:
+            yield
+        except InputError as error:
+            raise InputError(f"{where}: {problem}" for problem in error.problems) from None
+        except Exception as error:
+            raise InputError(f"{where}: {self.file}{line_of(error, self.file)}: {said(error)}") from error
 
 
 def read_study(file: Path) -> RowStudy:

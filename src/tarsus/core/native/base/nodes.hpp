@@ -29,15 +29,22 @@ struct Nodes {
   // The same of a drive, which may be far faster than a structure that is free: swings that are alike about the middle of a long step
   // have no coefficient of an odd degree. Of a sine that is missed by 1e-12 of it or more the one before is less than 120 times the
   // highest, so that nothing that is resolved is asked for more.
-  double truncation_of_drive(const Row& values) const {
-    constexpr double LARGE = 1024.0;
-    return std::max(truncation(values), std::fabs(total(values * load(tail_before))) / LARGE);
-  }
+  double truncation_of_drive(const Row& values) const { return truncation_by_two(values, 1024.0); }
   // The same of values that may jump between two nodes: a jump up and down again, alike about the middle of the step, has no
-  // coefficient of an odd degree. Of a polynomial that is resolved the one before is less than BEFORE times the highest.
-  double truncation_of_jumps(const Row& values) const {
-    constexpr double BEFORE = 16.0;
-    return std::max(truncation(values), std::fabs(total(values * load(tail_before))) / BEFORE);
+  // coefficient of an odd degree. Of a polynomial that is resolved the one before is less than 16 times the highest.
+  double truncation_of_jumps(const Row& values) const { return truncation_by_two(values, 16.0); }
+
+  // The slope of a polynomial given by its nodal values, by the scaled time.
+  Row slope(const Row& values) const {
+    Row out = Row(0.0);
+    for (int j = 0; j < N; j++) out.set(j, total(load(derivative[j]) * values));
+    return out;
+  }
+
+ private:
+  // The highest coefficient, or the one before it, which may be so many times larger.
+  double truncation_by_two(const Row& values, double larger) const {
+    return std::max(truncation(values), std::fabs(total(values * load(tail_before))) / larger);
   }
 };
 

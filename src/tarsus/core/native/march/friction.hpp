@@ -119,8 +119,7 @@ inline double bend_error(const Nodes& nodes, const Row& bound, const Row& speed,
   const double most = highest(magnitude(bound));
   if (!(h > AT_ONCE * end && most > 0.0)) return 0.0;
   double missed = nodes.truncation_of_jumps(bound);
-  Row slope = Row(0.0);
-  for (int j = 0; j < N; j++) slope.set(j, total(load(nodes.derivative[j]) * speed));
+  const Row slope = nodes.slope(speed);
   for (int j = 1; j < N; j++) {
     if (!(slope[j - 1] < 0.0 && 0.0 < slope[j])) continue;
     double speeds[N], bounds[N];

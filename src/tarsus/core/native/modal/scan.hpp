@@ -69,17 +69,10 @@ inline bool find_doubt(const Modal& m, int event, const double* margin, double b
 // Part of a new highest gap that the nodes may miss: a highest gap is reported, and decides nothing.
 constexpr double MISSED_PEAK = 1e-4;
 
-// The slope of a function through nodal values, by the length of the step.
-inline Row slope_of(const Nodes& nodes, Row values) {
-  Row slope = Row(0.0);
-  for (int j = 0; j < N; j++) slope.set(j, total(load(nodes.derivative[j]) * values));
-  return slope;
-}
-
 // How far a function through nodal values lies off its chord in the widest interval between nodes that begin before the scaled time
 // ``limit``, by its second derivative.
 TARSUS_APART inline double bulge_of(const Nodes& nodes, Row values, double limit) {
-  Row second = slope_of(nodes, slope_of(nodes, values));
+  Row second = nodes.slope(nodes.slope(values));
   for (int j = 2; j < N; j++) {
     if (nodes.tau[j - 1] >= limit) second.set(j, 0.0);
   }
@@ -95,7 +88,7 @@ TARSUS_INLINE double bulge_of_inputs(const Modal& m, const StepClass& step, int 
   for (int i : m.inputs) {
     if (m.constant[i] || (feed[i] == 0.0 && rate[i] == 0.0)) continue;
     const Row part = rate[i] == 0.0 ? m.values[i] * feed[i]
-                                    : m.values[i] * feed[i] + slope_of(m.nodes, m.values[i]) * (rate[i] / step.length);
+                                    : m.values[i] * feed[i] + m.nodes.slope(m.values[i]) * (rate[i] / step.length);
     sum += part;
     spread += highest(part) - lowest(part);
   }
