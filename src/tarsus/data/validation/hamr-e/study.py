@@ -17,7 +17,7 @@ def case(row, device):
     """Pads from the volts of the row down to 0, lift and swing at their bias, one pad off where three hold."""
     legs = list(device.robot.structure.legs)
     falling = Ramp(start=row["used_V"], stop=0.0, duration=TIME)
-    changes = {"ground.incline": INCLINES[row["pose"]], "duration": TIME}
+    changes: dict[str, object] = {"ground.incline": INCLINES[row["pose"]], "duration": TIME}
     for leg in legs:
         changes[f"signals.{leg}_lift"] = Constant(level=100.0)
         changes[f"signals.{leg}_swing"] = Constant(level=100.0)
