@@ -39,6 +39,14 @@ RAMPS = (
 """Ramped squares: frequency [Hz], share of ramps, periods."""
 OTHER = "ramps-100hz-100-2.mat"
 """File that another device than the others may have left."""
+SWAPPED = "ramps-60hz-100-2.mat"
+"""File in which the cables of tip and centre may be swapped."""
+ON_DUST = 0.2
+"""Adhesion on a grain over that on the whole foot."""
+DUSTY = 3
+"""One file in so many has a grain under the foot, at random."""
+RING_HZ, RING_S = 410.0, 0.02
+"""Frequency and decay time of a head that rings."""
 TABLE_HZ = 35.0
 """Frequency [Hz] of a table's vibration."""
 _SWEEPS, _PLACE, _IMPACTS, _ALL = 3, 20, 34, 46
@@ -142,17 +150,19 @@ def write_campaign(
         for repeat in range(record.repeats):
             file = f"{record.name}-{repeat + 1}.mat" if record.repeats > 1 else f"{record.name}.mat"
             if moved is None or world.changing:
-                gap = device.gap + world.drift * number
-                gap += world.remounted * device.gap * random.standard_normal() if world.remounted else 0.0
-                now = _now(device, world, number, file)
-                own = motion if now == device else Motion(now, world, steps)
+                now = _now(device, world, record, number, file)
+                gap = now.gap + world.drift * number
+                gap += _aside(world.remounted * device.gap, random)
+                aimed = replace(world, spot=world.spot + _aside(world.roams, random))
+                own = motion if now == device and aimed == world else Motion(now, aimed, steps)
                 moved = _moved(own, record, rate / record.share, gap)
                 kept[record.name] = moved
             number += 1
             begun = replace(world, gain=world.gain * (1.0 + world.warming * number / 46.0))
             if world.trigger:
                 begun = replace(begun, behind=world.behind + world.trigger * random.standard_normal())
-            savemat(folder / file, _recorded(record, moved, begun, rate / record.share, decibels, random))
+            seen = _recorded(record, moved, begun, rate / record.share, decibels, random)
+            savemat(folder / file, _swapped(seen) if world.swapped and file == SWAPPED else seen)
             files.append(file)
         head += list(_set(record, files))
     (folder / "campaign.toml").write_text("\n".join(head) + "\n")
@@ -166,15 +176,27 @@ def _kept(device: Device, world: World, steps: int, rate: float) -> dict[str, Mo
     return {}
 
 
-def _now(device: Device, world: World, number: int, file: str) -> Device:
-    """The device as it is in one file."""
+def _aside(deviation: float, random: np.random.Generator) -> float:
+    return deviation * random.standard_normal() if deviation else 0.0
+
+
+def _now(device: Device, world: World, record: Record, number: int, file: str) -> Device:
+    """The device, and its place above the ground, as it is in one file."""
     warmer, damper, duller = ((number - since) / _ALL for since in (_SWEEPS, _PLACE, _IMPACTS))
+    heated = 0.0 if record.purpose == "modal" else world.warmer
     device = replace(
         device,
-        frequencies=tuple(f * (1.0 + world.softening * warmer) for f in device.frequencies),
+        frequencies=tuple(f * (1.0 + world.softening * warmer - heated) for f in device.frequencies),
         adhesion=tuple(a * (1.0 + world.humid * damper) for a in device.adhesion),
         restitution=device.restitution * (1.0 + world.dulling * duller),
     )
+    if world.dust and np.random.default_rng([number, 71]).integers(DUSTY) == 0:
+        device = replace(
+            device,
+            gap=device.gap - world.dust,
+            adhesion=tuple(ON_DUST * one for one in device.adhesion),
+            film=(device.film[0], device.film[1] + world.dust),
+        )
     return device.drawn(world.other, 5) if world.other and file == OTHER else device
 
 
@@ -199,6 +221,11 @@ def _recorded(
     driving = np.maximum(time, 0.0)
     volts = np.where(time >= 0.0, record.wave.volts(driving), 0.0)
     phase = 2.0 * np.pi * random.random() if world.table else 0.0
+    gone = (
+        random.integers(len(time), size=random.poisson(world.dropped * len(time) / rate))
+        if world.dropped
+        else []
+    )
     out: dict[str, object] = {"fs": rate, "volts": np.round(volts / (20.0 / 2**16)) * (20.0 / 2**16)}
     fine = rate * moved.fine
     own = np.arange(moved.x.shape[1]) / fine
@@ -242,10 +269,32 @@ def _recorded(
                 turn = 2.0 * np.pi * TABLE_HZ
                 shaken = world.table * np.exp(1j * (turn * time + phase))
                 seen = seen + (shaken.imag if quantity == "x" else turn * shaken.real)
+            if world.rings:
+                shaken = world.rings * _ringing(time, moved.events)
+                seen = seen + (shaken.imag if quantity == "x" else 2.0 * np.pi * RING_HZ * shaken.real)
             still = float(seen[0])
             seen = seen + coloured(len(seen), noise, world, random)
-            out[f"{point}_{quantity}"] = factor * seen_by(seen, rate, quantity, still, world, random)
+            shown = factor * seen_by(seen, rate, quantity, still, world, random)
+            left = np.delete(shown, gone)
+            out[f"{point}_{quantity}"] = np.append(left, np.full(len(shown) - len(left), left[-1]))
     return out
+
+
+def _ringing(time: Floats, events: list[tuple[float, str]]) -> NDArray[np.complex128]:
+    """What impacts leave in a structure of one mode, in deviations of one of them (imaginary: displacement)."""
+    since = time[:, None] - np.array([at for at, kind in events if kind != "release"])
+    turn = (2j * np.pi * RING_HZ - 1.0 / RING_S) * np.maximum(since, 0.0)
+    return np.sum(np.exp(turn) * (since > 0.0), axis=1)
+
+
+def _swapped(channels: dict[str, object]) -> dict[str, object]:
+    """Channels of a file with the cables of tip and centre swapped."""
+    others = {"tip": "center", "center": "tip"}
+    return {
+        "_".join([others.get(place, place), *more]): channels[name]
+        for name in channels
+        for place, *more in [name.split("_")]
+    }
 
 
 def _between(time: Floats, motion: Floats, speed: Floats | None, at: Floats, breaks: Floats) -> Floats:

@@ -17,6 +17,8 @@ CHARGE_GAP = 20e-6
 """Gap [m] of an attraction by the volts while the foot stands on the ground."""
 DECADES = (1e-3, 1e-2, 1e-1, 1.0, 10.0)
 """Times [s] in which equal shares of a drive that creeps in all decades follow; the first two are in its law."""
+FULL_POWER = 100.0 * 8.0**2
+"""Frequency times square of the volts at which an amplifier that sags has lost its stated share."""
 _FAST = 2
 _POINTS = 2_000_000
 """Places at which the voltage behind an amplifier of one pole is formed: 0.5 us apart at most."""
@@ -74,9 +76,18 @@ class Wave:
             at = to
         return Wave("sampled", dict(times=times[1:], levels=levels[1:]))
 
+    def sagged(self, share: float) -> Wave:
+        """The same behind an amplifier whose gain falls with the power that it gives, but for slow signals."""
+        p = self.parameters
+        if not share or self.kind == "sampled":
+            return self
+        hertz = p.get("frequency") or 0.5 * (p["start_frequency"] + p["stop_frequency"])
+        power = hertz * p["amplitude"] ** 2 / FULL_POWER
+        return replace(self, parameters={**p, "amplitude": p["amplitude"] * (1.0 - share * power)})
+
     def amplified(self, world: World, end: float) -> Wave:
         """What the drive gets of it: in samples that are held, behind an amplifier of one pole, off its zero."""
-        wave = self.slewed(world.slew, end)
+        wave = self.sagged(world.sag).slewed(world.slew, end)
         if world.held:
             ticks = np.arange(int(np.ceil(end * world.held)) + 1) / world.held
             wave = Wave("held", dict(rate=world.held, levels=wave.volts(ticks), times=ticks))

@@ -179,6 +179,9 @@ class Motion:
         coefficient, thickness = self.device.film
         power = self.world.exponent
         coefficient = coefficient * (REFERENCE_GAP + thickness) ** (power - 3)
+        if self.world.uneven:
+            thin, thick = thickness * (1.0 - self.world.uneven), thickness * (1.0 + self.world.uneven)
+            return lambda g, v: -0.5 * coefficient * v * ((g + thin) ** -3 + (g + thick) ** -3)
         if self.world.slip:  # of a wide plate, Burgdorf 1959
             free = 6.0 * self.world.slip
             return lambda g, v: -coefficient * v / ((g + thickness) ** 2 * (g + thickness + free))

@@ -14,14 +14,14 @@ from independent.foreign.world import Device, World
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 _ELEMENTS = 96
-RELAX_S = 2e-4
-"""Time [s] in which a share of a spring relaxes."""
+SIDEWAYS = 1.13
+"""Frequency of a bending along the ground over that of the first mode."""
 
 
 @dataclass(frozen=True)
 class Modes:
     """mass [kg] of every mode; omega [rad/s], damping ratios and participations (n,); points (2, n): shapes at foot and
-    centre; seen (2, n): where the lasers are; relaxing: share of the springs that relaxes."""
+    centre; seen (2, n): where the lasers are; relaxing: share of the springs that relaxes, in a time [s]."""
 
     mass: float
     omega: Floats
@@ -29,14 +29,15 @@ class Modes:
     participation: Floats
     points: Floats
     seen: Floats
-    relaxing: float = 0.0
+    relaxing: float
+    relaxes: float
 
     @property
     def springs(self) -> tuple[Floats, Floats]:
         """Stiffness at rest and viscous damping (n,) that give the poles: of a spring that relaxes both are less."""
         zeta = np.minimum(self.damping, 1.0)
         pole = self.omega * (-zeta + 1j * np.sqrt(1.0 - zeta**2))
-        held = 1.0 + self.relaxing * pole * RELAX_S / (1.0 + pole * RELAX_S)
+        held = 1.0 + self.relaxing * pole * self.relaxes / (1.0 + pole * self.relaxes)
         # m s^2 + c s + k held = 0, whose imaginary part gives c for a k
         k = -self.mass * (pole**2).imag / pole.imag + self.mass * (pole**2).real / pole.real
         k = k / (held.imag / pole.imag - held.real / pole.real)
@@ -105,7 +106,11 @@ def modes_of(device: Device, world: World) -> Modes:
         omega, damping = np.append(omega, 2.0 * np.pi * 9e3), np.append(damping, 0.02)
         participation = np.append(participation, 0.0)
         points, seen = np.column_stack([points, shape]), np.column_stack([seen, shape])
-    return Modes(mass, omega, damping, participation, points, seen, world.relaxing)
+    if world.sideways:
+        omega, damping = np.append(omega, SIDEWAYS * omega[0]), np.append(damping, damping[0])
+        participation = np.append(participation, world.sideways * SIDEWAYS**2 * participation[0])
+        points, seen = np.column_stack([points, [0.0, 0.0]]), np.column_stack([seen, points[:, 0]])
+    return Modes(mass, omega, damping, participation, points, seen, world.relaxing, world.relaxes)
 
 
 class Phase:
@@ -145,7 +150,7 @@ class Phase:
         system[m : 2 * m, m : 2 * m] = -np.linalg.solve(mass, tie.T @ damping @ tie)
         if more:
             system[m : 2 * m, 2 * m :] = np.linalg.solve(mass, tie.T @ fast)
-            system[2 * m :, :m], system[2 * m :, 2 * m :] = tie / RELAX_S, -np.eye(n) / RELAX_S
+            system[2 * m :, :m], system[2 * m :, 2 * m :] = tie / modes.relaxes, -np.eye(n) / modes.relaxes
         poles, right = np.linalg.eig(system)
         left = np.linalg.inv(right)
         kept = np.flatnonzero(poles.imag >= 0.0)  # the others are their conjugates

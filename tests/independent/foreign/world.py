@@ -66,6 +66,9 @@ _SEEN = frozenset(
         "table",
         "speeds",
         "echo",
+        "rings",
+        "dropped",
+        "swapped",
     )
 )
 """What of a world moves nothing."""
@@ -92,7 +95,7 @@ class World:
     `drive.CHARGE_GAP` beyond contact; scatter: share by which adhesion and restitution differ from contact to contact.
     Of what is stated: gap, long: factors on the gap and on the length of the tip in the device file.
 
-    Further, of the structure: relaxing: share of every mode's spring that relaxes (`structure.RELAX_S`), its poles
+    Further, of the structure: relaxing: share of every mode's spring that relaxes in ``relaxes``, its poles
     being the device's; rocks: share of the first mode's shape at the foot that a mode of the foot alone has there,
     which the drive does not move; softening, humid, dulling: shares by which frequencies, adhesion and restitution
     change over the campaign, being the device's in the middle of the sweeps, ramps and bounces; remounted: standard
@@ -106,6 +109,15 @@ class World:
     of the volts; wanders [m/s]: standard deviation of the drift of a displacement's zero; high_v [Hz]: high-pass of
     the velocities; jitter [s]: of every sample; table [m]: vibration of all that is seen at 35 Hz; speeds: factor on
     velocities; echo: share of the tip's motion that the channels of the centre show as well.
+
+    Ten by one who has not read what identifies. Of the structure: relaxes [s]: in which ``relaxing`` happens; sideways:
+    static motion that the laser shows of a bending along the ground, a share of the first mode's; warmer: share by
+    which frequencies are lower outside the sweeps. Of the ground: uneven: share by which the film is thicker on one
+    half of the foot and thinner on the other; dust [m]: a grain under the foot in some files, on which adhesion is
+    `campaign.ON_DUST` of the device's. Of the drive: sag: share by which the amplifier's gain is less at 8 V and
+    100 Hz, as the power is. Of instruments: roams [m]: deviation of the laser's spot on the tip from file to file;
+    rings [m]: by which every impact sets the head of the lasers ringing; dropped [1/s]: samples of the motion that
+    were lost, the later ones having moved up; swapped: cables of tip and centre in one file, `campaign.SWAPPED`.
     """
 
     late: float = 0.0
@@ -160,6 +172,16 @@ class World:
     table: float = 0.0
     speeds: float = 1.0
     echo: float = 0.0
+    relaxes: float = 2e-4
+    sideways: float = 0.0
+    warmer: float = 0.0
+    uneven: float = 0.0
+    dust: float = 0.0
+    sag: float = 0.0
+    roams: float = 0.0
+    rings: float = 0.0
+    dropped: float = 0.0
+    swapped: bool = False
 
     @property
     def changing(self) -> bool:
@@ -173,6 +195,9 @@ class World:
             or self.dulling
             or self.remounted
             or self.other
+            or self.warmer
+            or self.dust
+            or self.roams
         )
 
     @property
@@ -244,5 +269,15 @@ WORLDS = {
     "table that vibrates": World(table=3e-7),
     "gain of the velocities": World(speeds=1.01),
     "light of the tip at the centre": World(echo=0.01),
+    "colder in the sweeps": World(warmer=5e-4),
+    "spot that roams": World(roams=4e-6),
+    "head that rings": World(rings=2e-8),
+    "samples lost on the way": World(dropped=0.5),
+    "clamp that creeps": World(relaxing=0.05, relaxes=0.3),
+    "bending along the ground": World(sideways=0.03),
+    "uneven film": World(uneven=0.4),
+    "dust under the foot": World(dust=2e-6),
+    "amplifier that sags": World(sag=0.05),
+    "cables swapped in one file": World(swapped=True),
 }
 """Kinds of world: one as the model has it, and differences from it, alone and two at once."""
