@@ -60,9 +60,10 @@ robot.feet.tip.gap = ["50 um", "60 um", "70 um"]
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of page: its template, and what makes one in a folder that is there and empty; the path of the page."""
+    """A kind of page: its template, or the file of its sections, and what makes one in a folder that is there and
+    empty; the path of the page."""
 
-    template: str
+    source: str
     make: Callable[[Path], Path]
 
 
@@ -153,29 +154,29 @@ KINDS = {
     "explorer-walker": Kind("explore.html", verb("explore", "millipede", "--duration", "60 ms")),
     "explorer-hexapod": Kind("explore.html", verb("explore", "hexapod-walker", "--duration", "60 ms")),
     "sweep": Kind("sweep.html", verb("sweep", "{study}", study=_study)),
-    "yield": Kind("yield.html", verb("yield", CREEPING, *_YIELD)),
+    "yield": Kind("yield_page.py", verb("yield", CREEPING, *_YIELD)),
     "calibrate": Kind("calibrate.html", verb("calibrate", "{ball}", ball=_ball)),
     "identify": Kind("identify.html", _identification),
-    "track": Kind("track.html", _series),
+    "track": Kind("track_page.py", _series),
     "modes": Kind("modes.html", verb("modes", "{p1}", "{p2}", "{p3}", "--band", "110Hz:990Hz", **_RESPONSES)),
-    "landing": Kind("landing.html", verb(
+    "landing": Kind("landing_page.py", verb(
         "design", "landing", "cantilever", "--foot", "tip", "--request", "levels=free=-8V:8V", *_BOX,
         "--set", "robot.drives.pzt.capacitance=664 pF", "--request", "effort=0.03", "--request", "learn=10")),
-    "gait": Kind("gait.html", verb("design", "gait", *_GAIT, *_GROUNDS, "--request", "look=2")),
-    "adapt": Kind("adapt.html", verb("design", "adapt", *_GAIT, *_GROUNDS, "--request", "hidden=8",
+    "gait": Kind("gait_page.py", verb("design", "gait", *_GAIT, *_GROUNDS, "--request", "look=2")),
+    "adapt": Kind("gait_page.py", verb("design", "adapt", *_GAIT, *_GROUNDS, "--request", "hidden=8",
                                      "--request", "training=8")),
-    "branch": Kind("branch.html", verb(
+    "branch": Kind("branch_page.py", verb(
         "branch", SCENES / "impact_oscillator.toml", "--along", "signals.shaker.amplitude=1 V:0.2 V")),
-    "attractors": Kind("attractors.html", verb(
+    "attractors": Kind("attractors_page.py", verb(
         "attractors", "millipede", "--starts", "6", "--over", "height=0:5um", "--no-edges")),
     "atlas": Kind("atlas.html", verb(
         "atlas", "cantilever", "--x", "robot.feet.tip.gap=80um:90um", "--y", "signals.pzt.amplitude=4V:6.5V",
         "--depth", "5")),
     "validate": Kind("validation.html", verb("validate", "{drops}", drops=drop_folder)),
     "validations": Kind("validation_index.html", _validations),
-    "reproduce-cantilever": Kind("tarsus_reproduce:reproduction.html", verb("reproduce", "cantilever")),
-    "reproduce-hexapod": Kind("tarsus_reproduce:reproduction.html", verb("reproduce", "hexapod", "--seeds", "2")),
-    "reproduce-millipede": Kind("tarsus_reproduce:reproduction.html", _trends),
-    "index": Kind("tarsus_reproduce:index.html", _index),
+    "reproduce-cantilever": Kind("tarsus_reproduce:reproduction.py", verb("reproduce", "cantilever")),
+    "reproduce-hexapod": Kind("tarsus_reproduce:reproduction.py", verb("reproduce", "hexapod", "--seeds", "2")),
+    "reproduce-millipede": Kind("tarsus_reproduce:reproduction.py", _trends),
+    "index": Kind("tarsus_reproduce:index.py", _index),
 }  # fmt: skip
 """Every kind of page, a row each."""

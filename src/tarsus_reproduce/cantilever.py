@@ -34,7 +34,7 @@ from tarsus_reproduce.reproduction import (
     NumberRow,
     Progress,
     Reproduction,
-    Section,
+    ReproductionSection,
     found_at,
     number_rows,
     numbers_table,
@@ -287,12 +287,14 @@ def _comparison(
         "ensemble also over its members, and over what the model misses of rows that were excluded."
     ]
     notes += ["* = from the rows file."] * any(row.printed.origin != "packaged" for row in rows)
-    sections = [Section("Summary", tuple(_summary_tables(summary)))]
+    sections = [ReproductionSection("Summary", tuple(_summary_tables(summary)))]
     if calibration is not None:
-        sections.append(Section("Calibrated on and excluded", (_excluded_table(calibration),)))
+        sections.append(ReproductionSection("Calibrated on and excluded", (_excluded_table(calibration),)))
     shown = numbers_table("Table A.1, row by row", numbers, notes)
     sections.append(
-        Section("Row by row", (shown,), (FigureCall("numbers_figure.numbers_figure", numbers, CAPTION),))
+        ReproductionSection(
+            "Row by row", (shown,), (FigureCall("numbers_figure.numbers_figure", numbers, CAPTION),)
+        )
     )
     plain = [row.to_dict() for row in rows]
     columns: dict[str, tuple[str, ...]] = {

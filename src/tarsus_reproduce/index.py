@@ -7,7 +7,7 @@ from typing import Any
 
 from tarsus.files.library import load_scene
 from tarsus.model.scene import Source
-from tarsus.report.pages import page, rendered
+from tarsus.report.pages import Markup, Section, sections_page
 from tarsus.tables import Table
 from tarsus_reproduce.forecast import CALIBRATED, PREDICTED
 from tarsus_reproduce.reproduction import NOTABLE
@@ -22,20 +22,44 @@ def index_html(results: Mapping[str, Result]) -> str:
     `results` has the plain data of a `Reproduction` by name of `tarsus_reproduce.verb.experiments`.
     """
     chosen = [(one, results[name]) for name, one in experiments().items() if name in results]
+    link = Markup('<a href="{}/reproduction.html">{}</a>')
     rows = [
-        (
-            rendered("tarsus_reproduce:link.html", one=one),
-            _calibrated(one, result),
-            _predicted(one, result),
-        )
+        (link.format(one.name, one.title), _calibrated(one, result), _predicted(one, result))
         for one, result in chosen
     ]
-    body = rendered(
-        "tarsus_reproduce:index.html",
-        pages=Table("", ("page", "calibrated", "predicted"), rows),
-        missed=[(one.title, [*one.unmatched, *_missed(one, result)]) for one, result in chosen],
+    missed = [Section(one.title, _listed([*one.unmatched, *_missed(one, result)])) for one, result in chosen]
+    about = (
+        "“Foot Impact and Dynamic Analyses of Piezoelectrically-Actuated Walking Micro-Robots”, chapters 2 to 4, "
+        "computed anew with Tarsus."
     )
-    return page("The dissertation, reproduced", body)
+    sections = [
+        Section("How to read the pages", READING),
+        Section("What cannot be matched, and what these devices miss", *missed),
+    ]
+    footer = Markup(
+        "All of them: <code>tarsus reproduce --all</code>. E1 to E16 are entries of the errata in its documentation."
+    )
+    pages = Table("", ("page", "calibrated", "predicted"), rows)
+    return sections_page("The dissertation, reproduced", [about, pages], sections, footer)
+
+
+READING = Markup("""<ul>
+<li><b>Calibrated on</b>: the device's unknown numbers were fitted to this row. Its error says how well the model can be
+bent to the data, and nothing of what it knows.</li>
+<li><b>Predicted</b>: nothing was fitted to this row. Only these errors speak for the model.</li>
+<li>A prediction is the <b>median</b>, with the <b>interval that holds 80 %</b>: of drive periods after transients for
+the cantilever, of windows of 50 ms over random initial states for the robots, and of all devices that fit where there
+are several. Errors are (measured − median) / measured.</li>
+<li>A <b>bounce</b> is a flight that clears 0.1 µm after a contact shorter than 0.5 ms, or a tenth of the drive period,
+however it began. The share of periods or windows with one stands beside the count.</li>
+<li>A trend <b>agrees</b>, <b>contradicts</b>, is <b>insensitive</b> (nothing changes, which tells of the device) or
+<b>not determined</b> (the replicates differ).</li>
+</ul>""")
+
+
+def _listed(sentences: list[str]) -> Markup:
+    items = Markup("").join(Markup("<li>{}</li>").format(one) for one in sentences)
+    return Markup("<ul>{}</ul>").format(items)
 
 
 def _calibrated(one: Experiment, result: Result) -> str:

@@ -24,7 +24,7 @@ from tarsus_reproduce.interpretations import (
     packaged_interpretations,
 )
 from tarsus_reproduce.millipede import VARIANTS, DeviceTrends, Example, GroundComparison, judge_devices
-from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction, Section
+from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction, ReproductionSection
 from tarsus_reproduce.scatter import scatter_scores, scatter_table
 from tarsus_reproduce.trends import CRITERION, TrendVerdict
 
@@ -102,10 +102,10 @@ def millipede_reproduction(
             for one in variant["trends"]
         ],
         sections=(
-            Section("Trends", (_scores(devices, drawn), _trends(devices))),
+            ReproductionSection("Trends", (_scores(devices, drawn), _trends(devices))),
             _distribution(devices, drawn, scatter or {}),
-            Section("Over ground and payload", figures=tuple(_over(devices))),
-            Section("Two grounds in time", _grounds(devices), tuple(_walks(devices))),
+            ReproductionSection("Over ground and payload", figures=tuple(_over(devices))),
+            ReproductionSection("Two grounds in time", _grounds(devices), tuple(_walks(devices))),
         ),
         problems=problems,
     )
@@ -193,11 +193,11 @@ def _shown(value: float, unit: str) -> str:
 
 def _distribution(
     devices: Sequence[DeviceTrends], drawn: Interpretations, scatter: Mapping[str, dict[str, Any]]
-) -> Section:
+) -> ReproductionSection:
     title = "Random interpretations of what is not printed"
     judged = len(drawn.judged)
     if not judged:
-        return Section(title, (Table("", (), (), ("No interpretation could be judged.",)),))
+        return ReproductionSection(title, (Table("", (), (), ("No interpretation could be judged.",)),))
     most = drawn.to_dict()["agree"]["quantile_95"]
     notes = [
         f"{len(drawn.scores)} interpretations drawn from the ranges below (seed {drawn.seed}), {judged} of which could "
@@ -217,7 +217,7 @@ def _distribution(
                 f"{name}, unprinted numbers scattered by {near['spread']:.0%} ({near['judged']} draws): {spans}."
             )
     ranges = [(one.name, (one.low, one.high), one.meaning) for one in UNPRINTED]
-    return Section(
+    return ReproductionSection(
         title,
         (
             Table(

@@ -141,7 +141,7 @@ class FigureCall:
 
 
 @dataclass(frozen=True)
-class Section:
+class ReproductionSection:
     """A part of a reproduction: heading, tables and figures."""
 
     title: str
@@ -172,7 +172,7 @@ class Reproduction(Tabled):
     data: Mapping[str, Any]
     columns: Mapping[str, Sequence[str]]
     lines: Sequence[Mapping[str, Any]]
-    sections: tuple[Section, ...]
+    sections: tuple[ReproductionSection, ...]
     problems: tuple[str, ...] = ()
     cautions: tuple[str, ...] = ()
     footer: str = ""
@@ -201,9 +201,14 @@ class Reproduction(Tabled):
 
     def html(self) -> str:
         """The page, one self-contained HTML file: every section with its figures and tables."""
-        from tarsus.report.pages import page, rendered
+        from tarsus.report.pages import Section, said, sections_page
 
-        return page(f"{self.name} – reproduction", rendered("tarsus_reproduce:reproduction.html", one=self))
+        faults = [said(one, failed=True) for one in (*self.cautions, *self.problems)]
+        sections = [
+            Section(one.title, *(draw() for draw in one.figures), *one.tables) for one in self.sections
+        ]
+        about = [f"{self.about}.", *faults]
+        return sections_page(self.title, about, sections, self.footer, head=f"{self.name} – reproduction")
 
     def write(self, folder: str | Path) -> list[Path]:
         """Write `PAGE_FILES` into a folder and return their paths. Raises InputError where they cannot be written."""

@@ -19,7 +19,7 @@ from tarsus_reproduce.reproduction import (
     NumberRow,
     Progress,
     Reproduction,
-    Section,
+    ReproductionSection,
     number_rows,
     numbers_table,
 )  # fmt: skip
@@ -96,10 +96,10 @@ def robot_reproduction(found: RobotRows, runs: RobotRuns) -> Reproduction:
     )
 
 
-def _heights(found: RobotRows) -> Section:
+def _heights(found: RobotRows) -> ReproductionSection:
     if not found.rows:
         nothing = f"The source prints no table of heights for the {found.robot}."
-        return Section("Heights and bounces", (Table("", (), (), (nothing,)),))
+        return ReproductionSection("Heights and bounces", (Table("", (), (), (nothing,)),))
     numbers = [one for row in found.rows for one in _number_rows(row)]
     seeds = max(row.seeds for row in found.rows)
     notes = [
@@ -118,7 +118,7 @@ def _heights(found: RobotRows) -> Section:
         "the windows; where a mark is missing nothing was measured."
     )
     tables = (_summary(found), numbers_table("Table 3.2, row by row", numbers, notes))
-    return Section(
+    return ReproductionSection(
         "Heights and bounces", tables, (FigureCall("numbers_figure.numbers_figure", numbers, caption),)
     )
 
@@ -153,14 +153,14 @@ def _summary(found: RobotRows) -> Table:
     return Table("Mean absolute error", columns, rows, (note,))
 
 
-def _over_ground(runs: RobotRuns) -> Section:
+def _over_ground(runs: RobotRuns) -> ReproductionSection:
     """Motion over the last periods, and by drive period."""
     figures = [FigureCall(f"robot_figures.{name}", runs) for name in ("ground_motion", "ground_periods")]
     ended = any(near.run.ok for near in runs.near)
-    return Section("Motion over the ground", figures=tuple(figures) if ended else ())
+    return ReproductionSection("Motion over the ground", figures=tuple(figures) if ended else ())
 
 
-def _in_air(runs: RobotRuns) -> Section:
+def _in_air(runs: RobotRuns) -> ReproductionSection:
     ended = [air for air in runs.air if not air.problem]
     rows = [
         (f"{air.volt_v:g} V square", air.freq_hz, point, float(size))
@@ -173,16 +173,16 @@ def _in_air(runs: RobotRuns) -> Section:
     )
     columns = ("drive", Column("frequency", "Hz"), "point", Column("peak to peak", "m"))
     shown = Table("Steady motion in the air", columns, rows, (note,))
-    return Section(
+    return ReproductionSection(
         "Motion in the air", (shown,), (FigureCall("robot_figures.air_motion", runs),) if ended else ()
     )
 
 
-def _modes(found: RobotRows) -> Section:
+def _modes(found: RobotRows) -> ReproductionSection:
     title = "Modes and the printed impact matrix"
     if not found.modes:
         nothing = "The device's points are not those of the printed matrix, so no mode can be compared."
-        return Section(title, (Table("", (), (), (nothing,)),))
+        return ReproductionSection(title, (Table("", (), (), (nothing,)),))
     points, column = found.scene.robot.structure.points, printed_column(found.robot)
 
     columns = (
@@ -200,10 +200,12 @@ def _modes(found: RobotRows) -> Section:
         "Shapes are relative to the struck foot."
     )
     shapes = FigureCall("robot_figures.mode_shapes", found.modes, column, points)
-    return Section(title, (Table("Modes beside the printed CoR column", columns, rows, (note,)),), (shapes,))
+    return ReproductionSection(
+        title, (Table("Modes beside the printed CoR column", columns, rows, (note,)),), (shapes,)
+    )
 
 
-def _maps(found: RobotRows, runs: RobotRuns) -> Section:
+def _maps(found: RobotRows, runs: RobotRuns) -> ReproductionSection:
     columns = (
         "map", Column("restitution"), Column("skew", digits=3),
         Column("as it is", digits=3, over="worst gain"), Column("made passive", digits=3, over="worst gain"),
@@ -233,7 +235,7 @@ def _maps(found: RobotRows, runs: RobotRuns) -> Section:
     if not runs.struck.run.ok or not len(energies.time):
         why = "did not come to its end" if not runs.struck.run.ok else "has no impact"
         tables.append(Table("", (), (), (f"The run at {runs.struck.title} {why}.",)))
-        return Section("Impact maps", tuple(tables))
+        return ReproductionSection("Impact maps", tuple(tables))
 
     histograms = FigureCall("robot_figures.impact_histograms", energies, runs.struck.title)
     lists = {"as run": energies.actual} | {f"{k}, as it is": v for k, v in energies.by_map.items()}
@@ -250,7 +252,7 @@ def _maps(found: RobotRows, runs: RobotRuns) -> Section:
         "under another map would meet other velocities."
     )
     title = f"{len(energies.time)} impacts at {runs.struck.title}"
-    return Section("Impact maps", (*tables, Table(title, columns, body, (note,))), (histograms,))
+    return ReproductionSection("Impact maps", (*tables, Table(title, columns, body, (note,))), (histograms,))
 
 
 def _beyond(values: np.ndarray) -> float:

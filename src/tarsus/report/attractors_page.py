@@ -9,11 +9,11 @@ import numpy as np
 
 from tarsus.orbits.attractors import Attractors
 from tarsus.orbits.basins import OTHERS
-from tarsus.report.charts import Charts
-from tarsus.report.pages import Plate, page, rendered, write_page
+from tarsus.report.pages import Markup, Plate, Section, said, sections_page, write_page
 from tarsus.report.run_page import report_html
-from tarsus.report.sheet import Sheet, few_ticks, name_axes, plate
+from tarsus.report.sheet import Sheet, few_ticks, line, name_axes, plate
 from tarsus.report.style import BLUE, GREEN, MUTED, ORANGE, PURPLE, SKY, VERMILION
+from tarsus.tables.numbers import percent
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION)
 
@@ -23,15 +23,26 @@ PERIODS = 2
 
 def attractors_html(found: Attractors, *, linked: bool = False) -> str:
     """The page as text; linked: whether there are pages of the attractors beside it."""
-    whole = found.table()
-    parts = [one.bare() for one in whole.parts]
-    body = rendered(
-        "attractors.html", found=found, linked=linked, table=whole.bare(),
-        motion=_motion(found) if len(found) else None, measures=parts[0] if parts else None,
-        edges=parts[1] if len(parts) > 1 else None, basins=_basins(found),
-        unsettled=sum(one.share for one in found.others.values()),
-    )  # fmt: skip
-    return page(f"{found.scene.name} – attractors", body)
+    table, names = found.table(), [f"attractor-{i}" for i in range(1, len(found) + 1)]
+    measures, edges, *_ = [*(one.bare() for one in table.parts), None, None]
+    about = f"{found.starts} starts lead to {len(found)} settled motion{'s' * (len(found) != 1)}"
+    if found.others:
+        about += f", and {percent(sum(one.share for one in found.others.values()))} of them to none"
+    several = "Where the robot ends up depends on how it is placed; averages over starts mix several gaits."
+    link = Markup('<a href="{0}.html">{0}</a>') if linked else Markup("{0}")
+    alone = Markup(
+        "<p>Run by itself: {}; its file attractor-1.toml is a device for <code>tarsus simulate</code>.</p>"
+    ).format(Markup(", ").join(map(link.format, names)))
+    sections = [
+        Section(
+            "What it settles to", table.bare(), *([alone, _motion(found), measures] if len(found) else [])
+        ),
+        Section("Which starts lead where", _basins(found)),
+        Section("Edges of basins", edges) if edges else None,
+    ]
+    scene = found.scene.name
+    top = [f"{about}.", said(several) if len(found) > 1 else None]
+    return sections_page(f"Attractors: {scene}", top, sections, head=f"{scene} – attractors")
 
 
 def write_pages(found: Attractors, folder: Path) -> list[Path]:
@@ -50,15 +61,17 @@ def _colour(number: int) -> str:
 def _motion(found: Attractors) -> Plate:
     """Gaps of the first foot over two periods of every attractor."""
 
-    charts = Charts([1.9], "drive periods", "")
-    (panel,) = charts.panels
-    for i, one in enumerate(found.found[: len(COLOURS)]):
-        end = one.run.duration
-        times = np.linspace(end - PERIODS * one.period, end, 600)
-        phase, gap = (times - times[0]) / one.drive, one.run.states(times).gap[0]
-        panel.plot(phase, gap, lw=1.0, color=_colour(i), label=f"{i + 1}: {one.kind}")
-    panel.set_ylabel(f"gap of {next(iter(found.scene.robot.feet), '')}", "m")
-    return charts.plate(f"Height of a foot over {PERIODS} periods of each settled motion.")
+    def draw(sheet: Sheet) -> None:
+        (axes,) = sheet.grid(1, 1.9)
+        for i, one in enumerate(found.found[: len(COLOURS)]):
+            end = one.run.duration
+            times = np.linspace(end - PERIODS * one.period, end, 600)
+            phase, gap = (times - times[0]) / one.drive, one.run.states(times).gap[0]
+            line(axes, phase, gap, lw=1.0, color=_colour(i), label=f"{i + 1}: {one.kind}")
+        name_axes(axes, ("drive periods", ""), (f"gap of {next(iter(found.scene.robot.feet), '')}", "m"))
+        sheet.legend(axes)
+
+    return plate(draw, f"Height of a foot over {PERIODS} periods of each settled motion.")
 
 
 def _basins(found: Attractors) -> Plate:

@@ -11,12 +11,10 @@ from matplotlib.axes import Axes
 
 from tarsus.base.arrays import Floats
 from tarsus.orbits.branches import Branches
-from tarsus.report.charts import Charts, with_room
-from tarsus.report.pages import Plate, page, rendered
-from tarsus.report.sheet import Sheet, few_ticks, plate
+from tarsus.report.pages import Plate, Section, sections_page, sentence_case
+from tarsus.report.sheet import Sheet, few_ticks, name_axes, plate, shade
 from tarsus.report.style import (
     BLUE,
-    CONTACT,
     GREEN,
     INK,
     MUTED,
@@ -25,8 +23,9 @@ from tarsus.report.style import (
     RULE,
     SKY,
     VERMILION,
+    level_limits,
 )
-from tarsus.tables.numbers import number, spaced
+from tarsus.tables.numbers import amount, number, spaced
 
 MARKS = {
     "fold": ("s", VERMILION), "flip": ("D", PURPLE), "neimark-sacker": ("^", GREEN), "grazing": ("o", ORANGE),
@@ -49,12 +48,32 @@ def branch_html(found: Branches) -> str:
     whole = found.table()
     branches, several, orbits = whole.parts
     listed = orbits.bare(max(1, -(-len(orbits.rows) // MOST_LISTED)))
-    body = rendered(
-        "branch.html", found=found, motion=_motion(found), sizes=_sizes(found), plane=_plane(found), smallest=SMALLEST,
-        specials=whole.bare(),
-        branches=branches.bare(), several=several.bare(), orbits=listed,
-    )  # fmt: skip
-    return page(f"{found.scene.name} – branches", body)
+    sizes = _sizes(found)
+    known = f"of every motion that {found.starts} starts at either end settle to" if found.starts else (
+        "of the scene's own motion alone")  # fmt: skip
+    about = (
+        f"Periodic motion along {found.path} from {amount(found.ends[0], found.unit)} to "
+        f"{amount(found.ends[1], found.unit)}: {len(found)} branch{'es' * (len(found) != 1)}, {known}."
+    )
+    coexisting = (
+        "Where a row says so, what the robot does depends on how it is placed, or on what it did before."
+        if found.coexisting
+        else f"None: {found.alone}."
+    )
+    nothing = "Nothing: the same events in the same order all along, and no change of stability."
+    small = (
+        f"All multipliers are below {number(SMALLEST)}: less than that of a deviation is left after a period."
+    )
+    sections = [
+        Section("Motion", _motion(found)),
+        Section("Branches", branches.bare(), *map(sentence_case, found.others)),
+        Section("Several stable motions", coexisting, several.bare() if found.coexisting else None),
+        Section("What happens", whole.bare() if found.special else nothing),
+        Section("Stability", small if sizes is None else [sizes, _plane(found)]),
+        Section("Orbits", listed),
+    ]
+    name = found.scene.name
+    return sections_page(f"Branches: {name}", [about], sections, head=f"{name} – branches")
 
 
 @dataclass(frozen=True)
@@ -99,32 +118,37 @@ class BranchPicture:
         return cls(lines, numbers, {kind: tuple(np.array(rows).T) for kind, rows in happens.items()})
 
 
+def draw_branches(axes: Axes, found: Branches, name: str, unit: str) -> None:
+    """A number of every orbit, such as `hardest_impact`, along the branches; what happens on them by its name."""
+    drawn = BranchPicture.of(found, name)
+    shade(axes, ((one.low, one.high) for one in found.coexisting), "several stable motions")
+    for one in drawn.lines:
+        axes.plot(one.at, one.values, **one.look)
+    for place, value, text in drawn.numbers:
+        axes.annotate(text, (place, value), (0.0, 2.0), textcoords="offset points", color=MUTED, size=7.0)
+    for kind, (places, values) in drawn.marks.items():
+        marker, color = MARKS[kind]
+        axes.plot(places, values, marker, color=color, ms=5.0, mew=0.0, zorder=5, label=kind)
+    name_axes(axes, (found.path, found.unit), (spaced(name), unit))
+    if limits := level_limits(*(one.values for one in drawn.lines)):
+        axes.set_ylim(*limits)
+
+
 def _motion(found: Branches) -> Plate:
     """Hardest impact and highest flight against the parameter."""
-    charts = _along(found, [1.7, 1.7])
-    for panel, name, unit in zip(
-        charts.panels, ("hardest_impact", "highest_flight"), ("m/s", "m"), strict=True
-    ):
-        drawn = BranchPicture.of(found, name)
-        for one in drawn.lines:
-            panel.plot(one.at, one.values, **one.look)
-        for place, value, text in drawn.numbers:
-            panel.annotate(text, (place, value))
-        for kind, (places, values) in drawn.marks.items():
-            panel.dots(places, values, color=MARKS[kind][1], label=kind)
-        if found.coexisting:
-            panel.shade((one.low, one.high) for one in found.coexisting)
-            panel.sign("several stable motions", CONTACT, area=True)
-        panel.set_ylabel(spaced(name), unit)
-    return charts.plate(
+
+    def draw(sheet: Sheet) -> None:
+        hardest, highest = sheet.grid(2, 1.9)
+        draw_branches(hardest, found, "hardest_impact", "m/s")
+        draw_branches(highest, found, "highest_flight", "m")
+        sheet.legend(hardest)
+        sheet.legend(highest)
+
+    return plate(
+        draw,
         "Approach speed of the hardest impact and height of the highest flight of a period along every branch"
-        f"{', numbered as in the table' * (len(found) > 1)}."
+        f"{', numbered as in the table' * (len(found) > 1)}.",
     )
-
-
-def _along(found: Branches, heights: Sequence[float]) -> Charts:
-    at = [point.at for branch in found for point in branch.points]
-    return Charts(heights, found.path, found.unit, with_room(min(at), max(at)))
 
 
 def draw_multipliers(axes: Axes, multipliers: np.ndarray, size: float) -> None:
@@ -148,20 +172,29 @@ def _sizes(found: Branches) -> Plate | None:
     drawn = sizes >= SMALLEST
     if not drawn.any():
         return None
-    charts = _along(found, [2.0])
-    (panel,) = charts.panels
-    for row, kept, color, word in (
-        (0, drawn[0] & ~pair, BLUE, "largest"), (0, drawn[0] & pair, GREEN, "largest two, a pair"),
-        (1, drawn[1] & ~pair, ORANGE, "second"),
-    ):  # fmt: skip
-        panel.dots(at[kept], sizes[row, kept], color=color, label=word)
-    panel.axhline(1.0, color=MUTED)
-    panel.set_yscale("log")
-    panel.set_ylim(top=2.0 * max(1.0, float(sizes.max())))
-    panel.set_ylabel("|multiplier|")
+
+    def draw(sheet: Sheet) -> None:
+        (axes,) = sheet.grid(1, 2.3)
+        for row, kept, color, word in (
+            (0, drawn[0] & ~pair, BLUE, "largest"), (0, drawn[0] & pair, GREEN, "largest two, a pair"),
+            (1, drawn[1] & ~pair, ORANGE, "second"),
+        ):  # fmt: skip
+            if kept.any():
+                axes.plot(at[kept], sizes[row, kept], "o", ms=2.5, mew=0.0, color=color, label=word)
+        axes.axhline(1.0, color=MUTED, lw=0.7)
+        name_axes(axes, (found.path, found.unit), ("|multiplier|", ""))
+        axes.set_yscale("log")
+        least = float(sizes[drawn].min())
+        axes.set_ylim(10.0 ** np.floor(np.log10(least)), 2.0 * max(1.0, float(sizes.max())))
+        sheet.legend(axes)
+
     left = int((sizes[0] < SMALLEST).sum())
-    small = f" At {left} of {len(points)} orbits all are below {number(SMALLEST)}, and not drawn." if left else ""
-    return charts.plate(f"The two largest multipliers along the branches. Above the line deviations grow.{small}")
+    small = (
+        f" At {left} of {len(points)} orbits all are below {number(SMALLEST)}, and not drawn." if left else ""
+    )
+    return plate(
+        draw, f"The two largest multipliers along the branches. Above the line deviations grow.{small}"
+    )
 
 
 def _plane(found: Branches) -> Plate:

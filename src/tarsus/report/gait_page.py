@@ -16,11 +16,12 @@ from tarsus.design.gait_front import GaitFront
 from tarsus.design.gait_motion import GaitMotion
 from tarsus.design.judge import CLOSED
 from tarsus.design.results import units_of, values_in_words
-from tarsus.report.pages import Plate, page, rendered, write_page
+from tarsus.report.pages import Plate, Section, said, sections_page, write_page
 from tarsus.report.run_page import report_html
 from tarsus.report.sheet import Sheet, name_axes, plate
 from tarsus.report.style import BLUE, GREEN, RULE, VERMILION
 from tarsus.solve import simulate
+from tarsus.tables.numbers import amount, number
 from tarsus.tables.table import Column, Table
 
 MOST_VALUES = 8
@@ -41,16 +42,87 @@ def write_gait_report(design: GaitFront, folder: Path, *, play: bool = True) -> 
 
 def gait_html(design: GaitFront, *, linked: bool = False) -> str:
     """The page as text; ``linked``: whether there are pages of the gaits beside it."""
-    judged = design.request.over is not None
-    more = {"rounds": _rounds(design),
-            "grounds": _grounds(design)} if judged else {}  # fmt: skip
-    body = rendered(
-        "gait.html", design=design, request=design.request, objectives=design.objectives, judged=judged,
-        linked=linked, front=_front_figure(design, linked), gaits=_gaits(design, linked),
-        motions=_motions(design, linked), percents=design.percents, costs=design.percents.table(),
-        closed=design.gap <= CLOSED if np.isfinite(design.gap) else None, **more,
-    )  # fmt: skip
-    return page(f"{design.request.scene.name} – gaits", body)
+    request, judged = design.request, design.request.over is not None
+    objectives = [one.name for one in design.objectives]
+    about = [
+        f"{' against '.join(objectives)}; free: {', '.join(request.unknowns.names)}; {design.candidates} gaits tried "
+        f"in {design.runs} walks; {request.motion}."
+    ]
+    if request.over is not None:
+        about[0] += f" Risk of each objective: {request.risk.name}, over {', '.join(request.over.names)}."
+    alone = f"One gait is best in {' and in '.join(objectives)}: there is nothing to weigh."
+    click = "A click on a gait plays it on the ground that is worst for it." if linked and judged else ""
+    sections = [
+        Section("The front", _front_figure(design, linked) or alone),
+        Section("Gaits of the front", click, _gaits(design, linked)),
+        Section("What the motions are", MOTIONS, _motions(design, linked), *map(said, design.remarks)),
+        Section("What one percent costs", _percents(design), design.percents.table()),
+        Section("Grounds", *_judged(design), _rounds(design), _grounds(design)) if judged else None,
+    ]
+    footer = (
+        f"All gaits are judged on the same grounds. Seed {request.options.seed}. Values of every gait: front.csv, "
+        "gaits.json, gaits/*.toml."
+    )
+    scene = request.scene.name
+    return sections_page(
+        f"Gaits: {scene}", [*about, _lasting(design)], sections, footer, head=f"{scene} – gaits"
+    )
+
+
+MOTIONS = (
+    "On the own ground, means over starts: shares of the time that a foot is down and that no foot is; heave of the "
+    "body, highest minus lowest; how much of a foot's way is sliding; and whether contacts repeat from drive period to "
+    "drive period."
+)
+
+
+def _lasting(design: GaitFront) -> str:
+    """Of which motion the numbers are."""
+    request = design.request
+    if request.starts is None:
+        return said(
+            f"All speeds, worst cases and shares below are {request.motion}: of an episode from one start, not of "
+            "settled motion. A longer walk, or another start, may go at another speed."
+        )
+    return (
+        f"All numbers are of the {request.motion}, whose first third is left out: on the own ground the mean of starts "
+        "that the gait was not chosen by, on other grounds the worst of grounds and starts. "
+        f"{design.spread_of}."
+    )
+
+
+def _percents(design: GaitFront) -> str:
+    """What the table of percents is."""
+    percents = design.percents
+    return (
+        "The first gait of the front, on its own ground: what a percent more of each number adds to its "
+        f"{percents.measure}, the mean over starts with what that may be off by, and the worst within a percent to "
+        "either side. With all of them off at once by up to a percent the worst is "
+        f"{amount(percents.box, percents.unit, 3)}."
+    )
+
+
+def _judged(design: GaitFront) -> list[str]:
+    """By what the gaits were judged, and what was found against them."""
+    told: list[str] = [
+        "All gaits are judged alike: by the same starts, on the same grounds, each with an attack of its own whose "
+        "worst grounds all were put on. The front is of the worst that was found; robust is its first gait, optimum "
+        "the one of all that were judged that is best on its own ground."
+    ]
+    if design.verdict:
+        told.append(said(design.verdict))
+    if np.isfinite(design.gap):
+        told.append(said(
+            f"The last attack found no gait worse by more than {number(100 * design.gap, 2)} % than on the "
+            f"{len(design.grounds)} grounds and starts that it was judged on", failed=design.gap > CLOSED,
+        ))  # fmt: skip
+    if (drawn := design.certificate) is not None:
+        told.append(
+            f"Every gait shown was put on {drawn.grounds} grounds and starts drawn by chance. At most {drawn.worse} of "
+            "them were more than 2 % worse for it than all that was known before: with 95 % confidence no more than "
+            f"{number(100 * drawn.share, 2)} % of the box are."
+        )
+    return told
 
 
 def _front_figure(design: GaitFront, linked: bool) -> Plate | None:
@@ -142,13 +214,30 @@ def adapt_html(design: AdaptiveGait) -> str:
     gaits = [(f"{i} (probe)" if i in design.probes else str(i), values_in_words(own, units) or None)
              for i, own in enumerate(design.gaits)]  # fmt: skip
     against = "lost against the gait that knows the ground"
-    body = rendered(
-        "adapt.html", design=design, objective=design.request.objectives[0], hidden=_hidden_figure(design),
-        rule=Table("", ("chosen", "gait"), [(said, str(n)) for said, n in design.rule]),
-        gaits=Table("", ("gait", "values"), gaits),
-        lost=Table("", ("chosen by", Column(against, "%", 2), Column("95 % interval", "%", 2)), lost),
-    )  # fmt: skip
-    return page(f"{design.request.scene.name} – adaptive gait", body)
+    request, scene = design.request, design.request.scene.name
+    sections = [
+        Section("The choice", Table("", ("chosen", "gait"), [(words, str(n)) for words, n in design.rule])),
+        Section("The gaits", Table("", ("gait", "values"), gaits)),
+        Section(
+            "What is lost",
+            Table("", ("chosen by", Column(against, "%", 2), Column("95 % interval", "%", 2)), lost),
+            _hidden_figure(design),
+        ),
+    ]
+    probes = f"probes: {len(design.probes)}, {design.probe_steps} steps each"
+    about = (
+        f"{request.objectives[0].name} of {scene}; sensed: {' and '.join(one.value for one in design.sense)}; "
+        f"{probes if design.probes else 'no probe is worth its steps'}; judged on {len(design.known)} hidden grounds "
+        f"over {', '.join(design.grounds.names)}."
+    )
+    episode = ": an episode from one start, not the settled motion" if request.starts is None else ""
+    judged = (
+        f"Gaits are judged by {request.motion}{episode}. Probes are felt in the first steps from a stand."
+    )
+    footer = "All numbers are in adapt.json, the hidden grounds in hidden.csv."
+    return sections_page(
+        f"Adaptive gait: {scene}", [about, said(judged)], sections, footer, head=f"{scene} – adaptive gait"
+    )
 
 
 def _hidden_figure(design: AdaptiveGait) -> Plate:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from tarsus.base.arrays import Floats
 from tarsus.base.events import IMPACTS
 from tarsus.base.spec import float_paths, with_values
 from tarsus.design.energy import period_rises
-from tarsus.report.charts import ChartPanel, Charts, side_by_side, with_room
 from tarsus.report.series import RunSeries, last_turns
+from tarsus.report.sheet import Sheet, line, name_axes, plate, shade
 from tarsus.report.style import BLUE, GREEN, INK, MUTED, ORANGE, VERMILION
 from tarsus.solve import simulate
 from tarsus.tables.numbers import amount
@@ -81,85 +81,91 @@ def picture(pair: DesignPair) -> Plate:
     rows += [series["gap"][pair.foot] for series in pair.series]
     most, least = max(float(row.max()) for row in rows), min(float(row.min()) for row in rows)
     room = 0.06 * (most - least)
-    return side_by_side(
-        ((title, _side(pair, which, (least - room, most + room))) for which, title in enumerate(TITLES)),
+
+    def draw(sheet: Sheet) -> None:
+        for which, (top, bottom) in enumerate(sheet.stacks(2, [1.7, 0.75])):
+            _side(pair, which, top, bottom)
+            top.set_title(TITLES[which])
+            top.set_ylim(least - room, most + room)
+            sheet.legend(top)
+
+    return plate(
+        draw,
         "Height of the foot above the ground and of the other points as far above it, and volts, over two periods of "
         "the periodic regime, before and after, as in Fig. 5.1 of the source. Shaded: contact. Dots: touchdowns.",
     )
 
 
-def _side(pair: DesignPair, which: int, limits: tuple[float, float]) -> Charts:
+def _side(pair: DesignPair, which: int, top: Axes, bottom: Axes) -> None:
     """Heights and volts of the plain step, or of the design."""
     series, color = pair.series[which], (BEFORE, AFTER)[which]
     begin = float(series.time[0])
     time = series.time - begin
-    charts = Charts([1.7, 0.75], window=(0.0, float(time[-1])))
-    top, bottom = charts.panels
-    for panel in charts.panels:
-        panel.shade((max(a - begin, 0.0), b - begin) for a, b in series.contacts[pair.foot] if b > begin)
+    for panel in (top, bottom):
+        shade(panel, ((max(a - begin, 0.0), b - begin) for a, b in series.contacts[pair.foot] if b > begin))
     for name, values in pair.others(which):
-        top.plot(time, values - pair.ground(which), color=MUTED, lw=0.8, label=name)
-    top.plot(time, series["gap"][pair.foot], color=color, label=series.feet[pair.foot])
-    top.axhline(0.0, color=INK)
-    _hits(top, [at for at, _ in pair.touchdowns(which)], INK)
-    top.set_ylim(*limits)
-    top.set_ylabel("height", "m")
-    bottom.plot(time, series["volts"][pair.drive], color=color)
-    bottom.set_ylabel("drive", "V")
-    return charts
+        line(top, time, values - pair.ground(which), color=MUTED, lw=0.8, label=name)
+    line(top, time, series["gap"][pair.foot], color=color, label=series.feet[pair.foot])
+    top.axhline(0.0, color=INK, lw=0.7)
+    _hits(top, pair.touchdowns(which), INK)
+    line(bottom, time, series["volts"][pair.drive], color=color)
+    top.set_xlim(0.0, float(time[-1]))
+    name_axes(top, y=("height", "m"))
+    name_axes(bottom, ("time", "s"), ("drive", "V"))
 
 
-def _hits(panel: ChartPanel, times: Sequence[float], color: str) -> None:
+def _hits(panel: Axes, touchdowns: list[tuple[float, float]], color: str) -> None:
     """Touchdowns, on the ground."""
-    if times:
-        panel.dots(times, np.zeros(len(times)), color=color, label="touchdowns")
+    times = [at for at, _ in touchdowns]
+    panel.plot(times, np.zeros(len(times)), "o", ms=3.0, mew=0.0, color=color)
 
 
-def gaps(pair: DesignPair, span: float) -> Iterator[tuple[str, str, Floats, Floats]]:
-    """Gaps of the foot before and after for a time [s] from the landing edge on: words with the hardest touchdown,
-    colour, times [s] and gaps [m] (nt,) each."""
+def draw_gaps(axes: Axes, pair: DesignPair, span: float) -> None:
+    """Gaps of the foot before and after for a time [s] from the landing edge on, and the hardest touchdown in words."""
     for which, series in enumerate(pair.series):
         kept, time = pair.since_edge(which, span)
         hardest = max((speed for _, speed in pair.touchdowns(which, span)), default=0.0)
         label = f"{('before', 'after')[which]}, hardest at {amount(hardest, 'm/s', 3)}"
-        yield label, (BEFORE, AFTER)[which], time, series["gap"][pair.foot][kept]
+        line(axes, time, series["gap"][pair.foot][kept], color=(BEFORE, AFTER)[which], label=label)
+    name_axes(axes, ("time after the landing edge", "s"), ("gap", "m"))
 
 
 def landing_zoom(pair: DesignPair) -> Plate:
     """The landing itself, before and after on one axis, with every touchdown."""
     span = min(0.5 * pair.period, 3.0 * pair.design.request.step.longest)
-    charts = Charts([1.6, 0.7], "time after the landing edge", window=(0.0, span))
-    top, bottom = charts.panels
-    for label, color, time, gap in gaps(pair, span):
-        top.plot(time, gap, color=color, label=label)
-    for which, series in enumerate(pair.series):
-        kept, time = pair.since_edge(which, span)
-        bottom.plot(time, series["volts"][pair.drive][kept], color=(BEFORE, AFTER)[which])
-        _hits(top, [at for at, _ in pair.touchdowns(which, span)], (BEFORE, AFTER)[which])
-    top.axhline(0.0, color=INK)
-    top.set_ylabel("gap", "m")
-    bottom.set_ylabel("drive", "V")
-    return charts.plate("The landing: gap and volts before and after; dots are touchdowns.")
+
+    def draw(sheet: Sheet) -> None:
+        ((top, bottom),) = sheet.stacks(1, [1.6, 0.7])
+        draw_gaps(top, pair, span)
+        for which, series in enumerate(pair.series):
+            kept, time = pair.since_edge(which, span)
+            line(bottom, time, series["volts"][pair.drive][kept], color=(BEFORE, AFTER)[which])
+            _hits(top, pair.touchdowns(which, span), (BEFORE, AFTER)[which])
+        top.axhline(0.0, color=INK, lw=0.7)
+        top.set_xlim(0.0, span)
+        name_axes(bottom, ("time after the landing edge", "s"), ("drive", "V"))
+        sheet.legend(top)
+
+    return plate(draw, "The landing: gap and volts before and after; dots are touchdowns.")
 
 
 def on_grounds(design: LandingDesign) -> Plate:
     """Hardest touchdown on every ground, over each number that varies, before and after."""
     units = float_paths(design.request.scene)
 
-    def over(path: str) -> Charts:
-        values = design.grounds.values[path]
-        charts = Charts([1.6], path, units[path].unit, with_room(float(values.min()), float(values.max())))
-        (panel,) = charts.panels
-        panel.dots(values, design.before_on_grounds.speed[0], color=BEFORE, label="before")
-        panel.dots(values, design.on_grounds.speed[0], color=AFTER, label="after")
-        if np.isfinite(design.worst):
-            panel.axhline(design.worst, color=MUTED)
-        panel.set_ylim(bottom=0.0)
-        panel.set_ylabel("hardest touchdown", "m/s")
-        return charts
+    def draw(sheet: Sheet) -> None:
+        panels = sheet.grid(len(design.grounds.values), 1.6)
+        for axes, (path, values) in zip(panels, design.grounds.values.items(), strict=True):
+            axes.plot(values, design.before_on_grounds.speed[0], "o", ms=3.0, color=BEFORE, label="before")
+            axes.plot(values, design.on_grounds.speed[0], "o", ms=3.0, color=AFTER, label="after")
+            if np.isfinite(design.worst):
+                axes.axhline(design.worst, color=MUTED, lw=0.7)
+            name_axes(axes, (path, units[path].unit), ("hardest touchdown", "m/s"))
+            axes.set_ylim(bottom=0.0)
+            sheet.legend(axes)
 
-    return side_by_side(
-        (("", over(path)) for path in design.grounds.values),
+    return plate(
+        draw,
         "Hardest touchdown of the period on the grounds that the design was judged on and on the worst that was found, "
         "over each number that varies; the line is the worst after.",
     )
@@ -171,27 +177,25 @@ def front(design: LandingDesign) -> Plate:
     plain = np.array(
         [one.energy if known else period_rises(np.array([one.signal.levels]))[0] for one in design.front]
     )
-    speeds, pairs = (
-        np.array([one.speed for one in design.front]),
-        np.array([one.pairs for one in design.front]),
-    )
-    across = ("energy a period", "J") if known else ("sum of squared rises", "V^2")
-    charts = Charts([1.6], *across, with_room(float(plain.min()), float(plain.max())))
-    (panel,) = charts.panels
+    speeds, pairs = (np.array([getattr(one, name) for one in design.front]) for name in ("speed", "pairs"))
     order = np.argsort(plain, kind="stable")
-    panel.plot(np.repeat(plain[order], 2)[1:], np.repeat(speeds[order], 2)[:-1], color=MUTED, lw=0.8)
-    for count in sorted(set(pairs.tolist())):
-        color = (MUTED, GREEN, BLUE, VERMILION, ORANGE, INK, MUTED)[count]
-        panel.dots(plain[pairs == count], speeds[pairs == count], color=color, label=_pairs(count))
-    panel.set_ylim(bottom=0.0)
-    panel.set_ylabel("hardest touchdown", "m/s")
-    return charts.plate(
-        "The front on the nominal ground: designs that no other beats in both touchdown speed and plain energy."
+
+    def draw(sheet: Sheet) -> None:
+        (axes,) = sheet.grid(1, 1.6)
+        axes.step(plain[order], speeds[order], where="post", color=MUTED, lw=0.8)
+        for count in sorted(set(pairs.tolist())):
+            color = (MUTED, GREEN, BLUE, VERMILION, ORANGE, INK, MUTED)[count]
+            own, label = pairs == count, f"{count or 'no'} pair{'s' * (count > 1)}"
+            axes.plot(plain[own], speeds[own], "o", ms=3.5, mew=0.0, color=color, label=label)
+        across = ("energy a period", "J") if known else ("sum of squared rises", "V^2")
+        name_axes(axes, across, ("hardest touchdown", "m/s"))
+        axes.set_ylim(bottom=0.0)
+        sheet.legend(axes)
+
+    return plate(
+        draw,
+        "The front on the nominal ground: designs that no other beats in both touchdown speed and plain energy.",
     )
-
-
-def _pairs(count: int) -> str:
-    return "no pair" if count == 0 else "1 pair" if count == 1 else f"{count} pairs"
 
 
 def learning(design: LandingDesign) -> Plate:
@@ -199,14 +203,17 @@ def learning(design: LandingDesign) -> Plate:
     found = design.learning
     assert found is not None
     low, middle, high = np.quantile(found.speeds, [0.1, 0.5, 0.9], axis=0)
-    charts, steps = Charts([1.6], "steps", ""), np.arange(len(low))
-    (panel,) = charts.panels
-    panel.fill_between(steps, low, high, color=AFTER)
-    panel.plot(steps, middle, color=AFTER, label="learner")
-    panel.axhline(float(np.median(found.plain)), color=BEFORE, ls=(0, (5, 3)))
-    panel.sign("plain step", BEFORE)
-    panel.set_ylim(bottom=0.0)
-    panel.set_ylabel("hardest touchdown", "m/s")
-    return charts.plate(
-        f"Learning on {len(found.grounds)} hidden grounds: median and middle 80 % of the touchdown speeds."
+
+    def draw(sheet: Sheet) -> None:
+        (axes,) = sheet.grid(1, 1.6)
+        axes.fill_between(np.arange(len(low)), low, high, color=AFTER, alpha=0.25, lw=0.0)
+        axes.plot(middle, color=AFTER, label="learner")
+        axes.axhline(float(np.median(found.plain)), color=BEFORE, ls=(0, (5, 3)), label="plain step")
+        name_axes(axes, ("steps", ""), ("hardest touchdown", "m/s"))
+        axes.set_ylim(bottom=0.0)
+        sheet.legend(axes)
+
+    return plate(
+        draw,
+        f"Learning on {len(found.grounds)} hidden grounds: median and middle 80 % of the touchdown speeds.",
     )

@@ -10,33 +10,116 @@ from tarsus.design.energy import energy_of
 from tarsus.design.headers import digest, header_text
 from tarsus.design.landing_request import Sensor
 from tarsus.report import landing_figures
-from tarsus.report.pages import page, rendered
-from tarsus.tables.numbers import number
+from tarsus.report.pages import Markup, Section, sections_page
+from tarsus.tables.numbers import amount, number
 from tarsus.tables.table import ROW, Column, Table
 
 if TYPE_CHECKING:
     from tarsus.design.landing_design import LandingDesign
+    from tarsus.design.learning import Learning
 
 
 def landing_html(design: LandingDesign) -> str:
     """The page of a result, as text."""
-    request, learning = design.request, design.learning
-    pair = landing_figures.DesignPair(design)
-    several = len(design.grounds) > 1
-    speed = learning is not None and learning.sensor is Sensor.SPEED
-    body = rendered(
-        "landing.html", design=design, request=request, judged=math.isfinite(design.worst),
-        picture=landing_figures.picture(pair), zoom=landing_figures.landing_zoom(pair), compared=_compared(design),
-        unpriced=not math.isfinite(design.energies[0]), signal=_signal(design),
-        tick=request.step.period / request.ticks, last=design.rounds[-1] if design.rounds else None,
-        rival=design.nominal_worst / design.worst if math.isfinite(design.nominal_worst) else None,
-        on_grounds=landing_figures.on_grounds(design) if several else None,
-        grounds=_grounds(design) if several else None, front=landing_figures.front(design), designs=_front(design),
-        sensed="how hard each step struck" if speed else "whether the contact had closed",
-        learning=landing_figures.learning(design) if learning is not None else None, header=header_text(design),
-        digest=digest(design.signal), percents=design.percents.table(),
-    )  # fmt: skip
-    return page(f"{request.scene.name} – soft landing", body)
+    request, pair = design.request, landing_figures.DesignPair(design)
+    parts = [
+        Section("Before and after", landing_figures.picture(pair), landing_figures.landing_zoom(pair)),
+        Section("What changes", _compared(design), _unpriced(design)),
+        Section("The signal", _signal(design), _rounding(design)),
+        Section("Grounds", _judged(design), landing_figures.on_grounds(design), _grounds(design))
+        if len(design.grounds) > 1
+        else None,
+        Section("What one percent costs", _percents(design), design.percents.table()),
+        Section("Speed against energy", landing_figures.front(design), _front(design)),
+        None if design.learning is None else Section(
+            "Learning on hidden grounds", _learned(design.learning), landing_figures.learning(design)
+        ),
+        Section("landing.h", Markup('<pre tabindex="0">{}</pre>').format(header_text(design))),
+    ]  # fmt: skip
+    footer = (
+        f"{design.runs} runs; a run takes {design.settle} periods, of which the last is looked at: "
+        f"{design.settle - 1} settle the motion, by measurement. Digest {digest(design.signal)}."
+    )
+    title = f"Soft landing: {request.scene.name}, foot {request.foot}"
+    return sections_page(title, [_about(design)], parts, footer, head=f"{request.scene.name} – soft landing")
+
+
+def _about(design: LandingDesign) -> str:
+    """What came of it, in a few sentences."""
+    told = (
+        f"The plain step strikes at {amount(design.before.speed[0, 0], 'm/s', 3)} with "
+        f"{number(design.before.touchdowns[0, 0], 3)} touchdowns a step; the design at "
+        f"{amount(design.speed, 'm/s', 3)} with {number(design.touchdowns, 3)}. Every touchdown of the whole period "
+        f"counts; the motion is {design.regime.words}."
+    )
+    if len(design.put_down):
+        told += (
+            f" Put down otherwise, {design.as_stated[0]} of {len(design.put_down)} starts settle to touchdowns no "
+            "harder."
+        )
+    if math.isfinite(design.worst):
+        told += f" On the worst ground found it strikes at {amount(design.worst, 'm/s', 3)}."
+    return told
+
+
+def _unpriced(design: LandingDesign) -> str:
+    if math.isfinite(design.energies[0]):
+        return ""
+    return f"The drive {design.request.drive} has no capacitance, so its energy is not known."
+
+
+def _rounding(design: LandingDesign) -> str:
+    """What a timer's ticks cost."""
+    request = design.request
+    return (
+        f"Times count from the landing edge. Rounding to a timer of {amount(request.step.period / request.ticks, 's')} "
+        f"{'costs' if design.loss >= 0 else 'gains'} {amount(abs(design.loss), 'm/s', 2)}; the period has "
+        f"{request.ticks} ticks."
+    )
+
+
+def _judged(design: LandingDesign) -> str:
+    """By which grounds, and what was found against them."""
+    told = [f"Judged by the {design.request.risk.name} of {len(design.grounds)} grounds."]
+    if design.rounds:
+        last, count = design.rounds[-1], len(design.rounds)
+        found = f"a ground {number(100 * last.gap, 2)} % worse" if last.gap > 1e-3 else "no ground worse"
+        told.append(
+            f"Cutting planes took {'one round' if count == 1 else f'{count} rounds'}; the last found {found} than the "
+            f"{last.grounds} of the search."
+        )
+    if design.attack is not None:
+        told.append(f"The last search of the box tried {design.attack.tried} grounds.")
+    if math.isfinite(design.nominal_worst):
+        told.append(
+            f"The design for the nominal ground alone strikes at {amount(design.nominal_worst, 'm/s', 3)} on its worst "
+            f"ground, {number(design.nominal_worst / design.worst, 2)} times as hard."
+        )
+    return " ".join(told)
+
+
+def _percents(design: LandingDesign) -> str:
+    """What the table of percents is."""
+    over = design.request.over
+    bears = (
+        f"The design bears {', '.join(over.names)}, as far as the table of grounds says. "
+        if over is not None and math.isfinite(design.worst)
+        else ""
+    )
+    return (
+        f"{bears}Each number alone, on the scene's own ground: what a percent more adds to the hardest touchdown, a "
+        "derivative with what it may be off by, and the hardest within a percent to either side. With all of them off "
+        f"at once by up to a percent the hardest is {amount(design.percents.box, 'm/s', 3)}."
+    )
+
+
+def _learned(found: Learning) -> str:
+    """How fast the learners learnt."""
+    sensed = "how hard each step struck" if found.sensor is Sensor.SPEED else "whether the contact had closed"
+    return (
+        f"Told only {sensed}, {number(100 * found.halved, 3)} % of {len(found.grounds)} learners struck with at most "
+        "half the plain step's speed within ten steps."
+    )
 
 
 def _compared(design: LandingDesign) -> Table:

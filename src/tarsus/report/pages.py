@@ -1,15 +1,14 @@
-"""Pages: a template with its values, figures numbered in their order, and the page around them.
+"""Pages: a list of sections, each with its heading, texts, tables and figures; one template renders any.
 
-To write a page of your own, put a template into the folder `templates` of your package and call
-``page(title, rendered("your_package:name.html", table=some_table, plate=some_plate))``. In it ``{{ table }}`` is a
-`tarsus.tables.Table` (or any text, escaped), ``{{ figure(plate) }}`` a `Plate` with the next number below it,
-``{{ value|amount("m") }}``, ``|number``, ``|percent`` and ``|words`` are numbers and names for reading. Every ``<h2>``
-becomes an entry of the contents, and tables, ``class="lede"`` and ``class="verdict"`` are styled by the page.
+To write a page of your own, call ``sections_page(title, about, sections)``. A part of a section is a text, which is a
+paragraph; a `tarsus.tables.Table`; a `Plate`, which is numbered; a `Section` below the section; a `Fold`, closed until
+it is asked for; a list of parts, which stand beside each other; `Markup`, as it is; or None, which is nothing.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.resources import files
@@ -26,7 +25,10 @@ from tarsus.tables.numbers import MISSING, amount, number, percent, spaced
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-__all__ = ["Markup", "Plate", "asset", "page", "rendered", "write_page"]
+__all__ = [
+    "Fold", "Markup", "Plate", "Section", "asset", "page", "rendered", "said", "sections_page",
+    "sentence_case", "whole", "write_page",
+]  # fmt: skip
 
 UPLOT = "vendor/uplot-1.6.32"
 """Where the library that draws series lies, as published."""
@@ -47,6 +49,48 @@ class Plate:
     caption: str
 
 
+class Section:
+    """A part of a page: its heading, and what stands below it in its order. fold: whether it is one of a list of
+    headings to open on a narrow screen."""
+
+    def __init__(self, heading: str, *parts: Any, fold: bool = False) -> None:
+        self.heading, self.parts, self.fold = heading, parts, fold
+
+
+class Fold:
+    """Parts below a line that opens them. mark: its name for the page's style."""
+
+    def __init__(self, summary: str, *parts: Any, mark: str = "") -> None:
+        self.summary, self.parts, self.mark = summary, parts, mark
+
+
+def sentence_case(words: str) -> str:
+    """Words as a sentence."""
+    return f"{words[:1].upper()}{words[1:].removesuffix('.')}."
+
+
+def said(sentence: str, *, failed: bool = False) -> Markup:
+    """A sentence that a reader must not miss."""
+    return Markup('<p class="verdict{}">{}</p>').format(" failed" if failed else "", sentence_case(sentence))
+
+
+def whole(table: Any) -> Markup:
+    """A table that a page shows with all of its rows."""
+    return Markup('<div class="all">{}</div>').format(table)
+
+
+def sections_page(
+    title: str, about: Sequence[Any], sections: Iterable[Section | None], footer: str = "", *, head: str = ""
+) -> str:
+    """The page of sections, those that are None left out.
+
+    title: above it; about: texts and parts below that; footer: after who made the page; head: what browsers call it,
+    the title unless given.
+    """
+    body = rendered("sections.html", title=title, about=about, sections=list(sections), footer=footer)
+    return page(head or title, body)
+
+
 @lru_cache
 def asset(name: str, folder: str = "assets", package: str = "tarsus.report") -> str:
     """A file of a page as it is: style, script, template."""
@@ -56,8 +100,7 @@ def asset(name: str, folder: str = "assets", package: str = "tarsus.report") -> 
 def rendered(template: str, **values: Any) -> Markup:
     """A template with its values; texts among them are escaped, `Markup` is used as it stands.
 
-    ``package:name`` is the template of that name in another package's folder `templates`. In a template
-    ``figure(plate)`` is a plate with the next number below it, or what a function makes of that number.
+    In a template ``figure(plate)`` is a plate with the next number below it, or what a function makes of that number.
     """
     return Markup(_environment().get_template(template).render(numbers=count(1), **values))
 
@@ -87,11 +130,6 @@ def write_page(text: str, path: str | Path) -> Path:
     return Path(path)
 
 
-def _source(template: str) -> str:
-    package, _, name = template.rpartition(":")
-    return asset(name, "templates", package or "tarsus.report")
-
-
 @lru_cache
 def _environment() -> Environment:
     from jinja2 import Environment, FunctionLoader, StrictUndefined, pass_context
@@ -99,17 +137,27 @@ def _environment() -> Environment:
     @pass_context
     def figure(context: Any, plate: Any) -> Markup:
         index = next(context["numbers"])
-        made: Any = plate(index) if callable(plate) else rendered("figure.html", plate=plate, index=index)
-        return made
+        if callable(plate):
+            made: Any = plate(index)
+            return made
+        caption = Markup("<figcaption><b>Figure {}.</b> {}</figcaption>").format(index, plate.caption)
+        return Markup("<figure>{}{}</figure>").format(plate.picture, caption)
 
     environment = Environment(
-        loader=FunctionLoader(_source),
+        loader=FunctionLoader(lambda name: asset(name, "templates")),
         autoescape=True,
         trim_blocks=True,
         lstrip_blocks=True,
         undefined=StrictUndefined,
     )
     environment.filters.update(amount=amount, number=number, percent=percent, words=spaced)
+    environment.tests.update(
+        plate=lambda one: isinstance(one, Plate) or callable(one),
+        section=lambda one: isinstance(one, Section),
+        fold=lambda one: isinstance(one, Fold),
+        several=lambda one: isinstance(one, list),
+        paragraph=lambda one: isinstance(one, str) and bool(one) and not isinstance(one, Markup),
+    )
     environment.globals.update(
         asset=lambda *place: Markup(asset(*place)), vendor=UPLOT, figure=figure, version=package_version(),
         missing=MISSING,

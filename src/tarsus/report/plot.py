@@ -17,7 +17,7 @@ from tarsus.base.events import IMPACTS
 from tarsus.base.messages import nearest
 from tarsus.base.verb import callable_package
 from tarsus.report.sheet import name_axes
-from tarsus.report.style import CONTACT, CYCLE, INK, MOST_LINES, MUTED, level_limits
+from tarsus.report.style import CONTACT, CYCLE, INK, MOST_LINES
 from tarsus.solve import Run
 from tarsus.tables.numbers import spaced
 
@@ -135,12 +135,10 @@ def measure(batch: Batch, name: str, *, axes: Axes | None = None) -> Axes:
 
 def landing(design: LandingDesign, *, axes: Axes | None = None) -> Axes:
     """Gap of the foot over one period, with the plain step and with the design, from the landing edge on."""
-    from tarsus.report.landing_figures import DesignPair, gaps
+    from tarsus.report.landing_figures import DesignPair, draw_gaps
 
     axes = _on(axes)
-    for label, color, time, gap in gaps(DesignPair(design), design.request.step.period):
-        axes.plot(time, gap, color=color, label=label)
-    name_axes(axes, ("time after the landing edge", "s"), ("gap", "m"))
+    draw_gaps(axes, DesignPair(design), design.request.step.period)
     axes.set_title(repr(design)[1:-1])
     axes.legend(frameon=False)
     return axes
@@ -166,22 +164,11 @@ def front(design: GaitFront, *, axes: Axes | None = None) -> Axes:
 
 def branch(found: Branches, *, axes: Axes | None = None) -> Axes:
     """Hardest impact of each orbit along branches; what happens on them is marked by its name."""
-    from tarsus.report.branch_page import MARKS, BranchPicture
+    from tarsus.report.branch_page import draw_branches
 
-    axes, drawn = _on(axes), BranchPicture.of(found, "hardest_impact")
-    for one in found.coexisting:
-        axes.axvspan(one.low, one.high, color=CONTACT, lw=0.0, zorder=0, label="several stable motions")
-    for one in drawn.lines:
-        axes.plot(one.at, one.values, **one.look)
-    for place, value, text in drawn.numbers:
-        axes.annotate(text, (place, value), (0.0, 2.0), textcoords="offset points", color=MUTED, size=7.0)
-    for kind, (places, values) in drawn.marks.items():
-        marker, color = MARKS[kind]
-        axes.plot(places, values, marker, color=color, ms=5.0, mew=0.0, zorder=5, label=kind)
-    name_axes(axes, (found.path, found.unit), ("hardest impact", "m/s"))
+    axes = _on(axes)
+    draw_branches(axes, found, "hardest_impact", "m/s")
     axes.set_title(found.scene.name)
-    if limits := level_limits(*(one.values for one in drawn.lines)):
-        axes.set_ylim(*limits)
     named = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
     axes.legend(list(named.values()), list(named), frameon=False)
     return axes

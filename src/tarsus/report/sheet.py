@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
 import matplotlib
+import numpy as np
+import numpy.typing as npt
 from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
@@ -21,7 +23,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter, MaxNLocator, NullFormatter
 
 from tarsus.report.pages import Plate
-from tarsus.report.style import INK, MUTED, scale_of, themed
+from tarsus.report.style import CONTACT, INK, MUTED, decimate, scale_of, themed, upright
 from tarsus.tables.numbers import number, set_power
 
 WIDTH = 3.7
@@ -32,6 +34,9 @@ QUARTER = 2.8
 
 BELOW, LEGEND_ROW = 0.5, 0.19
 """Room for the words of a panel's horizontal axis, and for a row of a legend [inch]."""
+
+PIXELS = 300
+"""Stretches of a line of which each keeps its extremes: a panel is about so many pixels wide."""
 
 LETTER, HANDLE = 0.062, 0.42
 """Of a legend [inch]: width of a letter, and of a sign with its gaps."""
@@ -71,7 +76,9 @@ def name_axes(axes: Axes, x: tuple[str, str] | None = None, y: tuple[str, str] |
 
 
 def _tick(value: float, _: float, *, step: float) -> str:
-    shown = float(f"{value / step:.9g}")  # ticks are sums: none has more digits, and one that is all rounding is 0
+    shown = float(
+        f"{value / step:.9g}"
+    )  # ticks are sums: none has more digits, and one that is all rounding is 0
     return number(shown if abs(shown) > 1e-12 else 0.0, 6)
 
 
@@ -81,6 +88,29 @@ def few_ticks(axes: Axes, x: int | None = None, y: int | None = None) -> None:
         axes.xaxis.set_major_locator(MaxNLocator(x))
     if y is not None:
         axes.yaxis.set_major_locator(MaxNLocator(y))
+
+
+def line(axes: Axes, x: npt.ArrayLike, y: npt.ArrayLike, **look: Any) -> None:
+    """A line through points (n,) in order of x, jumps upright, of as many points as a panel has pixels."""
+    axes.plot(*decimate(*upright(np.asarray(x, dtype=float), np.asarray(y, dtype=float)), PIXELS), **look)
+
+
+def shade(axes: Axes, stretches: Iterable[tuple[float, float]], label: str = "") -> None:
+    """Stretches of the horizontal axis, shaded from bottom to top."""
+    for start, end in stretches:
+        axes.axvspan(start, end, color=CONTACT, lw=0.0, zorder=0, label=label)
+        label = ""
+
+
+def intervals(
+    axes: Axes, at: npt.ArrayLike, values: npt.ArrayLike, low: npt.ArrayLike, high: npt.ArrayLike, *,
+    color: str, label: str = "", across: bool = False,
+) -> None:  # fmt: skip
+    """Dots at values (n,), each with a line from low to high if these are numbers. across: values go to the right."""
+    values = np.asarray(values, dtype=float)
+    ends = np.abs(np.nan_to_num(np.stack([values - low, np.asarray(high, dtype=float) - values])))
+    places, errors = ((values, at), {"xerr": ends}) if across else ((at, values), {"yerr": ends})
+    axes.errorbar(*places, **errors, fmt="o", ms=3.0, mew=0.0, lw=0.8, color=color, label=label)
 
 
 class Sheet:
@@ -111,6 +141,9 @@ class Sheet:
         handles, labels = axes.get_legend_handles_labels()
         if not labels:
             return
+        handles, labels = zip(
+            *{label: (one, label) for one, label in zip(handles, labels, strict=True)}.values(), strict=True
+        )  # each name once
         figure = axes.get_figure(root=True)
         assert figure is not None
         column = LETTER * max(map(len, labels)) + HANDLE
@@ -131,9 +164,9 @@ def plate(draw: Callable[[Sheet], object], caption: str) -> Plate:
             _read_powers(figure)
         pictures = [to_svg(one, f"{caption} {number}") for number, one in enumerate(sheet.figures)]
     panels = Markup("").join(Markup('<div class="plate">{}</div>').format(one) for one in pictures)
-    return Plate(
-        Markup('<div class="panels" role="img" aria-label="{}">{}</div>').format(caption, panels), caption
-    )
+    small = bool(sheet.figures) and sheet.figures[0].get_figwidth() <= QUARTER
+    picture = Markup('<div class="panels{}" role="img" aria-label="{}">{}</div>')
+    return Plate(picture.format(" quarters" if small else "", caption, panels), caption)
 
 
 def _read_powers(figure: Figure) -> None:

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tarsus.report.charts import Charts, side_by_side
-from tarsus.report.pages import Plate, page, rendered
+from tarsus.report.pages import Markup, Plate, Section, said, sections_page, whole
+from tarsus.report.sheet import QUARTER, Sheet, few_ticks, intervals, name_axes, plate
 from tarsus.report.style import BLUE, VERMILION
 
 if TYPE_CHECKING:
-    from tarsus.identify.track import Drift, Tracking
+    from tarsus.identify.track import Tracking
 
 NINETY_FIVE = 1.96
 """Standard errors in half of a bar: a 95 % interval."""
@@ -19,30 +19,37 @@ NINETY_FIVE = 1.96
 
 def track_html(series: Tracking) -> str:
     """The page of a series, as text."""
-    body = rendered("track.html", series=series, estimates=_numbers(series), table=series.table())
-    return page(f"{series.names[0]} – series", body)
+    table = series.table()
+    about = [table.title, *(said(one, failed=True) for one in series.alarms), whole(table.bare()), ALARMS]
+    title = f"Series: {series.names[0]} to {series.names[-1]}"
+    sections = [Section("Over the series", _numbers(series))]
+    return sections_page(title, about, sections, head=f"{series.names[0]} – series")
+
+
+ALARMS = Markup(
+    "<p>A number is called moved where it differs by more than its intervals allow; a device that does not change "
+    "gives one such alarm in a hundred series.</p>"
+)
 
 
 def _numbers(series: Tracking) -> Plate:
     """Every number with its interval over the series; those that moved first."""
     order = sorted(series.drifts, key=lambda one: one.since is None)
 
-    return side_by_side(
-        ((one.path.removeprefix("ground.").removeprefix("robot."), _drawn(one)) for one in order),
+    def draw(sheet: Sheet) -> None:
+        for axes, one in zip(sheet.grid(len(order), 0.95, width=QUARTER), order, strict=True):
+            at = np.arange(len(one.values))
+            moved = at >= (len(at) if one.since is None else one.since)
+            half = NINETY_FIVE * np.asarray(one.errors)
+            for part, color in ((~moved, BLUE), (moved, VERMILION)):
+                values, about = np.asarray(one.values)[part], half[part]
+                intervals(axes, at[part] + 1, values, values - about, values + about, color=color)
+            axes.set_title(one.path.removeprefix("ground.").removeprefix("robot."))
+            name_axes(axes, ("campaign", ""), ("", one.unit))
+            few_ticks(axes, y=4)
+            axes.set_xticks(at + 1)
+
+    return plate(
+        draw,
         "Estimates with 95 % intervals in the order of the campaigns; red from where a number has moved.",
-        small=True,
-    )  # fmt: skip
-
-
-def _drawn(one: Drift) -> Charts:
-    """One number."""
-    count = len(one.values)
-    charts = Charts([0.95], "campaign", "", rows=[str(number) for number in range(1, count + 1)])
-    (panel,) = charts.panels
-    moved = np.arange(count) >= (count if one.since is None else one.since)
-    for part, color, label in ((~moved, BLUE, "steady"), (moved, VERMILION, "moved")):
-        at = np.flatnonzero(part)
-        values, half = np.asarray(one.values)[at], NINETY_FIVE * np.asarray(one.errors)[at]
-        panel.dots(at, values, color=color, label=label, low=values - half, high=values + half)
-    panel.set_ylabel("", one.unit)
-    return charts
+    )

@@ -6,17 +6,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from tarsus.base.spec import float_paths
-from tarsus.report.charts import Charts, side_by_side
-from tarsus.report.pages import Plate, page, rendered
+from tarsus.report.pages import Markup, Plate, Section, sections_page, sentence_case
+from tarsus.report.sheet import Sheet, intervals, name_axes, plate
 from tarsus.report.style import BLUE, MUTED, ORANGE
 from tarsus.study.yields import Yield
-from tarsus.tables.numbers import path_end, spaced
+from tarsus.tables.numbers import amount, path_end, spaced
 from tarsus.tables.table import ROW, Column, Table
 
 BARS = 12
-"""Groups drawn at most, those that matter most: as many as have their names below them in half a page."""
+"""Groups drawn at most, those that matter most."""
 
 BINS = 40
 """Of a histogram: a robot's place to a fortieth of their range."""
@@ -27,40 +28,51 @@ def yield_html(found: Yield) -> str:
     scene, first = found.robots.scene, found.measures[0]
     values = found.values[first][np.isfinite(found.values[first])]
     low, middle, high = (float(one) for one in np.quantile(values, (0.05, 0.5, 0.95)))
-    leader, whole = found.leaders.get(first), found.table()
+    leader, whole_table = found.leaders.get(first), found.table()
     dead, indices = len(found.by_dead) > 1, any(found.indices.values())
-    body = rendered(
-        "yield.html", found=found, scene=scene, first=first, unit=found.units[first], low=low, middle=middle,
-        high=high, leader="" if leader is None else leader.sentence(spaced(first)), curves=_curves(found),
-        distributions=_distributions(found), quantiles=whole.bare(), dead=_dead(found) if dead else None,
-        dead_table=_dead_table(found) if dead else "", costs=_costs(found) if dead else None,
-        indices=_indices(found) if indices else None, index_table=_index_table(found) if indices else "",
-        scatter=_scatter(found), outcomes=whole.parts[0],
-    )  # fmt: skip
-    return page(f"{scene.name} – yield", body)
+    words, unit = spaced(first), found.units[first]
+    about = (
+        f"{len(found.lost)} robots, {found.motion.words}: {words} from {amount(low, unit)} to {amount(high, unit)} in "
+        f"nine of ten, median {amount(middle, unit)}."
+    )
+    if leader is not None:
+        about += f" {sentence_case(leader.sentence(words))}"
+    notes = [Markup("<p>{}</p>").format(sentence_case(one)) for one in found.motion.notes(found.units)]
+    costs = _costs(found) if dead else None
+    worst = f"Mean {words} with a leg dead, minus that with it alive, worst first."
+    indexed = f"Indices of {words}; ± is the half-width of the 95 % interval."
+    sections = [
+        Section("What comes out of the workshop", _distributions(found)),
+        Section("Yield against requirement", _curves(found), whole_table.bare()),
+        Section("Dead legs", _dead(found), _dead_table(found), worst if costs else "", costs)
+        if dead
+        else None,
+        Section("Whose scatter matters", _indices(found), indexed, _index_table(found)) if indices else None,
+        Section("What was scattered", _scatter(found)),
+        Section("How the runs ended", whole_table.parts[0]),
+    ]
+    return sections_page(f"Yield: {scene.name}", [about, *notes], sections, head=f"{scene.name} – yield")
 
 
 def _ranked(indices: Mapping[str, Mapping[str, float]]) -> list[tuple[str, Mapping[str, float]]]:
     return sorted(indices.items(), key=lambda one: -one[1]["total"])
 
 
-def _panels(found: Yield, drawn: Callable[[str], Charts], caption: str) -> Plate:
-    """One chart for each measure."""
-    return side_by_side((("", drawn(name)) for name in found.measures), caption)
+def _panels(found: Yield, drawn: Callable[[Axes, str], None], caption: str, height: float = 1.5) -> Plate:
+    """One panel for each measure."""
+
+    def draw(sheet: Sheet) -> None:
+        for axes, name in zip(sheet.grid(len(found.measures), height), found.measures, strict=True):
+            drawn(axes, name)
+            sheet.legend(axes)
+
+    return plate(draw, caption)
 
 
 def _distributions(found: Yield) -> Plate:
-    def drawn(name: str) -> Charts:
-        values = found.values[name][np.isfinite(found.values[name])]
-        counts, edges = np.histogram(values, bins=BINS)
-        charts = Charts([1.5], spaced(name), found.units[name], (float(edges[0]), float(edges[-1])))
-        (panel,) = charts.panels
-        for low, high, count in zip(edges[:-1].tolist(), edges[1:].tolist(), counts.tolist(), strict=True):
-            panel.bars([(low, high)], 0.0, count, color=BLUE)
-        panel.plot(0.5 * (edges[:-1] + edges[1:]), counts, color=BLUE, alpha=0.0)  # for the pointer
-        panel.set_ylim(0.0, 1.05 * float(counts.max()))
-        panel.set_ylabel("robots")
-        return charts
+    def drawn(axes: Axes, name: str) -> None:
+        axes.hist(found.values[name][np.isfinite(found.values[name])], bins=BINS, color=BLUE)
+        name_axes(axes, (spaced(name), found.units[name]), ("robots", ""))
 
     return _panels(
         found, drawn, "How the measures are distributed over the robots whose runs reached their end."
@@ -68,15 +80,14 @@ def _distributions(found: Yield) -> Plate:
 
 
 def _curves(found: Yield) -> Plate:
-    def drawn(name: str) -> Charts:
+    def drawn(axes: Axes, name: str) -> None:
         curve = found.curves[name]
-        charts = Charts([1.5], f"{spaced(name)} {'at most' if curve.less else 'at least'}", curve.unit)
-        (panel,) = charts.panels
-        panel.fill_between(curve.requirement, 100.0 * curve.low, 100.0 * curve.high, color=BLUE)
-        panel.plot(curve.requirement, 100.0 * curve.share, color=BLUE, lw=1.2)
-        panel.set_ylabel("robots that meet it (%)")
-        panel.set_ylim(0.0, 101.0)
-        return charts
+        low, share, high = (100.0 * one for one in (curve.low, curve.share, curve.high))
+        axes.fill_between(curve.requirement, low, high, color=BLUE, alpha=0.25, lw=0.0)
+        axes.plot(curve.requirement, share, color=BLUE)
+        across = f"{spaced(name)} {'at most' if curve.less else 'at least'}"
+        name_axes(axes, (across, curve.unit), ("robots that meet it (%)", ""))
+        axes.set_ylim(0.0, 101.0)
 
     return _panels(
         found,
@@ -86,15 +97,13 @@ def _curves(found: Yield) -> Plate:
 
 
 def _dead(found: Yield) -> Plate:
-    def drawn(name: str) -> Charts:
+    def drawn(axes: Axes, name: str) -> None:
         groups = [(one["dead"], *one[name]) for one in found.by_dead if one[name] is not None]
         dead, low, median, high = np.array(groups, dtype=float).reshape(-1, 4).T
-        most = int(max(one["dead"] for one in found.by_dead))
-        charts = Charts([1.5], "dead legs", "", rows=[str(count) for count in range(most + 1)])
-        (panel,) = charts.panels
-        panel.dots(dead, median, color=BLUE, label="median", low=low, high=high)
-        panel.set_ylabel(spaced(name), found.units[name])
-        return charts
+        intervals(axes, dead, median, low, high, color=BLUE)
+        name_axes(axes, ("dead legs", ""), (spaced(name), found.units[name]))
+        axes.set_xticks(range(int(max(one["dead"] for one in found.by_dead)) + 1))
+        axes.margins(x=0.2)
 
     return _panels(found, drawn, "Median, and the range of nine robots in ten, by the number of dead legs.")
 
@@ -122,29 +131,33 @@ def _costs(found: Yield) -> Table | None:
 
 
 def _indices(found: Yield) -> Plate:
-    def drawn(name: str) -> Charts:
+    most = min(BARS, max(map(len, found.indices.values())))
+
+    def drawn(axes: Axes, name: str) -> None:
         ranked = _ranked(found.indices.get(name, {}))[:BARS]
-        charts = Charts([1.8], "scatter of", "", rows=[path_end(group) for group, _ in ranked])
-        (panel,) = charts.panels
-        for shift, word, color in ((-0.1, "total", BLUE), (0.1, "first", ORANGE)):
+        places = np.arange(len(ranked))
+        for shift, word, color in ((-0.15, "total", BLUE), (0.15, "first", ORANGE)):
             index, error = (np.array([one[key] for _, one in ranked]) for key in (word, f"{word}_error"))
-            panel.dots(
-                np.arange(len(ranked)) + shift,
+            intervals(
+                axes,
+                places + shift,
                 index,
+                index - error,
+                index + error,
                 color=color,
                 label=word,
-                low=index - error,
-                high=index + error,
+                across=True,
             )
-        panel.axhline(0.0, color=MUTED)
-        panel.set_ylabel(f"Sobol index of {spaced(name)}")
-        return charts
+        axes.axvline(0.0, color=MUTED, lw=0.7)
+        axes.set_yticks(places, [path_end(group) for group, _ in ranked])
+        axes.invert_yaxis()
+        name_axes(axes, (f"Sobol index of {spaced(name)}", ""))
 
     caption = (
         f"Share of the variance that a leg's scatter makes alone (first) and with all it acts together with (total), "
         f"the {BARS} largest; lines are 95 % intervals."
     )
-    return _panels(found, drawn, caption)
+    return _panels(found, drawn, caption, 0.2 * most + 0.3)
 
 
 def _settled(index: float) -> float:

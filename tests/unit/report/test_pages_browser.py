@@ -73,16 +73,17 @@ def turned(opened: Page) -> list[str]:
     return faults
 
 
-def test_every_template_of_a_page_is_in_the_table() -> None:
-    """One with a title is of a page of its own: a new one needs a row in `page_kinds`."""
+def test_every_page_is_in_the_table() -> None:
+    """A file that makes a page of sections, or a template with a title: a new one needs a row in `page_kinds`."""
     packages = {"tarsus": "", "tarsus_reproduce": "tarsus_reproduce:"}
     sources = Path(__file__).parents[3] / "src"
-    templates = {
+    found = {
         f"{packages[file.relative_to(sources).parts[0]]}{file.name}"
-        for file in sources.glob("**/templates/*.html")
-        if "<h1>" in file.read_text(encoding="utf-8")
+        for pattern, mark in (("**/templates/*.html", "<h1>"), ("**/*.py", "return sections_page("))
+        for file in sources.glob(pattern)
+        if mark in file.read_text(encoding="utf-8") and file.name != "sections.html"
     }
-    assert len(templates) > 10 and templates == {kind.template for kind in KINDS.values()}
+    assert len(found) > 10 and found == {kind.source for kind in KINDS.values()}
 
 
 FAULTY = (
