@@ -109,8 +109,11 @@ def intervals(
     """Dots at values (n,), each with a line from low to high if these are numbers. across: values go to the right."""
     values = np.asarray(values, dtype=float)
     ends = np.abs(np.nan_to_num(np.stack([values - low, np.asarray(high, dtype=float) - values])))
-    places, errors = ((values, at), {"xerr": ends}) if across else ((at, values), {"yerr": ends})
-    axes.errorbar(*places, **errors, fmt="o", ms=3.0, mew=0.0, lw=0.8, color=color, label=label)
+    look: dict[str, Any] = {"fmt": "o", "ms": 3.0, "mew": 0.0, "lw": 0.8, "color": color, "label": label}
+    if across:
+        axes.errorbar(values, at, xerr=ends, **look)
+    else:
+        axes.errorbar(at, values, yerr=ends, **look)
 
 
 class Sheet:
