@@ -7,7 +7,6 @@ import numpy as np
 
 import tarsus as ts
 from tarsus.fit.verdict import Verdict
-from tarsus.model.drive.waveforms import Sampled
 from tarsus.validation import RowCase
 
 RATE = 960.0  # pictures a second
@@ -27,13 +26,13 @@ def case(row, device):
     """The squeeze of a trial fitted to the way of its part; the fitted scene is run."""
     pad, part = paths(row["trial"])
     times = np.arange(len(pad)) / RATE
-    shift = Sampled(times=tuple(times.tolist()), levels=tuple(pad.tolist()), interpolation="cubic")
-    moving = ts.with_values(device, {"ground.motion": {"along": {"displacement": shift}}})
+    shift = {"kind": "sampled", "times": times.tolist(), "levels": pad.tolist(), "interpolation": "cubic"}
+    moving = ts.with_values(device, {"duration": times[-1], "ground.motion": {"along": {"displacement": shift}}})
     weight = device.robot.structure.mass[1][1] * device.ground.gravity.acceleration
 
     def off(run):
         """By how much the part's place is computed too high [m]: on the moving pad, less what was seen."""
-        return run.states(times).displacement[1] + pad - part
+        return run.states(times).x[1] + pad - part
 
     bounds = (-MOST * weight, -LEAST * weight)
     found = ts.fit(moving, {SQUEEZE: bounds}, lambda run: off(run) / READING)
