@@ -397,15 +397,3 @@ class Charts:
     def plate(self, caption: str) -> Plate:
         """The charts as a figure."""
         return Plate(self.html(caption), caption)
-
-
-def side_by_side(drawn: Iterable[tuple[str, Charts]], caption: str, *, small: bool = False) -> Plate:
-    """Charts with axes of their own as one figure, each under its title: two in a row of a page, or as many small ones
-    as there is room for."""
-    each = Markup("").join(
-        Markup('<div class="plate">{}{}</div>').format(
-            Markup('<p class="title">{}</p>').format(title) if title else "", charts.html(title or caption)
-        )
-        for title, charts in drawn
-    )
-    return Plate(Markup('<div class="{}">{}</div>').format("panels" if small else "pair", each), caption)

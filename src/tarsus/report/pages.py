@@ -1,8 +1,8 @@
 """Pages: a list of sections, each with its heading, texts, tables and figures; one template renders any.
 
 To write a page of your own, call ``sections_page(title, about, sections)``. A part of a section is a text, which is a
-paragraph; a `tarsus.tables.Table`; a `Plate`, which is numbered; a `Section` below the section; a `Fold`, closed until
-it is asked for; a list of parts, which stand beside each other; `Markup`, as it is; or None, which is nothing.
+paragraph; a `tarsus.tables.Table`; a `Plate`, which is numbered; a `Section` below the section; a list of parts, which
+stand beside each other; `Markup`, as it is; or None, which is nothing.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from jinja2 import Environment
 
 __all__ = [
-    "Fold", "Markup", "Plate", "Section", "asset", "page", "rendered", "said", "sections_page",
+    "Markup", "Plate", "Section", "asset", "page", "rendered", "said", "sections_page",
     "sentence_case", "whole", "write_page",
 ]  # fmt: skip
 
@@ -50,18 +50,10 @@ class Plate:
 
 
 class Section:
-    """A part of a page: its heading, and what stands below it in its order. fold: whether it is one of a list of
-    headings to open on a narrow screen."""
+    """A part of a page: its heading, and what stands below it in its order."""
 
-    def __init__(self, heading: str, *parts: Any, fold: bool = False) -> None:
-        self.heading, self.parts, self.fold = heading, parts, fold
-
-
-class Fold:
-    """Parts below a line that opens them. mark: its name for the page's style."""
-
-    def __init__(self, summary: str, *parts: Any, mark: str = "") -> None:
-        self.summary, self.parts, self.mark = summary, parts, mark
+    def __init__(self, heading: str, *parts: Any) -> None:
+        self.heading, self.parts = heading, parts
 
 
 def sentence_case(words: str) -> str:
@@ -154,7 +146,6 @@ def _environment() -> Environment:
     environment.tests.update(
         plate=lambda one: isinstance(one, Plate) or callable(one),
         section=lambda one: isinstance(one, Section),
-        fold=lambda one: isinstance(one, Fold),
         several=lambda one: isinstance(one, list),
         paragraph=lambda one: isinstance(one, str) and bool(one) and not isinstance(one, Markup),
     )

@@ -16,7 +16,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.events import IMPACTS
 from tarsus.base.messages import nearest
 from tarsus.base.verb import callable_package
-from tarsus.report.sheet import name_axes
+from tarsus.report.sheet import name_axes, named
 from tarsus.report.style import CONTACT, CYCLE, INK, MOST_LINES
 from tarsus.solve import Run
 from tarsus.tables.numbers import spaced
@@ -169,8 +169,8 @@ def branch(found: Branches, *, axes: Axes | None = None) -> Axes:
     axes = _on(axes)
     draw_branches(axes, found, "hardest_impact", "m/s")
     axes.set_title(found.scene.name)
-    named = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
-    axes.legend(list(named.values()), list(named), frameon=False)
+    labels, handles = named(axes)
+    axes.legend(handles, labels, frameon=False)
     return axes
 
 

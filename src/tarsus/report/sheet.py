@@ -76,9 +76,7 @@ def name_axes(axes: Axes, x: tuple[str, str] | None = None, y: tuple[str, str] |
 
 
 def _tick(value: float, _: float, *, step: float) -> str:
-    shown = float(
-        f"{value / step:.9g}"
-    )  # ticks are sums: none has more digits, and one that is all rounding is 0
+    shown = float(f"{value / step:.9g}")  # ticks are sums: none has more digits, and one that is all rounding is 0
     return number(shown if abs(shown) > 1e-12 else 0.0, 6)
 
 
@@ -116,6 +114,12 @@ def intervals(
         axes.errorbar(at, values, yerr=ends, **look)
 
 
+def named(axes: Axes) -> tuple[list[str], list[Any]]:
+    """The names of what a panel shows, each once, and what the last of that name looks like."""
+    looks = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
+    return list(looks), list(looks.values())
+
+
 class Sheet:
     """The panels of one figure."""
 
@@ -141,12 +145,9 @@ class Sheet:
 
     def legend(self, axes: Axes, **look: Any) -> None:
         """The names of what a panel shows, in rows above it."""
-        handles, labels = axes.get_legend_handles_labels()
+        labels, handles = named(axes)
         if not labels:
             return
-        handles, labels = zip(
-            *{label: (one, label) for one, label in zip(handles, labels, strict=True)}.values(), strict=True
-        )  # each name once
         figure = axes.get_figure(root=True)
         assert figure is not None
         column = LETTER * max(map(len, labels)) + HANDLE

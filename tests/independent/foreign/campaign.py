@@ -159,8 +159,7 @@ def write_campaign(
                 kept[record.name] = moved
             number += 1
             begun = replace(world, gain=world.gain * (1.0 + world.warming * number / 46.0))
-            if world.trigger:
-                begun = replace(begun, behind=world.behind + world.trigger * random.standard_normal())
+            begun = replace(begun, behind=world.behind + _aside(world.trigger, random))
             seen = _recorded(record, moved, begun, rate / record.share, decibels, random)
             savemat(folder / file, _swapped(seen) if world.swapped and file == SWAPPED else seen)
             files.append(file)

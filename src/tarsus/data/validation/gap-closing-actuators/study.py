@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from dataclasses import dataclass
 from pathlib import Path
 
+from tarsus.files.rows import parse_rows
 from tarsus.measure import departure, flight, touchdown, volts_at
 from tarsus.validation import RowCase
 
@@ -36,9 +36,8 @@ CHIP = "fawn"  # of rows that name no layout
 
 def drawn(chip: str) -> dict[str, float]:
     """Drawn dimensions of a chip [m]."""
-    lines = (Path(__file__).parent / "layouts.csv").read_text(encoding="utf-8").splitlines()
-    table = csv.DictReader(line for line in lines if not line.startswith("#"))
-    return {row["name"]: float(row[chip]) for row in table if row[chip]}
+    table = parse_rows((Path(__file__).parent / "layouts.csv").read_text(encoding="utf-8"), "layouts.csv")
+    return {row["name"]: float(row[chip]) for row in table.rows if row[chip]}
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,11 @@
 """A part on a pad whose motion a camera saw: the squeeze that makes its way, by a fit, and what the fit says of it."""
 
-import csv
 from pathlib import Path
 
 import numpy as np
 
 import tarsus as ts
+from tarsus.files.rows import parse_rows
 from tarsus.fit.verdict import Verdict
 from tarsus.validation import RowCase
 
@@ -17,8 +17,7 @@ LEAST, MOST = 1.5, 40.0  # weights of the part: less cannot hold it, more was no
 
 def paths(trial):
     """Heights of pad and part from the first picture on [m], each (65,)."""
-    lines = (Path(__file__).parent / "paths.csv").read_text(encoding="utf-8").splitlines()
-    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    rows = parse_rows((Path(__file__).parent / "paths.csv").read_text(encoding="utf-8"), "paths.csv").rows
     return tuple(np.array([1e-6 * float(row[f"{name}_{trial:.0f}"]) for row in rows]) for name in ("pad", "part"))
 
 
@@ -41,10 +40,11 @@ def case(row, device):
     missed = range_.verdict is Verdict.DETERMINED and not low <= row["squeeze_weights"] <= high
 
     def read(run):
+        error = off(run)
         return {
             "squeeze_weights": -found.values[SQUEEZE] / weight,
-            "way_um": float(part[-1] + off(run)[-1]),
-            "path": float(np.mean(np.abs(off(run)))),
+            "way_um": float(part[-1] + error[-1]),
+            "path": float(np.mean(np.abs(error))),
             "wrongly_sure": float(missed),
         }
 
