@@ -158,7 +158,7 @@ KINDS = {
     "calibrate": Kind("calibrate.html", verb("calibrate", "{ball}", ball=_ball)),
     "identify": Kind("identify.html", _identification),
     "track": Kind("track_page.py", _series),
-    "modes": Kind("modes.html", verb("modes", "{p1}", "{p2}", "{p3}", "--band", "110Hz:990Hz", **_RESPONSES)),
+    "modes": Kind("modes_page.py", verb("modes", "{p1}", "{p2}", "{p3}", "--band", "110Hz:990Hz", **_RESPONSES)),
     "landing": Kind("landing_page.py", verb(
         "design", "landing", "cantilever", "--foot", "tip", "--request", "levels=free=-8V:8V", *_BOX,
         "--set", "robot.drives.pzt.capacitance=664 pF", "--request", "effort=0.03", "--request", "learn=10")),
@@ -169,11 +169,11 @@ KINDS = {
         "branch", SCENES / "impact_oscillator.toml", "--along", "signals.shaker.amplitude=1 V:0.2 V")),
     "attractors": Kind("attractors_page.py", verb(
         "attractors", "millipede", "--starts", "6", "--over", "height=0:5um", "--no-edges")),
-    "atlas": Kind("atlas.html", verb(
+    "atlas": Kind("atlas_page.py", verb(
         "atlas", "cantilever", "--x", "robot.feet.tip.gap=80um:90um", "--y", "signals.pzt.amplitude=4V:6.5V",
         "--depth", "5")),
-    "validate": Kind("validation.html", verb("validate", "{drops}", drops=drop_folder)),
-    "validations": Kind("validation_index.html", _validations),
+    "validate": Kind("validation_page.py", verb("validate", "{drops}", drops=drop_folder)),
+    "validations": Kind("validation_page.py", _validations),
     "reproduce-cantilever": Kind("tarsus_reproduce:reproduction.py", verb("reproduce", "cantilever")),
     "reproduce-hexapod": Kind("tarsus_reproduce:reproduction.py", verb("reproduce", "hexapod", "--seeds", "2")),
     "reproduce-millipede": Kind("tarsus_reproduce:reproduction.py", _trends),

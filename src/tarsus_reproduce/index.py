@@ -7,7 +7,7 @@ from typing import Any
 
 from tarsus.files.library import load_scene
 from tarsus.model.scene import Source
-from tarsus.report.pages import Markup, Section, sections_page
+from tarsus.report.pages import Markup, Section, bullets, sections_page
 from tarsus.tables import Table
 from tarsus_reproduce.forecast import CALIBRATED, PREDICTED
 from tarsus_reproduce.reproduction import NOTABLE
@@ -27,7 +27,7 @@ def index_html(results: Mapping[str, Result]) -> str:
         (link.format(one.name, one.title), _calibrated(one, result), _predicted(one, result))
         for one, result in chosen
     ]
-    missed = [Section(one.title, _listed([*one.unmatched, *_missed(one, result)])) for one, result in chosen]
+    missed = [Section(one.title, bullets([*one.unmatched, *_missed(one, result)])) for one, result in chosen]
     about = (
         "“Foot Impact and Dynamic Analyses of Piezoelectrically-Actuated Walking Micro-Robots”, chapters 2 to 4, "
         "computed anew with Tarsus."
@@ -55,11 +55,6 @@ however it began. The share of periods or windows with one stands beside the cou
 <li>A trend <b>agrees</b>, <b>contradicts</b>, is <b>insensitive</b> (nothing changes, which tells of the device) or
 <b>not determined</b> (the replicates differ).</li>
 </ul>""")
-
-
-def _listed(sentences: list[str]) -> Markup:
-    items = Markup("").join(Markup("<li>{}</li>").format(one) for one in sentences)
-    return Markup("<ul>{}</ul>").format(items)
 
 
 def _calibrated(one: Experiment, result: Result) -> str:

@@ -14,8 +14,8 @@ from tarsus.atlas.overlays import Overlay
 from tarsus.atlas.result import Atlas
 from tarsus.orbits.returns import drive_period
 from tarsus.report.packing import packed, script_text
-from tarsus.report.pages import page, rendered, write_page
-from tarsus.tables.numbers import spaced
+from tarsus.report.pages import Fold, Section, rendered, sections_page, terms, write_page
+from tarsus.tables.numbers import amount, spaced
 
 MOST_BYTES = 2_600_000
 """Of the numbers of all runs before they are written as text, which takes a third more: a page stays below 4 MB."""
@@ -23,12 +23,22 @@ MOST_BYTES = 2_600_000
 
 def atlas_html(found: Atlas) -> str:
     """The page as text."""
-    whole = found.table()
-    body = rendered(
-        "atlas.html", found=found, table=whole.bare(), notes=whole.notes, measures=whole.parts[0].bare(),
-        meanings=meanings(found.classes), data=script_text(page_data(found)),
-    )  # fmt: skip
-    return page(f"{found.scene.name} – atlas", body)
+    table, (measures,) = found.table(), found.table().parts
+    notes = [f"{note}." for note in table.notes]
+    what = Fold("What the classes are", terms(meanings(found.classes)))
+    sections = [Section("Classes", table.bare(), *notes, what), Section("Measures", measures.bare())]
+    about = [_ranges(found), rendered("atlas.html", found=found, data=script_text(page_data(found)))]
+    scene = found.scene.name
+    return sections_page(f"Atlas: {scene}", about, sections, head=f"{scene} – atlas")
+
+
+def _ranges(found: Atlas) -> str:
+    """What the map is over."""
+    ends = [
+        f"{one.path} from {amount(one.low, one.unit)} to {amount(one.high, one.unit)}"
+        for one in (found.x, found.y)
+    ]
+    return f"{', '.join(ends)}."
 
 
 def write_atlas(found: Atlas, folder: Path) -> list[Path]:

@@ -1,14 +1,14 @@
 """Pages: a list of sections, each with its heading, texts, tables and figures; one template renders any.
 
 To write a page of your own, call ``sections_page(title, about, sections)``. A part of a section is a text, which is a
-paragraph; a `tarsus.tables.Table`; a `Plate`, which is numbered; a `Section` below the section; a list of parts, which
-stand beside each other; `Markup`, as it is; or None, which is nothing.
+paragraph; a `tarsus.tables.Table`; a `Plate`, which is numbered; a `Section` below the section; a `Fold`, which is
+opened by a click; a list of parts, which stand beside each other; `Markup`, as it is; or None, which is nothing.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.resources import files
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from jinja2 import Environment
 
 __all__ = [
-    "Markup", "Plate", "Section", "asset", "page", "rendered", "said", "sections_page",
-    "sentence_case", "whole", "write_page",
+    "Fold", "Markup", "Plate", "Section", "asset", "bullets", "marked", "page", "rendered", "said", "sections_page",
+    "sentence_case", "terms", "whole", "write_page",
 ]  # fmt: skip
 
 UPLOT = "vendor/uplot-1.6.32"
@@ -56,6 +56,10 @@ class Section:
         self.heading, self.parts = heading, parts
 
 
+class Fold(Section):
+    """A part that shows its heading alone until it is opened."""
+
+
 def sentence_case(words: str) -> str:
     """Words as a sentence."""
     return f"{words[:1].upper()}{words[1:].removesuffix('.')}."
@@ -64,6 +68,22 @@ def sentence_case(words: str) -> str:
 def said(sentence: str, *, failed: bool = False) -> Markup:
     """A sentence that a reader must not miss."""
     return Markup('<p class="verdict{}">{}</p>').format(" failed" if failed else "", sentence_case(sentence))
+
+
+def marked(words: str, *values: Any) -> Markup:
+    """A paragraph with marks of HTML in its words; values in the place of its braces are escaped unless marked."""
+    return Markup(f"<p>{words}</p>").format(*values)
+
+
+def bullets(items: Iterable[Any]) -> Markup:
+    """A list, an item each."""
+    return Markup("<ul>{}</ul>").format(Markup("").join(Markup("<li>{}</li>").format(one) for one in items))
+
+
+def terms(meanings: Mapping[str, str]) -> Markup:
+    """Words, each with what it means."""
+    pairs = (Markup("<dt>{}</dt><dd>{}</dd>").format(*one) for one in meanings.items())
+    return Markup("<dl>{}</dl>").format(Markup("").join(pairs))
 
 
 def whole(table: Any) -> Markup:
@@ -146,6 +166,7 @@ def _environment() -> Environment:
     environment.tests.update(
         plate=lambda one: isinstance(one, Plate) or callable(one),
         section=lambda one: isinstance(one, Section),
+        fold=lambda one: isinstance(one, Fold),
         several=lambda one: isinstance(one, list),
         paragraph=lambda one: isinstance(one, str) and bool(one) and not isinstance(one, Markup),
     )
