@@ -77,6 +77,7 @@ HERE: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
     "gaits.md": (nothing, ("gaits/gait.h", "adaptive/adapt.json")),
     "gallery.md": (nothing, ("out/report.html", "hexapod/reproduction.html")),
     "identify.md": (nothing, ("result/identified.toml",)),
+    "identify-walking.md": (nothing, ("found/identified.toml", "found/draws.npz")),
     "install.md": (nothing, ("mine/report.html", "result/identified.toml", "own/campaign.toml")),
     "landing.md": (request, ("landing/landing.h",)),
     "scale.md": (sweep_study, ("out/sweep.nc", "shared/array/1.sh", "another/sweep.nc")),
@@ -85,7 +86,7 @@ HERE: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
     "tutorial-landing.md": (nothing, ("soft/landing.h",)),
     "tutorial-two-robots.md": (nothing, ("gaits/attractors.json", "gaits/attractor-3.html")),
     "validation.md": (nothing, ("drop/report.html", "pages/index.html")),
-    "walking.md": (nothing, ("found/identified.toml", "found/draws.npz")),
+    "walking.md": (nothing, ("walker.toml", "walk/report.html")),
     "yield.md": (nothing, ("out/yield.json",)),
 }
 """What a page's lines need, and files that must be there afterwards."""
