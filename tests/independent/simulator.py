@@ -1,7 +1,7 @@
 """From event to event: a Runge-Kutta method of order 8 between them, each event by root finding on the motion itself.
 
 A foot is in the air, stuck, or held and slipping along the ground. While feet are held, their constraints make reaction
-forces; everything else is M x'' + C x' + K x = forces. Rules at the ground: docs/conventions.md, docs/engine.md.
+forces; everything else is M x'' + C x' + K x = forces. Rules at the ground: docs/contact.md, docs/engine.md.
 """
 
 from __future__ import annotations

@@ -352,7 +352,7 @@ def electrical_energy(run: Run) -> float:
     where a law has a memory.
 
     What capacitances store and gains that go with the volts hold of the motion, and the work of the drives, which is
-    all of the ledger's but that of the weight (docs/conventions.md, Charge and current).
+    all of the ledger's but that of the weight (docs/drive.md, Charge and current).
     """
     drives = run.scene.robot.drives
     if any(drive.law.has_memory for drive in drives.values()):

@@ -128,7 +128,7 @@ class Walker(Structure):
     for each leg x and height of what touches the ground [m], and then for each leg its y.  A hip at (X, Y, Z) from the
     centre of mass has the height ``heave + Y roll - X pitch``, the place along the way ``surge + Z pitch - Y yaw`` and
     across it ``sway + X yaw - Z roll``, and what modes add; springs and dampers act between hip and foot.  Feet are
-    coupled through the body only.  A body that yaws carries its directions with it: x is its heading (docs/bodies.md).
+    coupled through the body only.  A body that yaws carries its directions with it: x is its heading (docs/turning.md).
 
     Points, along +z unless the name ends in ``_x`` (then along +x): ``body`` and ``body_x``, payloads, and for a leg
     ``L`` what touches the ground ``L`` and ``L_x``, its hip ``L_hip`` and ``L_hip_x``, and the foot above a compliant
