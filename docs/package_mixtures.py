@@ -69,8 +69,7 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
             fitted = {path: float(f"{driven[path]:.9g}") for path in run.driven}
             sets = {name: float(f"{value:.9g}") for name, value in values.items()}
             members.append({"weight": float(f"{weight * part:.6g}"), "unknowns": sets, "values": fitted})
-        chosen = (study.choices[choice].options[option] for choice, option in one.hypothesis.options.items())
-        fixed = {path: value for option in chosen for path, value in option.set.items()}
+        fixed = whole.lowered.settings()[one.hypothesis.run]
         branches.append(
             {"name": one.hypothesis.name, "weight": float(f"{weight:.6g}"), "set": fixed, "members": members}
         )
@@ -78,7 +77,7 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
         "study": study.name,
         "seed": study.search.seed,
         "table_sha256": _digest(Path(folder) / "table.csv"),
-        "study_sha256": _digest(Path(folder) / "study.toml"),
+        "study_sha256": _digest(Path(folder) / "study.py"),
         "discrepancy": _discrepancy(whole),
         "errors": _rounded(
             json.loads((Path(folder) / CALIBRATION_FILE).read_text(encoding="utf-8"))["summary"]
@@ -140,7 +139,7 @@ def column_names(study: Study, options: Mapping[str, str]) -> dict[str, str]:
     """Columns that options read as another measure than the study's own, with that measure."""
     read = {}
     for choice, option in options.items():
-        for column, measure in study.choices[choice].options[option].measures.items():
+        for column, measure in study.choices[choice].measures(option).items():
             if measure != study.measures[column].measure:
                 read[column] = measure
     return read
@@ -174,15 +173,14 @@ def fitted_device(device: str, folder: str | Path) -> Scene:
         each = [one for one in run.driven if one == path or one.rpartition(".")[0] == path]
         ends = tuple(_interval([member[one] for member in members], best.weights) for one in each)
         note = re.sub(
-            r"weight [0-9.]+", f"weight {_weight(whole, best.hypothesis.options, path):.2f}", origin.note
+            r"weight [0-9.]+", f"weight {_weight(whole, best.hypothesis.run, path):.2f}", origin.note
         )
         told = origin.interval is not None and ends
         origins[path] = origin.model_copy(
             update={"interval": ends if told else origin.interval, "note": note}
         )
-    chosen = [study.choices[choice].options[option].set for choice, option in best.hypothesis.options.items()]
+    fixed = whole.lowered.settings()[best.hypothesis.run]
     values = {path: float(f"{members[0][path]:.6g}") for path in run.driven}
-    fixed = {path: value for one in chosen for path, value in one.items()}
     return with_values(with_values(scene, fixed), {**values, "provenance": origins})
 
 
@@ -210,17 +208,11 @@ def _interval(values: list[float], weights: NDArray[np.float64]) -> tuple[float,
     return float(f"{low:.6g}"), float(f"{high:.6g}")
 
 
-def _weight(whole: WeightedEnsemble, options: Mapping[str, str], path: str) -> float:
-    """Weight of the options that set a path, over all branches."""
-    study = whole.lowered.study
-    own = {c: o for c, o in options.items() if path in study.choices[c].options[o].set}
-    return float(
-        sum(
-            weight
-            for weight, one in zip(whole.weights, whole.ensembles, strict=True)
-            if all(one.hypothesis.options[c] == o for c, o in own.items())
-        )
-    )
+def _weight(whole: WeightedEnsemble, run: int, path: str) -> float:
+    """Weight of the branches that set a path as a variant of the runs does."""
+    settings = whole.lowered.settings()
+    own = [settings[one.hypothesis.run].get(path) == settings[run].get(path) for one in whole.ensembles]
+    return float(whole.weights[own].sum())
 
 
 def package(

@@ -21,6 +21,7 @@ from tarsus.fit.ranges import weighted_quantile
 from tarsus.measure import window_statistics
 from tarsus_reproduce.cantilever import reproduce_cantilever
 from tarsus_reproduce.forecast import members_of
+from tarsus_reproduce.loops import loop_table
 from tarsus_reproduce.robots import printed_rows, row_scene
 
 PACKAGE = load_file(Path(__file__).parents[2] / "docs" / "package_mixtures.py")
@@ -40,7 +41,7 @@ RISING, FALLING = (0.0016, -0.0255, -0.7057, 1.4796), (0.0076, -0.6062, -0.6350)
 )
 def test_packaged_studies_are_whole_and_their_devices_lie_within_their_bounds(name, trained, options):
     described = load_study(name)
-    lowered = lower_study(described.study, described.table, threads=1)
+    lowered = lower_study(described, threads=1)
     assert len(lowered.trained) == trained
     assert {key: set(one.options) for key, one in described.study.choices.items()} == options
     device = ts.load_scene(name)
@@ -75,14 +76,14 @@ def test_the_loop_of_the_cantilevers_is_the_closed_operator_nearest_to_the_print
     wide, volts, rising = columns(law, 8.0)
     narrow = columns(law, 6.0)[0]
     target = np.where(rising, np.polyval(RISING, volts), np.polyval(FALLING, volts))
-    table = load_study("cantilever").study.along["swing"]
+    table = loop_table()
     half_loop = 0.5 * (narrow[len(volts) // 2] - narrow[0])  # half the force swing of a 6 V loop, held hard
     low = np.full(wide.shape[1], -np.inf)
     high = np.concatenate([np.full(4, np.inf), np.zeros(len(law.thresholds))])
-    swing = float(table.at[place])
+    swing = table["swing"][place]
     fitted = lsq_linear(np.vstack([wide, 30.0 * half_loop]), np.append(target, 30.0 * swing), (low, high)).x
     names = ["c0", "c1", "c2", "c3", *(f"w{p}" for p in range(len(law.thresholds)))]
-    assert [table.names[name][place] for name in names] == pytest.approx(fitted.tolist(), abs=2e-6)
+    assert [table[name][place] for name in names] == pytest.approx(fitted.tolist(), abs=2e-6)
 
 
 def test_the_device_of_the_model_s_column_repeats_it_better_than_that_of_the_measured_one():
@@ -128,7 +129,7 @@ def test_a_packaged_mixture_is_that_of_the_packaged_study_and_table(name):
     texts = frozen_texts(load_study(name))
     file = files("tarsus_reproduce").joinpath("data", f"{name}_mixture.json")
     packaged = json.loads(file.read_text(encoding="utf-8"))
-    for text in ("study.toml", "table.csv"):
+    for text in ("study.py", "table.csv"):
         told = packaged[f"{text.split('.')[0]}_sha256"]
         assert told == hashlib.sha256(texts[text].encode()).hexdigest(), text
 
@@ -139,7 +140,7 @@ def test_members_of_a_packaged_mixture_err_today_as_their_file_says(name):
     file = files("tarsus_reproduce").joinpath("data", f"{name}_mixture.json")
     packaged = json.loads(file.read_text(encoding="utf-8"))
     described = load_study(name)
-    problem = lower_study(described.study, described.table, threads=1).problem
+    problem = lower_study(described, threads=1).problem
     cells, unknowns = problem.objective.cells, problem.unknowns
     values, weights = [], []
     for told in packaged["branches"]:

@@ -58,7 +58,7 @@ def examples(folder: Path) -> None:
 def table_study(folder: Path) -> None:
     """A study of a table as small as they come, by the name that the page gives it."""
     file = ball_study(folder, "50,1.5,14\n90,1,30\n120,,\n", generations=0, leave_out=False)
-    Path(file).rename(folder / "my-study.toml")
+    Path(file).rename(folder / "my-study.py")
 
 
 def request(folder: Path) -> None:

@@ -24,14 +24,15 @@ class Endless(BaseException):
     """A file takes longer than `PATIENCE`; no `except Exception` of the file's own catches it."""
 
 
-def execute(file: Path, purpose: str) -> ModuleType:
+def execute(file: Path, purpose: str, source: bytes | None = None) -> ModuleType:
     """The file as a module, from its text: byte code beside it is taken for it by size and second, and a file that was
     edited since may differ in neither.
 
-    purpose: what such a file is there for, "a law file only defines laws". Raises InputError with the line at which
+    purpose: what such a file is there for, "a law file only defines laws"; source: its text, where it was read before,
+    perhaps on another machine. Raises InputError with the line at which
     the file fails, and where it is no Python file.
     """
-    source = file.read_bytes()
+    source = file.read_bytes() if source is None else source
     digest = hashlib.sha256(source).hexdigest()[:12]
     stem = "".join(c if c.isalnum() else "_" for c in file.stem)
     name = f"tarsus_file_{stem}_{digest}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -222,8 +222,8 @@ def calibrate(
     described = study if isinstance(study, Described) else load_study(study, laws)
     if seed is not None:
         search = described.study.search.model_copy(update={"seed": seed})
-        described = Described(described.study.model_copy(update={"search": search}), described.table)
-    lowered = lower_study(described.study, described.table, threads)
+        described = replace(described, study=described.study.model_copy(update={"search": search}))
+    lowered = lower_study(described, threads)
     store = RunStore.open(out, frozen_texts(described), resume=resume, what="calibration")
     solution = solve(lowered.problem, described.study.search, store, progress, threads)
     result = Calibration(

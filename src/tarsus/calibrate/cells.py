@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.spec import with_values
 from tarsus.base.units import parse_quantity
 from tarsus.calibrate.description import MeasureColumn, Study
 from tarsus.calibrate.faults import Faults
@@ -41,9 +40,7 @@ def cells_of(
     observed = np.full((len(trained) + len(others), len(measures)), np.nan)
     absolute = np.zeros(observed.shape)
     for place, number in enumerate((*trained, *others)):
-        period = scene_period(
-            with_values(variant.rows[place].template, variant.values(middle, variant.rows[place])), np.inf
-        )
+        period = scene_period(variant.scene_of(middle, variant.rows[place]), np.inf)
         for k, (name, one) in enumerate(measures):
             unit = unit_of(one.measure)
             absolute[place, k] = absolute_of(study, one, period, f"measures.{name}", faults)

@@ -14,24 +14,6 @@ from tarsus.model.scene import Scene
 Identifier = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
 
 
-class Condition(Description):
-    """A column that says what was done: a number set at paths, or a word that sets whole parts of the scene."""
-
-    unit: str = Field(default="1", description="unit of the column")
-    paths: tuple[str, ...] = Field(default=(), description="floats of the scene that take the number")
-    words: dict[str, dict[str, Any]] = Field(
-        default={}, description="by word: values of the scene by path, such as a whole signal"
-    )
-
-    @model_validator(mode="after")
-    def _one_kind(self) -> Condition:
-        if self.words and self.paths:
-            raise PathErrors(
-                [("", "a column of words sets the values of its words; it has no paths of its own")]
-            )
-        return self
-
-
 class MeasureColumn(Description):
     """A column that says what was seen: a value v is known within sqrt(absolute^2 + (relative v)^2)."""
 
@@ -45,31 +27,18 @@ class MeasureColumn(Description):
     weight: float = Field(default=1.0, ge=0.0, description="factor of its cost")
 
 
-class Along(Description):
-    """Values that move together along a table, by linear interpolation in an unknown."""
-
-    at: tuple[Value, ...] = Field(min_length=2, description="values of the unknown, increasing")
-    paths: dict[str, tuple[Value, ...]] = Field(default={}, description="values at each, by path")
-    names: dict[Identifier, tuple[float, ...]] = Field(
-        default={}, description="SI values at each, by a name for [derived]"
-    )
-
-
-class Option(Description):
-    """One option of a choice: what it sets, and which measure a column then means."""
-
-    set: dict[str, Any] = Field(default={}, description="values of the scene by path")
-    derived: dict[str, str] = Field(default={}, description="expressions by path or name")
-    measures: dict[str, str] = Field(
-        default={}, description="measure of the run by name of a column's measure"
-    )
-
-
 class Choice(Description):
-    """A discrete unknown."""
+    """A discrete unknown: one of some words, which the study's function looks at, or which says what a column means."""
 
-    options: dict[Name, Option] = Field(min_length=1)
+    options: tuple[Name, ...] | dict[Name, dict[str, str]] = Field(
+        min_length=1,
+        description="words; or by word the measures of the run that columns then are, by the column's name",
+    )
     meaning: str = ""
+
+    def measures(self, option: str) -> dict[str, str]:
+        """Measures of the run that columns are under an option."""
+        return dict(self.options[option]) if isinstance(self.options, dict) else {}
 
 
 class Constraint(Description):
@@ -80,8 +49,7 @@ class Constraint(Description):
 
     name: str = Field(min_length=1)
     conditions: tuple[dict[str, Any], ...] = Field(
-        default=(),
-        description="values of the condition columns, one table a run; those absent: the first row's",
+        default=(), description="cells of the condition columns, one table a run; those absent: the first row's"
     )
     rows: Literal["training", "all"] | None = Field(
         default=None, description="hold in the runs of the table's rows, instead of own conditions"
@@ -193,22 +161,17 @@ RENAMED = {"screening": "prescreening", "polish": "local_search", "hopeless": "r
 
 
 class Study(Description):
-    """A calibration: a scene, a table of what was measured, and what of the scene is not known."""
+    """A calibration as data: a scene, what of a table was done and seen, and what of the scene is not known."""
 
     name: str = Field(min_length=1)
     scene: Scene
     train: tuple[int, ...] | None = Field(
         default=None, description="rows that are fitted, from 1; all that hold a measured value when absent"
     )
-    conditions: dict[str, Condition]
+    conditions: tuple[str, ...] = Field(description="columns that say what was done")
     measures: dict[Name, MeasureColumn] = Field(min_length=1)
-    constants: dict[Identifier, Value] = Field(default={}, description="named numbers for expressions")
     unknowns: dict[Identifier, Unknown] = Field(min_length=1)
-    along: dict[Identifier, Along] = Field(default={})
-    derived: dict[str, str] = Field(
-        default={}, description="expressions by path, or by a name for later ones"
-    )
-    choices: dict[Name, Choice] = Field(default={})
+    choices: dict[Identifier, Choice] = Field(default={})
     constraints: tuple[Constraint, ...] = ()
     sampling: TableSampling
     search: Search = Search()

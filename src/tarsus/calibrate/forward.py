@@ -37,40 +37,19 @@ into memory. Workers share the sets of a question evenly."""
 
 
 @dataclass(frozen=True)
-class _Runs:
-    """Rows of sets, ready to run: their places (k, 2) (set, row), template, floats (k,) by path, transient and window
-    [s]."""
+class _Run:
+    """A row of a set, ready to run: its place (set, row), template, floats by path, transient and window [s]."""
 
-    places: Ints
+    place: tuple[int, int]
     template: Scene
-    values: Mapping[str, Floats]
+    values: Mapping[str, float]
     settle: float
     window: float
 
-    def __len__(self) -> int:
-        return len(self.places)
-
-    def at(self, chosen: Ints) -> _Runs:
-        """Some of them."""
-        return replace(
-            self, places=self.places[chosen], values={p: v[chosen] for p, v in self.values.items()}
-        )
-
-    def scene(self, k: int = 0) -> Scene:
-        """The scene of one. Raises InputError where it refuses a value."""
-        return with_values(self.template, {path: float(v[k]) for path, v in self.values.items()})
-
-    @classmethod
-    def joined(cls, parts: Sequence[_Runs]) -> _Runs:
-        """Runs of one template and times together; what some do not set is the template's."""
-        first = parts[0]
-        own = {path: None for one in parts for path in one.values}
-        own = {path: float(get_value(first.template, path)) for path in own}
-        values = {
-            path: np.concatenate([one.values.get(path, np.full(len(one), own[path])) for one in parts])
-            for path in own
-        }
-        return replace(first, places=np.concatenate([one.places for one in parts]), values=values)
+    @property
+    def scene(self) -> Scene:
+        """Its scene. Raises InputError where it refuses a value."""
+        return with_values(self.template, self.values)
 
 
 @dataclass(frozen=True)
@@ -108,17 +87,18 @@ class Forward:
     def _some(self, variant: int, rows: tuple[int, ...], sets: Floats) -> Floats:
         chosen = self.variants[variant]
         out = np.full((len(sets), len(rows), len(self.channels), self.samples), np.inf)
-        unknowns = dict(zip(self.unknowns, np.asarray(sets, dtype=float).T, strict=True))
-        groups: dict[tuple[object, ...], list[_Runs]] = {}
+        groups: dict[tuple[object, ...], list[_Run]] = {}
         for m, number in enumerate(rows):
-            row = chosen.rows[number]
-            for runs in self._runs(m, row, chosen.columns(unknowns, row)):
-                if row.motion:
-                    self._motion(runs, out)
+            for n, one in enumerate(np.asarray(sets, dtype=float).tolist()):
+                run = self._run((n, m), chosen, chosen.rows[number], one)
+                if run is None:
+                    continue
+                if chosen.rows[number].motion:
+                    self._motion(run, out)
                 else:
-                    groups.setdefault((id(row.template), runs.settle, runs.window), []).append(runs)
-        for parts in groups.values():
-            self._group(_Runs.joined(parts), out)
+                    groups.setdefault((id(run.template), run.settle, run.window), []).append(run)
+        for runs in groups.values():
+            self._group(runs, out)
         return out
 
     def slopes(self, variant: int, one: Floats, rows: Sequence[int], span: Floats) -> Floats:
@@ -134,15 +114,15 @@ class Forward:
 
         def of(number: int) -> Floats | None:
             row = chosen.rows[number]
+            run = self._run((0, 0), chosen, row, one.tolist())
+            if run is None or row.motion:
+                return None
 
             def values(x: Floats) -> dict[str, float]:
-                return chosen.values(dict(zip(self.unknowns, x.tolist(), strict=True)), row)
+                nowhere = dict.fromkeys(run.values, np.nan)
+                return chosen.values(dict(zip(self.unknowns, x.tolist(), strict=True)), row) or nowhere
 
-            columns = {path: np.array([value]) for path, value in values(one).items()}
-            runs = self._runs(0, row, columns)
-            if not runs or row.motion:
-                return None
-            found = self._window_slopes(runs[0], values, one, span, names)
+            found = self._window_slopes(run, values, one, span, names)
             if found is None:
                 return None
             out = np.zeros((len(self.channels), self.samples, len(one)))
@@ -157,7 +137,7 @@ class Forward:
 
     def _window_slopes(
         self,
-        runs: _Runs,
+        run: _Run,
         values: Callable[[Floats], dict[str, float]],
         one: Floats,
         span: Floats,
@@ -165,10 +145,10 @@ class Forward:
     ) -> Floats | None:
         """Derivatives (names, samples, nu) of window readings of a row; None where the engine has none, or where the
         windows move."""
-        s, template = self.sampling, runs.template
+        s, template = self.sampling, run.template
         foot = s.foot or next(iter(template.robot.feet))
         index = list(template.robot.feet).index(foot)
-        edges = runs.settle + runs.window * np.arange(s.windows + 1, dtype=float)
+        edges = run.settle + run.window * np.arange(s.windows + 1, dtype=float)
         starts = _starts(template, foot, s) if s.draws > 1 else {}
         parts = []
         for draw in range(s.draws):
@@ -193,37 +173,32 @@ class Forward:
         changes = np.subtract(ahead, behind, out=np.zeros_like(ahead), where=both)
         return np.moveaxis(changes, 0, -1) / (2.0 * DIFFERENCE * span)
 
-    def _runs(self, m: int, row: Row, values: Mapping[str, Floats]) -> list[_Runs]:
-        """Runs of row m with floats (ns,) by path, those of one transient and window together; none of sets that have
-        values which no scene takes."""
-        s, whole = self.sampling, np.isfinite(list(values.values())).all(axis=0)
-        sets = np.flatnonzero(whole) if values else np.arange(0)
-        runs = _Runs(np.stack([sets, np.full(len(sets), m)], axis=1), row.template, values, 0.0, 0.0)
-        runs = replace(runs, values={path: column[sets] for path, column in values.items()})
+    def _run(
+        self, place: tuple[int, int], variant: Variant, row: Row, one: Sequence[float]
+    ) -> _Run | None:
+        """The run of a row with a set (nu,) of SI values; None where there is no such scene."""
+        s, found = self.sampling, variant.run(dict(zip(self.unknowns, one, strict=True)), row)
+        if found is None or not np.isfinite(list(found[1].values())).all():
+            return None
+        run = _Run(place, *found, s.settle or 0.0, s.window or 0.0)
         if s.settle is not None and s.window is not None:
-            return [replace(runs, settle=s.settle, window=s.window)] if len(sets) else []
-        found: dict[float, list[int]] = {}
-        for k in range(len(runs)):
-            try:
-                found.setdefault(scene_period(runs.scene(k), np.inf), []).append(k)
-            except InputError:
-                continue
-        out = []
-        for period, chosen in found.items():
-            settle = s.settle if s.settle is not None else (s.settle_periods or 0.0) * period
-            window = s.window if s.window is not None else (s.window_periods or 0.0) * period
-            if np.isfinite(settle + window):
-                out.append(replace(runs.at(np.array(chosen)), settle=settle, window=window))
-        return out
+            return run
+        try:
+            period = scene_period(run.scene, np.inf)
+        except InputError:
+            return None
+        settle = s.settle if s.settle is not None else (s.settle_periods or 0.0) * period
+        window = s.window if s.window is not None else (s.window_periods or 0.0) * period
+        return replace(run, settle=settle, window=window) if np.isfinite(settle + window) else None
 
-    def _group(self, runs: _Runs, out: Floats) -> None:
+    def _group(self, runs: Sequence[_Run], out: Floats) -> None:
         """Runs of one template and duration, all draws of all rows at once."""
-        s, template = self.sampling, runs.template
+        s, template, first = self.sampling, runs[0].template, runs[0]
         foot = s.foot or next(iter(template.robot.feet))
         index = list(template.robot.feet).index(foot)
-        edges = runs.settle + runs.window * np.arange(s.windows + 1, dtype=float)
+        edges = first.settle + first.window * np.arange(s.windows + 1, dtype=float)
         accuracy = Accuracy(gap=s.accuracy)
-        vary = {path: np.repeat(column, s.draws) for path, column in runs.values.items()}
+        vary = {path: np.repeat([one.values[path] for one in runs], s.draws) for path in first.values}
         if s.draws > 1:
             vary |= {path: np.tile(v, len(runs)) for path, v in _starts(template, foot, s).items()}
         names = [name for name in self.channels if name not in MOTION]
@@ -233,27 +208,26 @@ class Forward:
                 template, vary, float(edges[-1]), threads=1, accuracy=accuracy, shared=self._shared
             )
         except InputError:
-            for k in range(len(runs)) if len(runs) > 1 else ():  # one that a scene refuses spoils no other
-                self._group(runs.at(np.array([k])), out)
+            for one in runs if len(runs) > 1 else ():  # one that a scene refuses spoils no other
+                self._group([one], out)
             return
         found = readings(batch, index, names, edges, s.resolution)
         found[~batch.done] = np.inf
-        for k, (n, m) in enumerate(runs.places.tolist()):
+        for k, run in enumerate(runs):
             draws = found[k * s.draws : (k + 1) * s.draws]
-            out[n, m, at] = draws.transpose(1, 0, 2).reshape(len(names), self.samples)
+            out[*run.place, at] = draws.transpose(1, 0, 2).reshape(len(names), self.samples)
 
-    def _motion(self, runs: _Runs, out: Floats) -> None:
-        """Runs whose motion is read, of which nothing else is."""
-        for k, (n, m) in enumerate(runs.places.tolist()):
-            try:
-                scene = runs.scene(k)
-            except InputError:
-                continue
-            foot = self.sampling.foot or next(iter(scene.robot.feet))
-            accuracy, period = Accuracy(gap=self.sampling.accuracy), scene_period(scene, np.inf)
-            moved = motion_of(scene, foot, runs.settle, runs.window, period, accuracy)
-            for i, name in enumerate(self.channels):
-                out[n, m, i] = moved.get(name, np.nan)
+    def _motion(self, run: _Run, out: Floats) -> None:
+        """A run whose motion is read, of which nothing else is."""
+        try:
+            scene = run.scene
+        except InputError:
+            return
+        foot = self.sampling.foot or next(iter(scene.robot.feet))
+        accuracy, period = Accuracy(gap=self.sampling.accuracy), scene_period(scene, np.inf)
+        moved = motion_of(scene, foot, run.settle, run.window, period, accuracy)
+        for i, name in enumerate(self.channels):
+            out[*run.place, i] = moved.get(name, np.nan)
 
 
 def random_velocities(scene: Scene, foot: str, seed: int, speed: float) -> tuple[float, ...]:

@@ -1,97 +1,213 @@
-"""The scenes of a calibration: which run each row of a variant is, and values of all paths for a set of unknowns."""
+"""The scenes of a calibration: what a study's function changes in a row becomes a template, which many sets share, and
+the floats of one set."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from tarsus.base.arrays import Floats
-from tarsus.base.expressions import Expression
+from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
+from tarsus.base.spec import float_paths, with_values
+from tarsus.base.units import parse_quantity
+from tarsus.files.rowfunction import RowFunction
 from tarsus.model.scene import Scene
 
+Cell = float | str
+Key = tuple[object, ...]
+"""What of a row's changes is no float."""
 
-@dataclass(frozen=True)
-class Setting:
-    """An unknown and the paths that take its value."""
-
-    name: str
-    paths: tuple[str, ...]
+_AMOUNT = re.compile(r"\s*[-+]?[0-9.]+(e[-+]?[0-9]+)?(\s+\S.*)?", re.IGNORECASE)
 
 
-@dataclass(frozen=True)
-class Interpolated:
-    """Values (na,) at values ``at`` (na,) of an unknown, for a path or a name of expressions."""
+class UnknownValues:
+    """What a study's function is given of a set: SI values of unknowns and options of choices, as attributes."""
 
-    unknown: str
-    at: tuple[float, ...]
-    target: str
-    values: tuple[float, ...]
+    def __init__(self, values: Mapping[str, float], options: Mapping[str, str], looked: set[str]) -> None:
+        self.__dict__.update(values)
+        self._options, self._looked = options, looked
 
-    def of(self, x: Floats) -> Floats:
-        """By linear interpolation, held at the ends."""
-        return np.interp(x, self.at, self.values)
+    def __getattr__(self, name: str) -> str:
+        if name not in self._options:
+            known = [*(one for one in self.__dict__ if not one.startswith("_")), *self._options]
+            raise AttributeError(f"there is no unknown '{name}'{nearest(name, known)}")
+        self._looked.add(name)
+        return self._options[name]
 
 
 @dataclass(frozen=True)
 class Row:
-    """One run: the scene without its floats, the floats that hold for every set, and the conditions in SI.
+    """One run: cells of its conditions, and changes that prevail over those of the function (a constraint's own).
 
-    last: floats that prevail over those of the unknowns (a constraint's own); motion: its motion is read as well.
+    motion: its motion is read as well.
     """
 
     name: str
-    template: Scene
-    fixed: Mapping[str, float]
-    conditions: Mapping[str, float]
-    last: Mapping[str, float] = field(default_factory=dict)
+    cells: Mapping[str, Cell]
+    last: Mapping[str, Any] = field(default_factory=dict)
     motion: bool = False
 
 
 @dataclass(frozen=True)
+class Changes:
+    """What differs in a row from the study's scene: numbers by path (texts with a unit not yet read), all else, and
+    both as they were given, amounts apart from what is none."""
+
+    numbers: dict[str, float | str]
+    rest: dict[str, object]
+    wholes: dict[str, Any]
+    parts: dict[str, float | str]
+
+    @classmethod
+    def of(cls, given: Mapping[str, Any], last: Mapping[str, Any] | None = None) -> Changes:
+        """From values by path; what ``last`` gives at a path prevails over what was given there and inside it."""
+        every = dict(given)
+        for path in last or ():
+            every = {one: value for one, value in every.items() if not f"{one}.".startswith(f"{path}.")}
+        every |= last or {}
+        parts = {path: value for path, value in every.items() if _is_amount(value)}
+        wholes = {path: value for path, value in every.items() if path not in parts}
+        leaves = dict(_leaves(wholes)) | parts
+        numbers = {path: value for path, value in leaves.items() if _is_amount(value)}
+        return cls(numbers, {path: one for path, one in leaves.items() if path not in numbers}, wholes, parts)
+
+    def word(self, path: str) -> dict[str, object]:
+        """What at a path and inside it is no number."""
+        return {one: value for one, value in self.rest.items() if f"{one}.".startswith(f"{path}.")}
+
+    def scene(self, scene: Scene) -> Scene:
+        """A scene with them, wholes before their parts. Raises InputError for paths and values that it refuses."""
+        return with_values(with_values(scene, self.wholes) if self.wholes else scene, self.parts)
+
+
+@dataclass(frozen=True)
+class Template:
+    """A scene whose floats differ between sets: units of those that do by path, and the numbers that are none."""
+
+    scene: Scene
+    units: Mapping[str, str]
+    fixed: Mapping[str, float | str]
+
+    @classmethod
+    def of(cls, scene: Scene, changes: Changes, moving: bool) -> Template:
+        """With values of its own for all paths; moving: with initial velocities, which draws set."""
+        made = changes.scene(scene)
+        if moving and made.initial.velocity is None:
+            made = with_values(made, {"initial.velocity": (0.0,) * made.robot.structure.size})
+        known = float_paths(made)
+        units = {path: known[path].unit for path in changes.numbers if path in known}
+        return cls(made, units, {path: value for path, value in changes.numbers.items() if path not in units})
+
+    def serves(self, changes: Changes) -> bool:
+        """Whether changes of the same key differ in floats alone."""
+        return all(changes.numbers[path] == value for path, value in self.fixed.items())
+
+    def floats(self, changes: Changes) -> dict[str, float]:
+        """Floats of a set by path [SI]."""
+        return {path: in_si(changes.numbers[path], unit) for path, unit in self.units.items()}
+
+
+@dataclass(frozen=True)
 class Variant:
-    """Options that need runs of their own, and the rows as they are run with them."""
+    """Options that need runs of their own, the rows that are run with them, and the templates of these.
 
+    paths: those that take an unknown's value as it is, with its name; moving: whether draws set initial velocities.
+    """
+
+    scene: Scene
+    defined: RowFunction
     options: Mapping[str, str]
+    looked: Set[str]
     rows: tuple[Row, ...]
-    constants: Mapping[str, float]
-    settings: tuple[Setting, ...]
-    along: tuple[Interpolated, ...]
-    derived: tuple[tuple[str, Expression], ...]
+    paths: Mapping[str, str]
+    moving: bool = False
+    driven: tuple[str, ...] = ()
+    templates: Mapping[Key, tuple[Template, ...]] = field(default_factory=dict)
 
-    def columns(self, unknowns: Mapping[str, Floats], row: Row) -> dict[str, Floats]:
-        """Floats (ns,) of a row's scene by path, of values (ns,) of the unknowns; NaN where an expression has no
-        value."""
-        out: dict[str, ArrayLike] = dict(row.fixed)
-        names: dict[str, ArrayLike] = {**self.constants, **row.conditions, **unknowns}
-        for setting in self.settings:
-            out.update(dict.fromkeys(setting.paths, unknowns[setting.name]))
-        for one in self.along:
-            (out if "." in one.target else names)[one.target] = one.of(unknowns[one.unknown])
-        for target, expression in self.derived:
-            (out if "." in target else names)[target] = expression.values(names)
-        out.update(row.last)
-        shape = next(iter(unknowns.values())).shape
-        return {path: np.broadcast_to(np.asarray(one, dtype=float), shape) for path, one in out.items()}
+    def changes(self, unknowns: Mapping[str, float], row: Row, looked: set[str] | None = None) -> Changes | None:
+        """Changes of a row for SI values of the unknowns; None where the arithmetic of the function has no value.
+
+        looked: gets the choices whose options the function looks at; without it these are known.
+        Raises InputError where the function fails.
+        """
+        at: set[str] = set()
+        with self.defined.at_row(row.name):
+            try:
+                found = self.defined.function(UnknownValues(unknowns, self.options, at), dict(row.cells))
+            except InputError:
+                raise
+            except (ArithmeticError, ValueError):
+                return None
+            if not isinstance(found, Mapping):
+                raise TypeError(f"expected changes by path, got {type(found).__name__}")
+        if looked is not None:
+            looked |= at
+        elif late := at - self.looked:
+            raise InputError(f"{row.name}: the function looks at '{late.pop()}' for some values alone")
+        if twice := self.paths.keys() & found:
+            raise InputError(f"unknowns.{self.paths[min(twice)]}: the function changes '{min(twice)}' too")
+        return Changes.of({**{path: unknowns[name] for path, name in self.paths.items()}, **found}, row.last)
+
+    def run(self, unknowns: Mapping[str, float], row: Row) -> tuple[Scene, dict[str, float]] | None:
+        """The template of a row for SI values of the unknowns, and its floats by path; None where it has none.
+
+        Templates that the middle of the bounds does not have are made of the set itself.
+        """
+        changes = self.changes(unknowns, row)
+        if changes is None:
+            return None
+        try:
+            known = (one for one in self.templates.get(key_of(changes), ()) if one.serves(changes))
+            found = next(known, None) or Template.of(self.scene, changes, self.moving)
+            return found.scene, found.floats(changes)
+        except InputError:
+            return None
 
     def values(self, unknowns: Mapping[str, float], row: Row) -> dict[str, float]:
-        """The same of one set."""
-        found = self.columns({name: np.array([one]) for name, one in unknowns.items()}, row)
-        return {path: float(one[0]) for path, one in found.items()}
+        """The floats alone; none where the row has none."""
+        found = self.run(unknowns, row)
+        return {} if found is None else found[1]
 
-    @cached_property
-    def driven(self) -> tuple[str, ...]:
-        """Paths that depend on the unknowns or the conditions through settings, tables and expressions."""
-        paths = [path for setting in self.settings for path in setting.paths]
-        paths += [one.target for one in self.along if "." in one.target]
-        paths += [target for target, _ in self.derived if "." in target]
-        return tuple(dict.fromkeys(paths))
+    def scene_of(self, unknowns: Mapping[str, float], row: Row) -> Scene:
+        """The scene of a row for SI values of the unknowns. Raises InputError where there is none."""
+        found = self.run(unknowns, row)
+        if found is None:
+            raise InputError(f"{row.name}: these unknowns give no scene")
+        return with_values(found[0], found[1])
 
 
-def finite(values: Mapping[str, float]) -> bool:
-    """Whether all values are."""
-    return all(map(math.isfinite, values.values()))
+def key_of(changes: Changes) -> Key:
+    """What two sets have alike that may share a template: all but numbers."""
+    return tuple((path, repr(value)) for path, value in changes.rest.items()), tuple(changes.numbers)
+
+
+def in_si(value: float | str, unit: str) -> float:
+    """SI value of a number, or of a text with a unit."""
+    return _read(value, unit) if isinstance(value, str) else float(value)
+
+
+@cache
+def _read(text: str, unit: str) -> float:
+    return parse_quantity(text, unit)
+
+
+def _is_amount(value: object) -> bool:
+    if isinstance(value, str):
+        return _AMOUNT.fullmatch(value) is not None
+    return isinstance(value, int | float | np.number) and not isinstance(value, bool)
+
+
+def _leaves(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Values by path, those of tables and lists too."""
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            yield from _leaves(value, f"{prefix}{key}.")
+        elif isinstance(value, list | tuple | np.ndarray):
+            yield from _leaves({str(n): one for n, one in enumerate(value)}, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import with_values
 from tarsus.calibrate.cells import absolute_of
 from tarsus.calibrate.ensemble import HypothesisEnsemble
 from tarsus.calibrate.faults import Faults
-from tarsus.calibrate.lowering import Lowered, conditions_of, lower_study, run_rows
+from tarsus.calibrate.lowering import Lowered, conditions_of, lower_study, probes, strange, with_rows
 from tarsus.calibrate.prediction import Discrepancy, Prediction, predict_row
+from tarsus.calibrate.scenes import Row
 from tarsus.calibrate.studyfile import STUDY_FILE, load_study
 from tarsus.measure.periods import scene_period
 from tarsus.model.laws import Law
@@ -46,8 +46,8 @@ class WeightedEnsemble:
         Parameters
         ----------
         rows
-            Conditions by column of the study's table: numbers in the column's unit, texts with a unit, or words; an
-            absent column takes the value of the first fitted row.
+            Cells of the conditions by column of the study's table, as they stand there; an absent column takes that of
+            the first fitted row.
         threads
             Worker threads; by default one for each processor that this process may use.
 
@@ -61,34 +61,28 @@ class WeightedEnsemble:
         InputError
             With every unknown column and refused value.
         """
-        lowered, study = self.lowered, self.lowered.study
-        faults = Faults()
+        lowered, study, faults = self.lowered, self.lowered.study, Faults()
         first = lowered.table.rows[lowered.trained[0]]
-        merged = []
+        asked = []
         for n, row in enumerate(rows, start=1):
-            strange = [column for column in row if column not in study.conditions]
-            faults.add(*(f"row {n}: there is no condition '{column}'" for column in strange))
-            merged.append(conditions_of(study, {**first, **row}, f"row {n}", faults))
+            faults.add(*strange(study, row, f"row {n}"))
+            asked.append(
+                Row(f"row {n}", conditions_of(study, lowered.table, {**first, **row}, f"row {n}", faults))
+            )
         faults.stop()
-        names = [f"row {n + 1}" for n in range(len(rows))]
-        variants = []
-        for one in lowered.forward.variants:
-            options = [study.choices[name].options[key] for name, key in one.options.items()]
-            variants.append(replace(one, rows=tuple(run_rows(study, options, merged, names, faults))))
-        faults.stop()
-        forward = replace(lowered.forward, variants=tuple(variants), threads=threads)
         unknowns, places = lowered.problem.unknowns, tuple(range(len(rows)))
+        middle = probes(unknowns)[0]
+        variants = tuple(with_rows(one, asked, middle, faults) for one in lowered.forward.variants)
+        faults.stop()
+        forward = replace(lowered.forward, variants=variants, threads=threads)
         readings = [
             forward(one.hypothesis.run, unknowns.values(one.points), places) for one in self.ensembles
         ]
         out = []
         for n in places:
             best = self.ensembles[int(np.argmax(self.weights))]
-            row = variants[best.hypothesis.run].rows[n]
-            values = unknowns.by_name(best.points[0])
-            period = scene_period(
-                with_values(row.template, variants[best.hypothesis.run].values(values, row)), np.inf
-            )
+            scene = variants[best.hypothesis.run].scene_of(unknowns.by_name(best.points[0]), asked[n])
+            period = scene_period(scene, np.inf)
             absolute = np.array(
                 [absolute_of(study, one, period, "", faults) for one in study.measures.values()]
             )
@@ -104,8 +98,7 @@ class WeightedEnsemble:
         one = self.ensembles[kept]
         run = self.lowered.forward.variants[one.hypothesis.run]
         unknowns = self.lowered.problem.unknowns
-        values = unknowns.by_name(one.points[member])
-        return with_values(run.rows[0].template, run.values(values, run.rows[0]))
+        return run.scene_of(unknowns.by_name(one.points[member]), run.rows[0])
 
 
 def ensemble_table(whole: WeightedEnsemble) -> dict[str, Any]:
@@ -170,8 +163,7 @@ def load_ensemble(
         raise InputError(f"'{place}' holds no finished calibration: {error}") from None
     if not same:
         raise InputError(f"'{place}' holds an ensemble of another format; calibrate again")
-    described = load_study(place / STUDY_FILE, laws)
-    lowered = lower_study(described.study, described.table, threads)
+    lowered = lower_study(load_study(place / STUDY_FILE, laws), threads)
     ensembles = []
     for one in table["branches"]:
         hypothesis = next(b for b in lowered.problem.hypotheses if b.options == one["options"])

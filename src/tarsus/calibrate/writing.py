@@ -10,7 +10,7 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
 from tarsus.calibrate.results import device_file
-from tarsus.calibrate.studyfile import TABLE_FILE
+from tarsus.calibrate.studyfile import ASKED_FILE, STUDY_FILE, TABLE_FILE
 from tarsus.calibrate.weighted_ensemble import ENSEMBLE_FILE, WeightedEnsemble, ensemble_table
 from tarsus.files.jsontext import json_text
 from tarsus.files.runstore import SWEEP_FILES
@@ -24,7 +24,9 @@ if TYPE_CHECKING:
     from tarsus.calibrate.calibrating import Calibration
 
 CALIBRATION_FILE = "calibration.json"
-CALIBRATION_FILES = (*SWEEP_FILES, TABLE_FILE, CALIBRATION_FILE, ENSEMBLE_FILE, "branch-*.toml", REPORT_FILE)
+CALIBRATION_FILES = (
+    *SWEEP_FILES, STUDY_FILE, ASKED_FILE, TABLE_FILE, CALIBRATION_FILE, ENSEMBLE_FILE, "branch-*.toml", REPORT_FILE,
+)  # fmt: skip
 """Everything that a calibration's folder may hold of it, as glob patterns."""
 
 
@@ -57,12 +59,9 @@ def hypothesis_scene(result: Calibration, place: int) -> Scene:
         ends = [weighted_quantile(np.array(values), ensemble.weights, at) for at in (0.025, 0.975)]
         low, high = min(ends[0], values[0]), max(ends[1], values[0])
         origins[path] = Provenance(source=Source.CALIBRATED, note=note, interval=((low, high),))
-    for choice, option in ensemble.hypothesis.options.items():
-        for path in study.choices[choice].options[option].set:
-            covered = {one: origin for one, origin in origins.items() if not one.startswith(f"{path}.")}
-            origins = covered | {
-                path: Provenance(source=Source.CALIBRATED, note=f"{note} A discrete unknown.")
-            }
+    for path in lowered.settings()[ensemble.hypothesis.run]:
+        covered = {one: origin for one, origin in origins.items() if not one.startswith(f"{path}.")}
+        origins = covered | {path: Provenance(source=Source.CALIBRATED, note=f"{note} A discrete unknown.")}
     return with_values(scene, {"provenance": origins})
 
 

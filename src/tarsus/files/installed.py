@@ -1,7 +1,7 @@
 """Devices and studies by name: the library's own files, and what installed packages add to Tarsus by entry points.
 
-An entry point of a group is the path of one TOML file, called as the entry point, or of a folder of them, each called
-as its file.
+An entry point of a group is the path of one file, called as the entry point, or of a folder of them, each called as its
+file. Devices and sweeps are TOML; the study of a table is a Python file.
 """
 
 from __future__ import annotations
@@ -18,6 +18,9 @@ from tarsus.files.tables import FileKind, kind_of_table, read_table
 
 DEVICES, STUDIES = "tarsus.devices", "tarsus.studies"
 """Entry point groups of files."""
+
+PYTHON = ".py"
+"""Ending of the study of a table."""
 
 _DATA = Path(__file__).parents[1] / "data"
 _OWN = {DEVICES: _DATA / "devices", STUDIES: _DATA / "studies"}
@@ -73,14 +76,15 @@ def study_path(name: str | os.PathLike[str], kind: FileKind) -> Path:
         if (_kind(one) is FileKind.CALIBRATION) is (kind is FileKind.CALIBRATION)
     ]
     device = ", which is a device" * (text in _files(DEVICES))
+    ending = PYTHON if kind is FileKind.CALIBRATION else ".toml"
     raise InputError(
-        f"no {kind.word} is called '{text}'{device}{nearest(text, known)} (a file of your own ends in .toml)"
+        f"no {kind.word} is called '{text}'{device}{nearest(text, known)} (a file of your own ends in {ending})"
     )
 
 
 def is_path(text: str) -> bool:
     """Whether a word is the path of a file, and no name; a folder is neither."""
-    return text.endswith(".toml") or (os.sep in text and not os.path.isdir(text))
+    return text.endswith((".toml", PYTHON)) or (os.sep in text and not os.path.isdir(text))
 
 
 def kind_of(name: str) -> FileKind:
@@ -104,21 +108,27 @@ def kind_of(name: str) -> FileKind:
 
 
 def _kind(name: str) -> FileKind | None:
-    return kind_of_table(read_table(_named(STUDIES, name)))
+    file = _named(STUDIES, name)
+    return FileKind.CALIBRATION if file.suffix == PYTHON else kind_of_table(read_table(file))
 
 
 @lru_cache(maxsize=8)
 def _files(group: str) -> dict[str, Path | InputError]:
     """Files of a group by name; what cannot be loaded is there with the reason."""
-    found: dict[str, Path | InputError] = {file.stem: file for file in sorted(_OWN[group].glob("*.toml"))}
+    found: dict[str, Path | InputError] = _inside(_OWN[group])
     for entry in sorted(entry_points(group=group), key=lambda entry: entry.name):
         loaded = _loaded(entry)
         if isinstance(loaded, Path) and loaded.is_dir():
             # the first package that has a name keeps it
-            found = {**{file.stem: file for file in sorted(loaded.glob("*.toml"))}, **found}
+            found = {**_inside(loaded), **found}
         else:
             found.setdefault(entry.name, loaded)
     return dict(sorted(found.items()))
+
+
+def _inside(folder: Path) -> dict[str, Path | InputError]:
+    """Files of a folder by name."""
+    return {file.stem: file for file in sorted(folder.iterdir()) if file.suffix in (".toml", PYTHON)}
 
 
 def _loaded(entry: EntryPoint) -> Path | InputError:

@@ -33,7 +33,7 @@ MARKS = {
 }
 """The file of a folder that shows what it holds; the first one that is there counts: many keep their runs by a plan."""
 
-DESCRIPTIONS = ("scene.toml", "identified.toml", "study.toml")
+DESCRIPTIONS = ("scene.toml", "identified.toml", "study.toml", "study.py")
 """Files of such folders that a verb takes where a device or a study is wanted."""
 
 
@@ -48,6 +48,8 @@ def kind_of_path(path: Path) -> FileKind | None:
         return kind_of_table(read_table(path)) or FileKind.SCENE
     if not path.exists():
         return None
+    if path.suffix == ".py":
+        return FileKind.CALIBRATION
     if path.suffix == ".npz":
         return FileKind.DRAWS
     if path.suffix == ".nc" and is_ours(path):

@@ -74,6 +74,8 @@ class FileKind(Enum):
 
 def read_table(path: str | os.PathLike[str]) -> dict[str, Any]:
     """The raw table of a TOML file; `InputError` where it cannot be read."""
+    if Path(path).suffix == ".py" and Path(path).is_file():
+        raise InputError(f"{path}: it is {FileKind.CALIBRATION.sentence}; expected a TOML file")
     return table_of(read_text(path), str(path))
 
 

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tarsus.base.errors import InputError
-from tarsus.base.pythonfile import execute, line_of, said
 from tarsus.base.spec import with_values
+from tarsus.files.rowfunction import RowFunction
 from tarsus.model.scene import Scene
 
 if TYPE_CHECKING:
     from tarsus.validation.selection import Row
 
-PURPOSE = "a study file only defines functions"
 FUNCTION = "case"
 
 
@@ -41,29 +40,23 @@ class RowCase:
 
 @dataclass(frozen=True)
 class RowStudy:
-    """The function of a study file."""
+    """The function of a study file, which makes the case of a row."""
 
-    file: Path
-    function: Callable[[Row, Scene], object]
+    defined: RowFunction
 
     def case(self, row: Row, device: Scene, line: int) -> RowCase:
         """The case of a row, which stands on a line of the table. Raises InputError where the function fails."""
         with self.at_row(line):
-            found = self.function(row, device)
+            found = self.defined.function(row, device)
         if not isinstance(found, RowCase):
-            raise InputError(f"{self.file}: '{FUNCTION}' must give a RowCase, got {type(found).__name__}")
+            raise InputError(
+                f"{self.defined.file}: '{FUNCTION}' must give a RowCase, got {type(found).__name__}"
+            )
         return found
 
-    @contextmanager
-    def at_row(self, line: int) -> Iterator[None]:
+    def at_row(self, line: int) -> AbstractContextManager[None]:
         """What goes wrong in a function of the file is said with the row's line of the table, and its own."""
-        where = f"measured.csv, line {line}"
-        try:
-            yield
-        except InputError as error:
-            raise InputError(f"{where}: {problem}" for problem in error.problems) from None
-        except Exception as error:
-            raise InputError(f"{where}: {self.file}{line_of(error, self.file)}: {said(error)}") from error
+        return self.defined.at_row(f"measured.csv, line {line}")
 
 
 def read_study(file: Path) -> RowStudy:
@@ -71,9 +64,4 @@ def read_study(file: Path) -> RowStudy:
 
     Raises InputError where it cannot be executed, or defines no function ``case(row, device)``.
     """
-    if not file.is_file():
-        raise InputError(f"{file}: no such file; it defines {FUNCTION}(row, device), which gives a RowCase")
-    function = getattr(execute(file, PURPOSE), FUNCTION, None)
-    if not callable(function):
-        raise InputError(f"{file}: defines no function {FUNCTION}(row, device)")
-    return RowStudy(file, function)
+    return RowStudy(RowFunction.read(file, FUNCTION, "row, device"))

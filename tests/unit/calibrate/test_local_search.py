@@ -21,16 +21,14 @@ TRUTH = (0.8, 0.6)
 def lowered(folder, text=BALL):
     """A study of the ball whose rows were read from the true numbers."""
     rows = "".join(f"{drop},1,1\n" for drop in (50, 80, 120))
-    described = load_study(ball_study(folder, rows, text))
-    first = lower_study(described.study, described.table)
+    first = lower_study(load_study(ball_study(folder, rows, text)))
     found = first.forward(0, np.array([TRUTH]), range(3))[0, :, :, 0]
     rate, height = (first.forward.channels.index(name) for name in ("bounces_per_second", "mean_height"))
     rows = "".join(
         f"{drop},{line[rate]:.6g},{100.0 * line[height]:.6g}\n"
         for drop, line in zip((50, 80, 120), found, strict=True)
     )
-    described = load_study(ball_study(folder, rows, text))
-    return lower_study(described.study, described.table)
+    return lower_study(load_study(ball_study(folder, rows, text)))
 
 
 def slopes_by_differences(fit: HypothesisFit, x: np.ndarray, step: float) -> np.ndarray:
@@ -100,7 +98,7 @@ def test_a_search_ends_lower_with_the_polish_and_resumes_to_the_same_bytes(tmp_p
         min(f.cost for f in search_hypotheses(Archive(one), how)[0].values()) for how in (plain, polished)
     ]
     assert costs[1] < 0.95 * costs[0]
-    file = folder / "ball.toml"
+    file = folder / "ball.py"
     calibrate(file, tmp_path / "out", threads=1)
     parts = sorted((tmp_path / "out" / "units").rglob("*.npz"))
     parts[-3].unlink()

@@ -72,62 +72,25 @@ def problem(
 
 
 BALL = """
-device = "{scenes}/ball.toml"
+device = "SCENES/ball.toml"
 table = "table.csv"
+conditions = ["drop"]
+measures = {
+    "rate": {"unit": "1/s", "measure": "bounces_per_second", "counts": True, "existence": True},
+    "height": {"unit": "cm", "measure": "peak", "relative": 0.02, "absolute": "1 mm"},
+}
+unknowns = {
+    "e": {"low": 0.5, "high": 0.95, "paths": ["ground.restitution.coefficient"]},
+    "push": {"low": 0.0, "high": 1.5},
+}
+choices = {"height": {"options": {"highest": {"height": "peak"}, "average": {"height": "mean_height"}}}}
+sampling = {"settle": "1 s", "window": "2 s", "windows": 1}
+search = {"population": 6, "prescreening": 12, "short": 2, "generations": GENERATIONS, "spread": 3,
+          "leave_out": LEAVE_OUT, "members": 6}
 
-[set]
-"initial.velocity" = [0.0]
 
-[conditions.drop]
-unit = "cm"
-paths = ["robot.feet.ball.gap"]
-
-[measures.rate]
-unit = "1/s"
-measure = "bounces_per_second"
-counts = true
-existence = true
-
-[measures.height]
-unit = "cm"
-measure = "peak"
-relative = 0.02
-absolute = "1 mm"
-
-[unknowns.e]
-low = 0.5
-high = 0.95
-paths = ["ground.restitution.coefficient"]
-
-[unknowns.push]
-low = 0.0
-high = 1.5
-
-[constants]
-speed = "2 m/s"
-
-[derived]
-"initial.velocity.0" = "speed * push"
-
-[choices.height.options.highest]
-measures = {{height = "peak"}}
-
-[choices.height.options.average]
-measures = {{height = "mean_height"}}
-
-[sampling]
-settle = "1 s"
-window = "2 s"
-windows = 1
-
-[search]
-population = 6
-prescreening = 12
-short = 2
-generations = {generations}
-spread = 3
-leave_out = {leave_out}
-members = 6
+def changes(unknowns, row):
+    return {"robot.feet.ball.gap": f"{row['drop']} cm", "initial.velocity": [2 * unknowns.push]}
 """
 
 
@@ -136,11 +99,10 @@ def ball_study(
 ) -> Path:
     """A study of a pushed ball's rebounds in a folder; rows: lines of its table."""
     (folder / "table.csv").write_text("drop,rate,height\n" + rows, encoding="utf-8")
-    file = folder / "ball.toml"
-    file.write_text(
-        text.format(scenes=SCENES, generations=generations, leave_out=str(leave_out).lower()),
-        encoding="utf-8",
-    )
+    file = folder / "ball.py"
+    for word, value in (("SCENES", SCENES), ("GENERATIONS", generations), ("LEAVE_OUT", leave_out)):
+        text = text.replace(word, str(value))
+    file.write_text(text, encoding="utf-8")
     return file
 
 

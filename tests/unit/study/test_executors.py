@@ -124,8 +124,7 @@ def test_a_batch_in_shares_is_the_batch():
 
 
 def test_sets_of_a_calibration_read_the_same_elsewhere():
-    described = load_study("cantilever-1")
-    lowered = lower_study(described.study, described.table, 1)
+    lowered = lower_study(load_study("cantilever-1"), 1)
     middle = np.full((2, len(lowered.problem.unknowns.names)), 0.5) + np.array([[0.0], [0.1]])
     sets = lowered.problem.unknowns.values(middle)
     here = lowered.forward(0, sets, (0,))
