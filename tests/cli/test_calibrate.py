@@ -42,8 +42,8 @@ def test_a_calibration_prints_its_tables_and_goes_on_in_its_folder(tarsus, study
 
 
 def test_a_study_that_is_none_is_refused_before_anything_is_written(tarsus, tmp_path):
-    (tmp_path / "empty.toml").write_text("name = 'nothing'\n", encoding="utf-8")
-    result = tarsus("calibrate", tmp_path / "empty.toml", "-o", tmp_path / "out")
+    (tmp_path / "empty.py").write_text("def changes(unknowns, row):\n    return {}\n", encoding="utf-8")
+    result = tarsus("calibrate", tmp_path / "empty.py", "-o", tmp_path / "out")
     assert result.code == 2 and not (tmp_path / "out").exists()
     said = " ".join(result.sentences)
     for word in ("table", "device", "conditions", "measures", "unknowns", "sampling"):

@@ -20,8 +20,8 @@ from tarsus.files.toml import scene_text
 from tarsus.fit.ranges import weighted_quantile
 from tarsus.measure import window_statistics
 from tarsus_reproduce.cantilever import reproduce_cantilever
+from tarsus_reproduce.cantilever_studies import loop_table
 from tarsus_reproduce.forecast import members_of
-from tarsus_reproduce.loops import loop_table
 from tarsus_reproduce.robots import printed_rows, row_scene
 
 PACKAGE = load_file(Path(__file__).parents[2] / "docs" / "package_mixtures.py")

@@ -156,7 +156,7 @@ def their_robots(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     (package / "studies").mkdir(parents=True)
     study = 'scene = "other"\nmeasures = ["peak"]\n[vary]\nground.restitution.coefficient = [0.1, 0.2]\n'
     (package / "studies" / "their-sweep.toml").write_text(study)
-    (package / "studies" / "their-fit.toml").write_text('device = "other"\ntable = "table.csv"\n')
+    (package / "studies" / "their-fit.py").write_text('device = "other"\ntable = "table.csv"\n')
     (package / "__init__.py").write_text(
         f"from pathlib import Path\nOTHER = {str(tmp_path / 'other.toml')!r}\n"
         "STUDIES = Path(__file__).parent / 'studies'\nFUNCTION = 'their_robots.plain:wave'\n"

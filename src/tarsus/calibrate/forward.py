@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
-from tarsus.base.spec import get_value, with_values
+from tarsus.base.spec import with_values
 from tarsus.base.workers import Workers, is_executor, spread, workers
 from tarsus.calibrate.description import TableSampling
 from tarsus.calibrate.motion import motion_of

@@ -54,7 +54,7 @@ class Lowered:
         middle = probes(self.problem.unknowns)[0]
         found = [one.changes(middle, one.rows[0]) or Changes.of({}) for one in self.forward.variants]
         return [
-            {path: one.wholes[path] for path in one.wholes if any(one.word(path) != other.word(path) for other in found)}
+            {path: one.wholes[path] for path in one.wholes if len({repr(two.word(path)) for two in found}) > 1}
             for one in found
         ]
 

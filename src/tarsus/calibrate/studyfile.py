@@ -8,7 +8,6 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -21,7 +20,7 @@ from tarsus.files.jsontext import json_text, read_json
 from tarsus.files.library import load_scene
 from tarsus.files.rowfunction import RowFunction
 from tarsus.files.rows import TableRows, parse_rows
-from tarsus.files.tables import FileKind, expect, read_table, read_text
+from tarsus.files.tables import FileKind, read_table, read_text
 from tarsus.files.toml import SCENE_FILE, scene_text
 from tarsus.model.laws import Law
 
@@ -29,7 +28,7 @@ STUDY_FILE, ASKED_FILE, TABLE_FILE = "study.py", "study.json", "table.csv"
 """Files of a calibration's folder: the study as it was given, what of it was asked for, and its table."""
 FUNCTION = "changes"
 CLOSE = 0.8
-"""Likeness (`difflib`) from which a name is taken for a misspelt setting: one letter of five is wrong, or two of ten."""
+"""Likeness (`difflib`) of a misspelt setting: one letter of five is wrong, or two of ten."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +58,7 @@ def load_study(name: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
     """
     file = study_path(name, FileKind.CALIBRATION)
     if file.suffix == ".toml":
-        expect(FileKind.CALIBRATION, read_table(file), str(file))
+        read_table(file, FileKind.CALIBRATION)
         raise InputError(
             f"{file}: the study of a table is a Python file that defines {FUNCTION}(unknowns, row); "
             "docs/calibrate.md shows how one is written"

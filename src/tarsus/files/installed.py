@@ -14,13 +14,10 @@ from pathlib import Path
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.files.kinds import folder_sentence, kind_of_path
-from tarsus.files.tables import FileKind, kind_of_table, read_table
+from tarsus.files.tables import PYTHON, FileKind, kind_of_table, read_table
 
 DEVICES, STUDIES = "tarsus.devices", "tarsus.studies"
 """Entry point groups of files."""
-
-PYTHON = ".py"
-"""Ending of the study of a table."""
 
 _DATA = Path(__file__).parents[1] / "data"
 _OWN = {DEVICES: _DATA / "devices", STUDIES: _DATA / "studies"}

@@ -16,6 +16,8 @@ MOST_BYTES = 1 << 24
 """Largest file that is read as text: a signal of a million samples as text; packaged descriptions have up to 23 kB."""
 MOST_NAMES = 100_000
 """Most assignments in a file: fifty times those of a walker of a hundred legs; more are another program's data."""
+PYTHON = ".py"
+"""Ending of the study of a table; all other descriptions are TOML."""
 DEEPEST = 50
 """Deepest nesting of lists and tables: descriptions nest six deep, and Python follows some 300 of its own calls."""
 
@@ -72,11 +74,17 @@ class FileKind(Enum):
         return f"{self.value[1]}; {self.value[2]}"
 
 
-def read_table(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """The raw table of a TOML file; `InputError` where it cannot be read."""
-    if Path(path).suffix == ".py" and Path(path).is_file():
+def read_table(path: str | os.PathLike[str], wanted: FileKind | None = None) -> dict[str, Any]:
+    """The raw table of a TOML file; `InputError` where it cannot be read, and where a file that should be of a kind
+    clearly describes something else, with the verb that takes it."""
+    file = Path(path)
+    table = None if file.suffix == PYTHON and file.is_file() else table_of(read_text(path), str(path))
+    found = FileKind.CALIBRATION if table is None else kind_of_table(table)
+    if wanted and found not in (None, wanted):
+        raise InputError(f"{path}: it is {found.value[1]}, not {wanted.value[1]}: {found.value[2]}")
+    if table is None:
         raise InputError(f"{path}: it is {FileKind.CALIBRATION.sentence}; expected a TOML file")
-    return table_of(read_text(path), str(path))
+    return table
 
 
 def read_text(path: str | os.PathLike[str]) -> str:
@@ -142,10 +150,3 @@ def kind_of_table(table: Mapping[str, Any]) -> FileKind | None:
     if "vary" in table or isinstance(table.get("scene"), str):
         return FileKind.SWEEP
     return FileKind.SCENE if "robot" in table else None
-
-
-def expect(wanted: FileKind, table: Mapping[str, Any], label: str) -> None:
-    """Raise InputError where a raw table clearly describes something else, with the verb that takes it."""
-    found = kind_of_table(table)
-    if found not in (None, wanted):
-        raise InputError(f"{label}: it is {found.value[1]}, not {wanted.value[1]}: {found.value[2]}")

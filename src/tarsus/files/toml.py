@@ -12,7 +12,7 @@ from typing import Any
 from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, described, quantity_units, validate, with_values
 from tarsus.base.units import format_quantity
-from tarsus.files.tables import FileKind, expect, read_table, table_of
+from tarsus.files.tables import FileKind, read_table, table_of
 from tarsus.files.whole import write_text
 from tarsus.model.laws import Law
 from tarsus.model.scene import Scene, provenance_faults, provenance_problems
@@ -46,8 +46,7 @@ def read_scene(path: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
         With every problem of the file: path, what was expected, nearest valid name.
     """
     file = Path(path)
-    table = read_table(file)
-    expect(FileKind.SCENE, table, str(file))
+    table = read_table(file, FileKind.SCENE)
     return _scene_of(table, laws, file.parent)
 
 

@@ -26,7 +26,7 @@ from tarsus.base.spec import (
     validate,
 )
 from tarsus.files.library import load_scene
-from tarsus.files.tables import FileKind, expect, read_table
+from tarsus.files.tables import FileKind, read_table
 from tarsus.formats.freedoms import along_axis
 from tarsus.identify.campaign_file import is_pattern, matching, spread
 from tarsus.identify.drive_check import cut_short, drive_faults, fit_drive
@@ -188,8 +188,7 @@ def read_campaign(path: str | os.PathLike[str]) -> Opened:
             raise InputError(f"{file}: no such file; `tarsus new campaign {path}` writes one for its records")
     elif file.is_file() and file.suffix != ".toml":
         raise InputError(f"{file}: is no campaign file (campaign.toml, or the folder that it is in)")
-    table = read_table(file)
-    expect(FileKind.CAMPAIGN, table, str(file))
+    table = read_table(file, FileKind.CAMPAIGN)
     try:
         campaign = validate(Campaign, table)
     except InputError as error:

@@ -9,7 +9,7 @@ from pathlib import Path
 from tarsus.base.spec import validate
 from tarsus.files.installed import study_path
 from tarsus.files.library import flat_values, scene_of_study
-from tarsus.files.tables import FileKind, expect, read_table
+from tarsus.files.tables import FileKind, read_table
 from tarsus.files.toml import LAW_FOLDER, SCENE_FILE, STUDY_FILE, scene_texts
 from tarsus.model.laws import Law, load_laws
 from tarsus.study.sweep import Sweep
@@ -49,8 +49,7 @@ def read_sweep(path: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
         With every problem of the file: path, what was expected, nearest valid name.
     """
     file = Path(path)
-    table = read_table(file)
-    expect(FileKind.SWEEP, table, str(file))
+    table = read_table(file, FileKind.SWEEP)
     table["scene"] = scene_of_study(table.get("scene"), table.pop("set", {}), file.parent, laws)
     if isinstance(table.get("vary"), Mapping):
         table["vary"] = dict(flat_values(table["vary"]))

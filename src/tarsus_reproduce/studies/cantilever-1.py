@@ -1,7 +1,7 @@
 """The source's own model of the micro-cantilever: printed ground, and what is not printed fitted to the model column of
-Table A.1 (tarsus calibrate cantilever-1 -o OUT). No row is left out: the column is a model's, which this one repeats."""
+Table A.1 (tarsus calibrate cantilever-1 -o OUT). No row is left out: the column is a model's, repeated by this one."""
 
-from tarsus_reproduce.loops import loop_changes
+from tarsus_reproduce.cantilever_studies import BREAKS_OFF, LANDING, drive_changes
 
 device = "cantilever-1"
 table = "../data/table_a1_cantilever.csv"
@@ -29,29 +29,13 @@ unknowns = {
     # Its size is the smaller half force swing of a 6 V loop by the printed branches (2.9), of which it is the zero.
     "offset": {"low": -2.2, "high": 0.6, "size": 3.3, "meaning": "zero of the drive force [uN]"},
     "swing": {"low": 2.8, "high": 4.2, "meaning": "half the force swing of a 6 V loop [uN]"},
-    # Adhesion and film are printed in the force unit of lumped matrices that are not printed: all three are scaled together.
+    # Adhesion and film are printed in the force unit of lumped matrices that are not printed: all are scaled together.
     "scale": {"low": 0.001, "high": 1.0, "scale": "log",
               "meaning": "our force unit over that of the source's lumped matrices"},
 }  # fmt: skip
 
-LANDINGS = {
-    "capture": {"kind": "capture_unless_pulled"},
-    "restitute": {"kind": "restitute_first", "speed": "20 mm/s"},
-    "printed": {"kind": "pull_as_printed"},
-}
-choices = {"landing": {"options": list(LANDINGS), "meaning": (
-    "When a touch becomes a bounce: held unless the pull exceeds the adhesion, as we read section 2.3 (capture); restitution "
-    "first, held below a departing speed of which nothing is known, 20 mm/s, which rises some 5 um (restitute); (2.13) with "
-    "its own signs (printed).")}}  # fmt: skip
-
-constraints = [{
-    "name": "the tip leaves the ground at 5 Hz, 6 V, sine",
-    "reason": "The source gives a peak after break-off for all of its sixteen cases, of which four are not in our table: of these "
-              "the tip would stay longest in this one. We only know that it lifts off (resolution 0.1 um, smoothed over 0.02 um).",
-    "conditions": [{"freq_hz": 5, "volt_v": 6, "wave": "sine"}],
-    "measure": "peak", "unit": "um", "min": "0.1 um", "softness": "0.02 um",
-}]  # fmt: skip
-
+choices = {"landing": LANDING}
+constraints = [BREAKS_OFF]
 sampling = {"settle": "0.2 s", "window": "0.2 s", "windows": 1, "resolution": "0.1 um", "accuracy": 1e-5}
 # One search, for no row is left out, so that it may be longer than those that are made again for every row.
 search = {"seed": 1, "population": 40, "prescreening": 512, "short": 8, "generations": 50, "spread": 6,
@@ -60,13 +44,8 @@ search = {"seed": 1, "population": 40, "prescreening": 512, "short": 8, "generat
 
 def changes(unknowns, row):
     """Adhesion and film by one scale."""
-    first = unknowns.static / (1 + unknowns.ratio) / 132.131008
     return {
-        "signals.pzt": {"kind": row["wave"], "amplitude": row["volt_v"], "frequency": row["freq_hz"]},
-        "robot.drives.pzt.load.participation.0": first,
-        "robot.drives.pzt.load.participation.1": unknowns.static * unknowns.ratio / (1 + unknowns.ratio) / 0.320264308,
-        **loop_changes(unknowns.swing, unknowns.offset),
-        "ground.landing": LANDINGS[unknowns.landing],
+        **drive_changes(unknowns, row),
         "ground.adhesion.initial": 0.2743e-6 * unknowns.scale,
         "ground.adhesion.rate": 1.7e-6 * unknowns.scale,
         "ground.film.coefficient": 1.747e-21 * unknowns.scale,

@@ -1,6 +1,6 @@
 """The micro-cantilever fitted to the measured column of Table A.1 (tarsus calibrate cantilever -o OUT)."""
 
-from tarsus_reproduce.loops import loop_changes
+from tarsus_reproduce.cantilever_studies import BREAKS_OFF, LANDING, drive_changes
 
 device = "cantilever"
 table = "../data/table_a1_cantilever.csv"
@@ -35,24 +35,8 @@ unknowns = {
     "rate": {"low": "0.2 uN/s", "high": "6 uN/s", "scale": "log", "paths": ["ground.adhesion.rate"]},
 }  # fmt: skip
 
-LANDINGS = {
-    "capture": {"kind": "capture_unless_pulled"},
-    "restitute": {"kind": "restitute_first", "speed": "20 mm/s"},
-    "printed": {"kind": "pull_as_printed"},
-}
-choices = {"landing": {"options": list(LANDINGS), "meaning": (
-    "When a touch becomes a bounce: held unless the pull exceeds the adhesion, as we read section 2.3 (capture); restitution "
-    "first, held below a departing speed of which nothing is known, 20 mm/s, which rises some 5 um (restitute); (2.13) with "
-    "its own signs (printed).")}}  # fmt: skip
-
-constraints = [{
-    "name": "the tip leaves the ground at 5 Hz, 6 V, sine",
-    "reason": "The source gives a peak after break-off for all of its sixteen cases, of which four are not in our table: of these "
-              "the tip would stay longest in this one. We only know that it lifts off (resolution 0.1 um, smoothed over 0.02 um).",
-    "conditions": [{"freq_hz": 5, "volt_v": 6, "wave": "sine"}],
-    "measure": "peak", "unit": "um", "min": "0.1 um", "softness": "0.02 um",
-}]  # fmt: skip
-
+choices = {"landing": LANDING}
+constraints = [BREAKS_OFF]
 sampling = {"settle": "0.2 s", "window": "0.2 s", "windows": 1, "resolution": "0.1 um", "accuracy": 1e-5}
 search = {"seed": 1, "population": 24, "prescreening": 96, "short": 4, "generations": 16, "spread": 5, "members": 24,
           "rejected": 12}  # fmt: skip
@@ -60,13 +44,8 @@ search = {"seed": 1, "population": 24, "prescreening": 96, "short": 4, "generati
 
 def changes(unknowns, row):
     """The film is the printed one, which these rows do not determine."""
-    first = unknowns.static / (1 + unknowns.ratio) / 132.131008
     return {
-        "signals.pzt": {"kind": row["wave"], "amplitude": row["volt_v"], "frequency": row["freq_hz"]},
-        "robot.drives.pzt.load.participation.0": first,
-        "robot.drives.pzt.load.participation.1": unknowns.static * unknowns.ratio / (1 + unknowns.ratio) / 0.320264308,
-        **loop_changes(unknowns.swing, unknowns.offset),
-        "ground.landing": LANDINGS[unknowns.landing],
+        **drive_changes(unknowns, row),
         "ground.film.coefficient": "1.747e-21 N m^2 s",
         "ground.film.thickness": "58 um",
     }

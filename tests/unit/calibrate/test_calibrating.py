@@ -180,14 +180,16 @@ def test_an_option_that_is_looked_at_for_some_values_alone_is_refused(tmp_path):
 
 def test_structure_and_whole_numbers_may_depend_on_unknowns(tmp_path):
     """Sets of other templates than that of the middle are read as those that share one."""
-    text = BALL.replace("    return {", '    kind = "capture_unless_pulled" if unknowns.e < 0.7 else "pull_as_printed"\n    return {"ground.landing": {"kind": kind}, ')
+    kind = '"capture_unless_pulled" if unknowns.e < 0.7 else "pull_as_printed"'
+    text = BALL.replace("    return {", f'    return {{"ground.landing": {{"kind": {kind}}}, ')
     lowered = lower_study(load_study(ball_study(tmp_path, "50,1,1\n", text)))
     sets = np.array([[0.6, 1.0], [0.9, 1.0], [0.65, 0.5]])
     every = lowered.forward(0, sets, (0,))
     each = [lowered.forward(0, one[None], (0,))[0] for one in sets]
     assert np.isfinite(every[:, 0, 0]).all() and np.array_equal(every, np.array(each), equal_nan=True)
-    kinds = [lowered.forward.variants[0].scene_of({"e": e, "push": 1.0}, lowered.forward.variants[0].rows[0]) for e in (0.6, 0.9)]
-    assert [one.ground.landing.kind for one in kinds] == ["capture_unless_pulled", "pull_as_printed"]
+    variant = lowered.forward.variants[0]
+    scenes = [variant.scene_of({"e": e, "push": 1.0}, variant.rows[0]) for e in (0.6, 0.9)]
+    assert [one.ground.landing.kind for one in scenes] == ["capture_unless_pulled", "pull_as_printed"]
 
 
 def test_a_study_in_the_former_form_is_told_what_to_do(tmp_path):

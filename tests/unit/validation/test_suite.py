@@ -58,7 +58,7 @@ def test_the_devices_of_layouts_are_those_of_their_files():
     for path, value in float_paths(comb.device).items():
         assert get_value(made, path) == pytest.approx(value.value, rel=1e-8), path
     film = load_experiment("pvdf-robot")
-    mass, damping, stiffness, rows = execute(film.study.file, "").matrices()
+    mass, damping, stiffness, rows = execute(film.study.defined.file, "").matrices()
     found = film.device.robot.structure.matrices()
     for one, other in ((mass, found.mass), (damping, found.damping), (stiffness, found.stiffness)):
         np.testing.assert_allclose(other, one, rtol=1e-9, atol=1e-9 * np.abs(one).max())
