@@ -20,7 +20,7 @@ from tarsus.calibrate.forward import Forward
 from tarsus.calibrate.objective import Hypothesis, Objective
 from tarsus.calibrate.problem import CalibrationProblem
 from tarsus.calibrate.readings import MOTION, known_measures
-from tarsus.calibrate.scenes import Cell, Changes, Key, Row, Template, Variant, in_si, key_of
+from tarsus.calibrate.scenes import Cell, Key, Row, RowChanges, Template, Variant, in_si, key_of
 from tarsus.calibrate.studyfile import Described
 from tarsus.files.rows import TableRows, number_of
 from tarsus.fit.unknowns import Unknowns
@@ -52,7 +52,7 @@ class Lowered:
         """What the options of each variant of the runs set in the first row, by path: what differs between variants in
         more than numbers."""
         middle = probes(self.problem.unknowns)[0]
-        found = [one.changes(middle, one.rows[0]) or Changes.of({}) for one in self.forward.variants]
+        found = [one.changes(middle, one.rows[0]) or RowChanges.of({}) for one in self.forward.variants]
         return [
             {path: one.wholes[path] for path in one.wholes if len({repr(two.word(path)) for two in found}) > 1}
             for one in found
@@ -275,13 +275,13 @@ def with_rows(variant: Variant, rows: Sequence[Row], values: Mapping[str, float]
     return replace(variant, rows=tuple(rows), templates=templates)
 
 
-def _in_the_middle(variant: Variant, values: Mapping[str, float], row: Row, faults: Faults) -> Changes:
+def _in_the_middle(variant: Variant, values: Mapping[str, float], row: Row, faults: Faults) -> RowChanges:
     """Changes of a row in the middle of the bounds, where there must be some."""
     with faults.noted():
         if found := variant.changes(values, row):
             return found
         faults.add(f"{row.name}: the function has no value in the middle of the bounds")
-    return Changes.of({})
+    return RowChanges.of({})
 
 
 def _hypotheses(

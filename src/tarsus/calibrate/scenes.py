@@ -54,7 +54,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Changes:
+class RowChanges:
     """What differs in a row from the study's scene: numbers by path (texts with a unit not yet read), all else, and
     both as they were given, amounts apart from what is none."""
 
@@ -64,7 +64,7 @@ class Changes:
     parts: dict[str, float | str]
 
     @classmethod
-    def of(cls, given: Mapping[str, Any], last: Mapping[str, Any] | None = None) -> Changes:
+    def of(cls, given: Mapping[str, Any], last: Mapping[str, Any] | None = None) -> RowChanges:
         """From values by path; what ``last`` gives at a path prevails over what was given there and inside it."""
         every = dict(given)
         for path in last or ():
@@ -94,7 +94,7 @@ class Template:
     fixed: Mapping[str, float | str]
 
     @classmethod
-    def of(cls, scene: Scene, changes: Changes, moving: bool) -> Template:
+    def of(cls, scene: Scene, changes: RowChanges, moving: bool) -> Template:
         """With values of its own for all paths; moving: with initial velocities, which draws set."""
         made = changes.scene(scene)
         if moving and made.initial.velocity is None:
@@ -103,11 +103,11 @@ class Template:
         units = {path: known[path].unit for path in changes.numbers if path in known}
         return cls(made, units, {path: value for path, value in changes.numbers.items() if path not in units})
 
-    def serves(self, changes: Changes) -> bool:
+    def serves(self, changes: RowChanges) -> bool:
         """Whether changes of the same key differ in floats alone."""
         return all(changes.numbers[path] == value for path, value in self.fixed.items())
 
-    def floats(self, changes: Changes) -> dict[str, float]:
+    def floats(self, changes: RowChanges) -> dict[str, float]:
         """Floats of a set by path [SI]."""
         return {path: in_si(changes.numbers[path], unit) for path, unit in self.units.items()}
 
@@ -129,7 +129,7 @@ class Variant:
     driven: tuple[str, ...] = ()
     templates: Mapping[Key, tuple[Template, ...]] = field(default_factory=dict)
 
-    def changes(self, unknowns: Mapping[str, float], row: Row, looked: set[str] | None = None) -> Changes | None:
+    def changes(self, unknowns: Mapping[str, float], row: Row, looked: set[str] | None = None) -> RowChanges | None:
         """Changes of a row for SI values of the unknowns; None where the arithmetic of the function has no value.
 
         looked: gets the choices whose options the function looks at; without it these are known.
@@ -151,7 +151,7 @@ class Variant:
             raise InputError(f"{row.name}: the function looks at '{late.pop()}' for some values alone")
         if twice := self.paths.keys() & found:
             raise InputError(f"unknowns.{self.paths[min(twice)]}: the function changes '{min(twice)}' too")
-        return Changes.of({**{path: unknowns[name] for path, name in self.paths.items()}, **found}, row.last)
+        return RowChanges.of({**{path: unknowns[name] for path, name in self.paths.items()}, **found}, row.last)
 
     def run(self, unknowns: Mapping[str, float], row: Row) -> tuple[Scene, dict[str, float]] | None:
         """The template of a row for SI values of the unknowns, and its floats by path; None where it has none.
@@ -181,7 +181,7 @@ class Variant:
         return with_values(found[0], found[1])
 
 
-def key_of(changes: Changes) -> Key:
+def key_of(changes: RowChanges) -> Key:
     """What two sets have alike that may share a template: all but numbers."""
     return tuple((path, repr(value)) for path, value in changes.rest.items()), tuple(changes.numbers)
 
