@@ -21,7 +21,7 @@ from typing import Any
 
 ROOT = Path(__file__).parents[1]
 RESULTS = Path(__file__).with_name("results")
-OF_DOCS = ("agreement", "gallery", "validation")
+OF_DOCS = ("agreement", "validation")
 PAGES = (ROOT / "README.md", *(ROOT / "docs" / f"{name}.md" for name in OF_DOCS))
 
 COMMANDS = {
@@ -291,17 +291,6 @@ def unknowns(name: str) -> str:
     return lines(["unknown", "best", "90 % of the ensemble", "printed", "the data say"], rows)
 
 
-def branches(name: str, names: Mapping[str, Mapping[str, str]], titles: Mapping[str, str]) -> str:
-    """Every combination of choices of a calibration, with its cost and weight."""
-    found = result(name)["branches"]
-    rows = [
-        [*(names[choice].get(option, option) for choice, option in one["options"].items()), f"{one['cost']:.1f}",
-         "dropped" if one["dropped"] else f"{one['weight']:.2f}"]
-        for one in sorted(found, key=lambda one: one["cost"])
-    ]  # fmt: skip
-    return lines([*(titles[choice] for choice in found[0]["options"]), "cost", "weight"], rows)
-
-
 def against_model() -> str:
     """How many rows of `cantilever-1` come close to the source's model."""
     close = result("cantilever-1-rows")["summary"]["ours_against_source"]
@@ -501,16 +490,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "fast": fast,
     "cantilever": cantilever,
     "cantilever-unknowns": lambda: unknowns("cantilever"),
-    "cantilever-branches": lambda: branches("cantilever", {"landing": LANDINGS}, {"landing": "landing"}),
     "cantilever-1-rows": against_model,
-    "cantilever-1-unknowns": lambda: unknowns("cantilever-1"),
-    "cantilever-1-branches": lambda: branches("cantilever-1", {"landing": LANDINGS}, {"landing": "landing"}),
     "hexapod": hexapod,
-    "hexapod-branches": lambda: branches(
-        "hexapod",
-        {"polarity": POLARITIES, "average": AVERAGES},
-        {"polarity": "polarity", "average": '"Avg. height"'},
-    ),
     "millipede": millipede,
     "speed": speed,
 }

@@ -33,7 +33,6 @@ SMALLER = {
     "=0.15:0.5 -o landing": "=0.15:0.5 --request effort=0.02 -o landing",
     "effort=0.3 -o landing": "effort=0.02 -o again",
     "tarsus calibrate cantilever -o fit": "tarsus devices",
-    "tarsus calibrate cantilever-1 -o fit1": "tarsus devices",
     "--on slurm:partition=main,time=2:00:00,cpus-per-task=8,tasks=100": "--on array:tasks=4",
     "--on slurm:partition=main,time=2:00:00,tasks=100": "--on array:tasks=4",
     "-o /shared/out --on array:tasks=100": "-o another --on array:tasks=3",
@@ -70,6 +69,7 @@ def request(folder: Path) -> None:
 HERE: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
     "CONTRIBUTING.md": (examples, ("out/report.html",)),
     "add-a-law.md": (examples, ("out/report.html", "pulled/report.html")),
+    "agreement.md": (nothing, ()),
     "attractors.md": (nothing, ("out/attractors.json", "out/attractor-3.toml")),
     "calibrate.md": (table_study, ("out/calibration.json", "out/branch-1.toml")),
     "determined.md": (nothing, ()),
