@@ -155,7 +155,7 @@ KINDS = {
     "explorer-hexapod": Kind("explore.html", verb("explore", "hexapod-walker", "--duration", "60 ms")),
     "sweep": Kind("sweep.html", verb("sweep", "{study}", study=_study)),
     "yield": Kind("yield_page.py", verb("yield", CREEPING, *_YIELD)),
-    "calibrate": Kind("calibrate.html", verb("calibrate", "{ball}", ball=_ball)),
+    "calibrate": Kind("calibrate_page.py", verb("calibrate", "{ball}", ball=_ball)),
     "identify": Kind("identify.html", _identification),
     "track": Kind("track_page.py", _series),
     "modes": Kind("modes_page.py", verb("modes", "{p1}", "{p2}", "{p3}", "--band", "110Hz:990Hz", **_RESPONSES)),

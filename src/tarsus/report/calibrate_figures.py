@@ -6,24 +6,21 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from tarsus.calibrate.results import options_word
-from tarsus.report.charts import Charts
 from tarsus.report.pages import Plate
-from tarsus.report.rows_figure import Mark, RowMarks, RowPanel, rows_figure
-from tarsus.report.style import CYCLE
+from tarsus.report.rows_figure import RowMarks, RowPanel, rows_figure
+from tarsus.report.style import BLUE, CYCLE, INK, ORANGE
 
 _KINDS = {
-    "training": ("fitted", Mark.OTHER_MODEL),
-    "left_out": ("excluded", Mark.MODEL),
-    "predicted": ("predicted", Mark.MODEL),
+    "training": ("fitted", ORANGE),
+    "left_out": ("excluded", BLUE),
+    "predicted": ("predicted", BLUE),
 }
-"""Kinds of predictions: their words, and how they are drawn."""
+"""Kinds of predictions: their words and colours."""
 
 
 def predictions_figure(table: Mapping[str, Any], names: Sequence[str]) -> Plate:
-    """Every row beside the next, observed and medians as dots, these with their 80 % intervals; one panel a measure."""
+    """Every row below the next, observed and medians as dots, these with their 80 % intervals; one panel a measure."""
     rows = table["rows"]
     panels = []
     for name in names:
@@ -35,12 +32,10 @@ def predictions_figure(table: Mapping[str, Any], names: Sequence[str]) -> Plate:
                 next((entry["unit"] for _, entry in known), "1"),
                 [
                     *(
-                        RowMarks(words, mark, [(n, e["median"], e["low"], e["high"]) for n, e in found[key]])
-                        for key, (words, mark) in _KINDS.items()
+                        RowMarks(words, color, [(n, e["median"], e["low"], e["high"]) for n, e in found[key]])
+                        for key, (words, color) in _KINDS.items()
                     ),
-                    RowMarks(
-                        "measured", Mark.MEASURED, [(n, e.get("observed"), None, None) for n, e in known]
-                    ),
+                    RowMarks("measured", INK, [(n, e.get("observed"), None, None) for n, e in known]),
                 ],
             )
         )
@@ -51,19 +46,18 @@ def predictions_figure(table: Mapping[str, Any], names: Sequence[str]) -> Plate:
 def ranges(branches: Sequence[Mapping[str, Any]]) -> Plate:
     """90 % range of every unknown in parts of its bounds, one colour a hypothesis; dots are the best members."""
     names = list(branches[0]["unknowns"])
-    charts = Charts([1.6], "unknown", "", rows=names)
-    (panel,) = charts.panels
+    marks = []
     for b, branch in enumerate(branches):
-        low, high, best = (
-            [_place(one, one[key]) for one in branch["unknowns"].values()] for key in ("low", "high", "best")
-        )
-        at = np.arange(len(names)) + 0.7 * ((b + 0.5) / len(branches) - 0.5)
-        panel.dots(at, best, color=CYCLE[b % len(CYCLE)], label=options_word(branch), low=low, high=high)
-    panel.set_ylim(-0.02, 1.02)
-    panel.set_ylabel("place between the bounds")
-    return charts.plate(
+        numbers = [
+            (n, *(_place(one, one[key]) for key in ("best", "low", "high")))
+            for n, one in enumerate(branch["unknowns"].values())
+        ]
+        marks.append(RowMarks(options_word(branch), CYCLE[b % len(CYCLE)], numbers))
+    return rows_figure(
+        names,
+        [RowPanel("place between the bounds", "", marks, (-0.02, 1.02))],
         "90 % range of each unknown between its bounds, 0 the lower and 1 the upper, on its own scale; its best set as "
-        "a dot."
+        "a dot.",
     )
 
 

@@ -1,31 +1,29 @@
-"""The figure of a table's rows: what was measured beside what is computed, every row a place, every measure a panel."""
+"""The figure of a table's rows: what was measured beside what is computed, every row a line, every measure a panel."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from enum import Enum
+from textwrap import fill
 
 import numpy as np
+from matplotlib.axes import Axes
 
-from tarsus.report.charts import ChartPanel, Charts
 from tarsus.report.pages import Plate
-from tarsus.report.style import BLUE, INK, ORANGE, SKY
+from tarsus.report.sheet import Sheet, few_ticks, intervals, name_axes, plate
+from tarsus.report.style import RULE
 
-HEIGHT = 1.0
-"""Height of a panel [inch]."""
+LETTERS = 18
+"""Letters of a line of a row's name: a third of a panel."""
+
+LINE, GAP = 0.13, 0.08
+"""Height of a line of a row's name, and what is free about it [inch]."""
+
+SPREAD = 0.7
+"""Of a row's height, over which its marks of several kinds stand."""
 
 THOUSANDTH = 1e-3
 """Times are drawn linearly to a thousandth of a second and logarithmically above: tables hold both 0 and 100 ms."""
-
-
-class Mark(Enum):
-    """What numbers are: their colour, and how far beside the middle of a row's place they stand."""
-
-    MEASURED = (INK, -0.21)
-    MODEL = (BLUE, 0.21)
-    OTHER_MODEL = (ORANGE, -0.07)
-    THIRD_MODEL = (SKY, 0.07)
 
 
 @dataclass(frozen=True)
@@ -33,35 +31,52 @@ class RowMarks:
     """Numbers of one kind: (row, value, low, high) each, None where there is none."""
 
     label: str
-    mark: Mark
+    color: str
     numbers: Sequence[tuple[int, float | None, float | None, float | None]]
-
-    def draw(self, panel: ChartPanel) -> None:
-        """As dots, with their intervals as lines."""
-        if not self.numbers:
-            return
-        row, value, low, high = np.array(self.numbers, dtype=float).T
-        color, shift = self.mark.value
-        panel.dots(row + shift, value, color=color, label=self.label, low=low, high=high)
 
 
 @dataclass(frozen=True)
 class RowPanel:
-    """One measure of all rows: its words, SI unit (or another one, as it is), and numbers of every kind."""
+    """One measure of all rows: its words, SI unit (or another one, as it is), numbers of every kind, and the ends of
+    its axis where they do not follow from these."""
 
     words: str
     unit: str
     marks: Sequence[RowMarks]
+    ends: tuple[float, float] | None = None
+
+    def draw(self, axes: Axes) -> None:
+        """Kinds below each other in every row, as dots with their intervals as lines."""
+        shown = [one for one in self.marks if one.numbers]
+        for kind, one in enumerate(shown):
+            row, value, low, high = np.array(one.numbers, dtype=float).T
+            at = row + SPREAD * ((kind + 0.5) / len(shown) - 0.5)
+            intervals(axes, at, value, low, high, color=one.color, label=one.label, across=True)
+        if self.unit == "s":
+            axes.set_xscale("asinh", linear_width=THOUSANDTH)
+            most = max(axes.dataLim.x1, 10.0 * THOUSANDTH)
+            axes.set_xticks([0.0, *10.0 ** np.arange(np.log10(THOUSANDTH), np.log10(most) + 0.1)], minor=False)
+        else:
+            few_ticks(axes, x=5)
+        if self.ends is not None:
+            axes.set_xlim(self.ends)
+        name_axes(axes, (self.words, self.unit))
 
 
 def rows_figure(rows: Sequence[str], panels: Iterable[RowPanel], caption: str) -> Plate:
-    """Rows by name beside each other, measures below each other."""
-    shown = list(panels)
-    charts = Charts([HEIGHT] * len(shown), "row", "", rows=rows)
-    for axes, panel in zip(charts.panels, shown, strict=True):
-        for marks in panel.marks:
-            marks.draw(axes)
-        axes.set_ylabel(panel.words, panel.unit)
-        if panel.unit == "s":
-            axes.set_yscale("asinh", linear_width=THOUSANDTH)
-    return charts.plate(caption)
+    """Rows by name below each other, measures beside each other."""
+    shown, names = list(panels), [fill(name, LETTERS) for name in rows]
+    lines = 1 + max((name.count("\n") for name in names), default=0)
+
+    def draw(sheet: Sheet) -> None:
+        height = len(names) * (LINE * lines + GAP)
+        for axes, panel in zip(sheet.grid(len(shown), max(height, 0.5)), shown, strict=True):
+            panel.draw(axes)
+            for edge in np.arange(1, len(names)) - 0.5:
+                axes.axhline(edge, color=RULE, lw=0.5, zorder=0)
+            axes.set_yticks(range(len(names)), names)
+            axes.tick_params(axis="y", length=0.0)
+            axes.set_ylim(len(names) - 0.5, -0.5)
+            sheet.legend(axes)
+
+    return plate(draw, caption)

@@ -1,11 +1,12 @@
-"""Printed numbers beside ours: every case as one line, one panel for each quantity."""
+"""Printed numbers beside ours: every case a row, one panel for each quantity."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from tarsus.report.pages import Plate
-from tarsus.report.rows_figure import Mark, RowMarks, RowPanel, rows_figure
+from tarsus.report.rows_figure import RowMarks, RowPanel, rows_figure
+from tarsus.report.style import BLUE, INK, ORANGE, SKY
 from tarsus_reproduce.forecast import Forecast
 from tarsus_reproduce.reproduction import NumberRow
 
@@ -31,9 +32,9 @@ def _quantity(rows: Sequence[NumberRow], cases: Sequence[str]) -> RowPanel:
         return [(n, one.median, one.low, one.high) for n, one in zip(lines, found, strict=True) if one]
 
     marks = [
-        RowMarks("measured", Mark.MEASURED, plain("measured")),
-        RowMarks("source's model", Mark.OTHER_MODEL, plain("source")),
-        RowMarks("without small forces", Mark.THIRD_MODEL, spread([row.without for row in rows])),
-        RowMarks("Tarsus", Mark.MODEL, spread([row.ours for row in rows])),
+        RowMarks("measured", INK, plain("measured")),
+        RowMarks("source's model", ORANGE, plain("source")),
+        RowMarks("without small forces", SKY, spread([row.without for row in rows])),
+        RowMarks("Tarsus", BLUE, spread([row.ours for row in rows])),
     ]
     return RowPanel(rows[0].quantity, rows[0].unit, marks)
