@@ -156,7 +156,7 @@ KINDS = {
     "sweep": Kind("sweep.html", verb("sweep", "{study}", study=_study)),
     "yield": Kind("yield_page.py", verb("yield", CREEPING, *_YIELD)),
     "calibrate": Kind("calibrate_page.py", verb("calibrate", "{ball}", ball=_ball)),
-    "identify": Kind("identify.html", _identification),
+    "identify": Kind("identify_page.py", _identification),
     "track": Kind("track_page.py", _series),
     "modes": Kind("modes_page.py", verb("modes", "{p1}", "{p2}", "{p3}", "--band", "110Hz:990Hz", **_RESPONSES)),
     "landing": Kind("landing_page.py", verb(

@@ -15,7 +15,7 @@ from tarsus.identify.heldout import Comparison
 from tarsus.identify.result import Identification
 from tarsus.identify.step import StepResult, failures
 from tarsus.report import identify_figures, modal_figures
-from tarsus.report.pages import page, rendered
+from tarsus.report.pages import Fold, Foldable, Markup, Section, bullets, said, sections_page, whole
 from tarsus.tables.numbers import amount, interval
 from tarsus.tables.table import ROW, Column, Table
 
@@ -31,40 +31,85 @@ _BESIDE = "Measured (points, bars two standard errors to either side) and fitted
 def identify_html(found: Identification) -> str:
     """The page of a result, as text."""
     name = found.opened.campaign.name
-    judged = assessed(found)
-    checks = tables.checks_of(found)
-    failed = failures(checks)
-    notes = sorted({note for one in found.readings if one.record is not None for note in one.record.notes})
-    body = rendered(
-        "identify.html", found=found, name=name, remarks=[one for one in found.remarks if one not in failed],
-        summary=tables.summary_line(found).removeprefix(f"{name}: "),
-        values=tables.numbers_table(found).bare(), open=tables.open_table(found),
-        alternatives=tables.alternatives_table(found).bare(), checks=tables.checks_table(checks).bare(),
-        correlations=identify_figures.correlations(judged) if judged and len(judged.names) > 1 else None,
-        steps=[_step(found, step) for step in found.steps.values()], held_out=_held_out(found.comparisons),
-        zero=_zero(found), account=tables.account_table(found).bare(), purposes=_purposes(found), notes=notes,
-        took=amount(found.seconds, "s", 2) if found.seconds < 100.0 else f"{found.seconds / 60.0:.0f} min",
-    )  # fmt: skip
-    return page(f"{name} – identification", body)
+    open_ones, failed = tables.open_table(found), failures(tables.checks_of(found))
+    about = [
+        f"{tables.summary_line(found).removeprefix(f'{name}: ')}; made in {_took(found)}.",
+        *(said(one, failed=True) for one in found.remarks if one not in failed),
+        whole(tables.numbers_table(found).bare()),
+        open_ones if open_ones.rows else Markup("<p>Every number is determined.</p>"),
+    ]
+    sections = [
+        *(_step(found, step) for step in found.steps.values()),
+        _held_out(found.comparisons) if found.comparisons else None,
+        Section("Account of the data", *_account(found)),
+    ]
+    footer = "Intervals are 95 %, from draws over repeats with the uncertainty of earlier steps."
+    return sections_page(name, about, sections, footer, head=f"{name} – identification")
 
 
-def _step(found: Identification, step: StepResult) -> dict[str, Any]:
-    """What the page shows of a step."""
-    modal = []
+def _took(found: Identification) -> str:
+    return amount(found.seconds, "s", 2) if found.seconds < 100.0 else f"{found.seconds / 60.0:.0f} min"
+
+
+def _step(found: Identification, step: StepResult) -> Foldable:
+    """What the page shows of a step: one or two panels beside the words, more below them."""
+    below, few = [], len(step.panels) in (1, 2)
+    shown = identify_figures.panels(step.panels, _BESIDE) if step.panels else None
     if step.name == "resonances" and found.resonances is not None:
         fit = found.resonances.fit
-        modal = [modal_figures.synthesis(fit), modal_figures.nyquist(fit)]
-    return {
-        "step": step, "modal": modal, "beside": bool(modal) or len(step.panels) in (1, 2),
-        "left": tables.residual_line(step),
-        "plate": identify_figures.panels(step.panels, _BESIDE) if step.panels else None,
-    }  # fmt: skip
+        shown, few, below = modal_figures.synthesis(fit), True, [modal_figures.nyquist(fit)]
+    words = (
+        f"{step.about} Used: {'; '.join(map(str, step.used))}. {tables.residual_line(step)}",
+        *step.notes,
+    )
+    return Foldable(step.name.capitalize(), *([[words, shown]] if few else [*words, shown]), *below)
 
 
-def _held_out(comparisons: Sequence[Comparison]) -> dict[str, Any]:
+def _account(found: Identification) -> list[Any]:
+    """What was checked and tried, and what became of every file and event, to be opened."""
+    judged, checks = assessed(found), tables.checks_table(tables.checks_of(found)).bare()
+    alternatives, zero = tables.alternatives_table(found).bare(), _zero(found)
+    notes = sorted({note for one in found.readings if one.record is not None for note in one.record.notes})
+    passed, files = (
+        len(checks.rows) - len(checks.flagged),
+        f"{found.files_used} of {len(found.readings)} files used",
+    )
+    return [
+        Fold(f"Checks of the model: {passed} of {len(checks.rows)} passed", checks) if checks.rows else None,
+        Fold(f"Alternatives that were tried: {len(alternatives.rows)}", alternatives) if alternatives.rows else None,
+        Fold("Correlations of the numbers", identify_figures.correlations(judged))
+        if judged and len(judged.names) > 1
+        else None,
+        Fold(
+            f"Files and events: {files}", _purposes(found), Markup('<div class="account">{}</div>').format(
+                tables.account_table(found).bare()), bullets(notes) if notes else None,
+            "identification.json lists every excluded file and event with its reason.",
+        ),
+        Fold("Held-out signals, record by record", _records(found.comparisons)) if found.comparisons else None,
+        Fold(f"Another zero position: {len(zero.rows)} numbers of the ground again", ZERO, zero)
+        if found.shifts
+        else None,
+    ]  # fmt: skip
+
+
+ZERO = """The identification as if the zero position were another (Table 2.2 of the source). Heights count from the
+ground seen in the records, so only the constant of the drive's law should change."""
+
+
+def _held_out(comparisons: Sequence[Comparison]) -> Foldable:
     """Records that no step has seen beside their simulations."""
-    if not comparisons:
-        return {}
+    counted = [one.measured.counting for one in comparisons]
+    heights, dwells = ([float(getattr(one, name)) for one in counted] for name in ("height", "dwell"))
+    about = (
+        "Records that no step has used, compared with simulations of the identified device. A bounce is a flight that "
+        f"clears {interval(min(heights), max(heights), 'm', 3)} after a contact shorter than "
+        f"{interval(min(dwells), max(dwells), 's', 3)}. Errors are (measured − simulated) / measured."
+    )
+    return Foldable("Held-out signals", about, _summary(comparisons), identify_figures.held_out(comparisons))
+
+
+def _records(comparisons: Sequence[Comparison]) -> Table:
+    """Every held-out record beside its simulation."""
     rows, flagged = [], []
     for i, one in enumerate(comparisons):
         a, b = one.measured, one.simulated
@@ -82,13 +127,7 @@ def _held_out(comparisons: Sequence[Comparison]) -> dict[str, Any]:
         columns += [Column(title, unit, over=name, shared=True) for title in ("measured", "simulated")]
         columns += [Column("error", "%", 2, over=name, shared=True)]
     columns += [Column("off", "%", 2, over="motion", shared=True)]
-    counted = [one.measured.counting for one in comparisons]
-    heights, dwells = ([float(getattr(one, name)) for one in counted] for name in ("height", "dwell"))
-    return {
-        "height": interval(min(heights), max(heights), "m", 3), "dwell": interval(min(dwells), max(dwells), "s", 3),
-        "records": Table("", columns, rows, flagged=flagged), "summary": _summary(comparisons),
-        "plate": identify_figures.held_out(comparisons),
-    }  # fmt: skip
+    return Table("", columns, rows, flagged=flagged)
 
 
 def _summary(comparisons: Sequence[Comparison]) -> Table:

@@ -2,7 +2,8 @@
 
 To write a page of your own, call ``sections_page(title, about, sections)``. A part of a section is a text, which is a
 paragraph; a `tarsus.tables.Table`; a `Plate`, which is numbered; a `Section` below the section; a `Fold`, which is
-opened by a click; a list of parts, which stand beside each other; `Markup`, as it is; or None, which is nothing.
+opened by a click; a list of parts, which stand beside each other, a tuple of parts being one of these; `Markup`, as it
+is; or None, which is nothing.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ if TYPE_CHECKING:
     from jinja2 import Environment
 
 __all__ = [
-    "Fold", "Markup", "Plate", "Section", "asset", "bullets", "marked", "page", "rendered", "said", "sections_page",
-    "sentence_case", "terms", "whole", "write_page",
+    "Fold", "Foldable", "Markup", "Plate", "Section", "asset", "bullets", "marked", "page", "rendered", "said",
+    "sections_page", "sentence_case", "terms", "whole", "write_page",
 ]  # fmt: skip
 
 UPLOT = "vendor/uplot-1.6.32"
@@ -58,6 +59,10 @@ class Section:
 
 class Fold(Section):
     """A part that shows its heading alone until it is opened."""
+
+
+class Foldable(Section):
+    """A section that is open on wide screens and on paper; on a phone its heading opens it."""
 
 
 def sentence_case(words: str) -> str:
@@ -167,6 +172,8 @@ def _environment() -> Environment:
         plate=lambda one: isinstance(one, Plate) or callable(one),
         section=lambda one: isinstance(one, Section),
         fold=lambda one: isinstance(one, Fold),
+        foldable=lambda one: isinstance(one, Foldable),
+        together=lambda one: isinstance(one, tuple),
         several=lambda one: isinstance(one, list),
         paragraph=lambda one: isinstance(one, str) and bool(one) and not isinstance(one, Markup),
     )
