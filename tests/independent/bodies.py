@@ -121,11 +121,15 @@ def walker(s: Any) -> tuple[Array, Array, Array, dict[str, Array], Array]:
     up = body["heave"].copy()
     damping, stiffness = np.zeros((n, n)), np.zeros((n, n))
 
-    def spring(upper: tuple[Array, Array], lower: tuple[Array, Array], by: Any) -> None:
-        sizes = ((by.stiffness_l, by.damping_l), (by.stiffness_v, by.damping_v))
-        for a, b, (k, c) in zip(upper, lower, sizes, strict=True):
-            stiffness[:] += k * np.outer(a - b, a - b)
-            damping[:] += c * np.outer(a - b, a - b)
+    def spring(upper: tuple[Array, Array], lower: tuple[Array, Array], by: Any, tilt: float = 0.0) -> None:
+        x, z = (a - b for a, b in zip(upper, lower, strict=True))
+        turned = np.exp(1j * tilt) * (x + 1j * z)  # along the leg is upward once it is turned upright
+        for row, k, c in (
+            (turned.real, by.stiffness_l, by.damping_l),
+            (turned.imag, by.stiffness_v, by.damping_v),
+        ):
+            stiffness[:] += k * np.outer(row, row)
+            damping[:] += c * np.outer(row, row)
 
     def on_body(name: str, at: Any) -> tuple[Array, Array]:
         along, upward = body["surge"] + at.z * pitch - at.y * yaw, body["heave"] + at.y * roll - at.x * pitch
@@ -155,7 +159,7 @@ def walker(s: Any) -> tuple[Array, Array, Array, dict[str, Array], Array]:
         last = leg
         if leg.tip is not None:
             ankle = (body[f"{name}_ankle_x"], body[f"{name}_ankle"])
-            spring(hip, ankle, leg)
+            spring(hip, ankle, leg, leg.tilt or 0.0)
             hip, last = ankle, leg.tip
         spring(hip, (x, z), last)
         masses += [last.mass, last.mass]

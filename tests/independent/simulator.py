@@ -105,6 +105,9 @@ class Simulator:
         self.out = Found()
         initial = scene.initial
         x = np.zeros(self.n) if initial.displacement is None else np.array(initial.displacement)
+        if initial.standing is not None:
+            assert not initial.standing.driven and self.laws.incline == 0.0
+            x = self.stands()
         v = np.zeros(self.n) if initial.velocity is None else np.array(initial.velocity)
         if initial.in_laboratory:
             v = v - moving.start(scene, robot, self.end)
@@ -122,6 +125,14 @@ class Simulator:
             )
             for i, line in enumerate(self.lines):
                 self.lay(i, int(np.searchsorted(line[:, 0], self.place(i, self.z))) - 1)
+
+    def stands(self) -> np.ndarray:
+        """At rest on level ground without friction, every foot down, the body where it is along the way."""
+        robot, none = self.robot, np.zeros((self.m, self.m))
+        balance = np.block([[robot.stiffness, -robot.normals], [robot.normals.T, none]])
+        x = np.linalg.lstsq(balance, np.concatenate([self.weight, -self.rest_gap]), rcond=1e-13)[0][: self.n]
+        x -= x[0] * robot.ahead
+        return x - robot.normals @ (self.rest_gap + robot.normals.T @ x)  # but for rounding
 
     # --- forces and constraints ---------------------------------------------------------------------------------
 

@@ -257,7 +257,7 @@ def idle_forces(scene: Scene, count: int | None = None) -> np.ndarray:
     return np.array(exerted + [0.0] * (0 if count is None else count - len(exerted)))
 
 
-SPRINGS = ("stiffness_v", "damping_v", "stiffness_l", "damping_l", "stiffness_t", "damping_t")
+SPRINGS = ("stiffness_v", "damping_v", "stiffness_l", "damping_l", "stiffness_t", "damping_t", "tilt")
 """Ends of paths of numbers that are in the matrices of stiffness and damping alone."""
 
 

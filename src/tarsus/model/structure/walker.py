@@ -111,6 +111,14 @@ class WalkerLeg(Description):
     tip: WalkerTip | None = Field(
         default=None, description="compliant tip below the foot, which touches the ground in its place"
     )
+    tilt: MaybeAmount = quantity(
+        "rad",
+        "angle of a leg with a compliant tip from the normal, positive where its foot is behind its hip: upward is "
+        "then along the leg, and along the way is across it",
+        default=None,
+        gt=-0.5 * np.pi,
+        lt=0.5 * np.pi,
+    )
 
     @property
     def end(self) -> WalkerLeg | WalkerTip:
@@ -172,6 +180,12 @@ class Walker(Structure):
         if not faults and self.body_size > MOST_COORDINATES:
             text = f"modes, payloads and tips make {self.body_size} coordinates above the feet"
             faults.append(("", f"{text}: expected {MOST_COORDINATES} at most"))
+        text = "a leg at an angle has a compliant tip, which touches the ground: give it a tip"
+        faults += [
+            (f"legs.{leg}.tilt", text)
+            for leg, one in self.legs.items()
+            if one.tilt is not None and not one.tip
+        ]
         if faults:
             raise PathErrors(faults)
         return self
@@ -333,13 +347,14 @@ class Walker(Structure):
             at, omega = self.body_coordinates.index(name), 2.0 * np.pi * mode.frequency
             stiffness[at, at] = mode.mass * omega**2
             damping[at, at] = 2.0 * mode.damping_ratio * omega * mode.mass
-        held = [(name, name, one) for name, one in self.payloads.items()]
-        held += [(f"{leg}_ankle", leg, one) for leg, one in self.legs.items() if one.tip is not None]
-        for point, name, one in held:
+        held = [(name, name, one, 0.0) for name, one in self.payloads.items()]
+        held += [(f"{leg}_ankle", leg, one, one.tilt or 0.0) for leg, one in self.legs.items() if one.tip]
+        for point, name, one, tilt in held:
             (x, z), (own_x, own_z) = self._mount(name, one), self._own(point)
+            along, upward, sin, cos = own_x - x, own_z - z, np.sin(tilt), np.cos(tilt)
             for row, k, c in (
-                (own_x - x, one.stiffness_l, one.damping_l),
-                (own_z - z, one.stiffness_v, one.damping_v),
+                (cos * along - sin * upward, one.stiffness_l, one.damping_l),
+                (sin * along + cos * upward, one.stiffness_v, one.damping_v),
             ):
                 stiffness += k * np.outer(row, row)
                 damping += c * np.outer(row, row)
