@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -32,12 +32,13 @@ LOOKS = np.unique(np.concatenate([np.geomspace(1e-6, 1e-1, 12), np.linspace(0.1,
 class Found:
     """Events (time, foot, kind) in order of time, and the state at the end; jammed: friction left no motion, or two,
     and the end is there. undetermined [s]: from when on feet that rub share the ways that are left to them, so that the
-    motion does not say what each bears."""
+    motion does not say what each bears; states (nt, 2n): at the times that were asked for."""
 
     events: list[tuple[float, int, int]] = field(default_factory=list)
     state: np.ndarray = field(default_factory=lambda: np.zeros(0))
     jammed: bool = False
     undetermined: float = math.inf
+    states: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
 
 
 def tiled(line: Any, near: float) -> np.ndarray:
@@ -52,15 +53,20 @@ def tiled(line: Any, near: float) -> np.ndarray:
     )
 
 
-def simulate(scene: Any, length: float) -> Found:
+def simulate(scene: Any, length: float, times: Sequence[float] = (), tolerance: float = TOLERANCE) -> Found:
     """Simulate a scene over its duration; length [m]: flights below 1e-9 of it are none, nor below
-    1 pm (the rule of a rest)."""
-    return Simulator(scene, length).run()
+    1 pm (the rule of a rest); times [s] in order: when its state is wanted too."""
+    return Simulator(scene, length, times, tolerance).run()
 
 
 class Simulator:
-    def __init__(self, scene: Any, length: float) -> None:
+    def __init__(
+        self, scene: Any, length: float, times: Sequence[float] = (), tolerance: float = TOLERANCE
+    ) -> None:
         self.robot, self.laws = robot_of(scene), Laws(scene.ground)
+        self.times, self.tolerance, self.states = list(times), tolerance, list[np.ndarray]()
+        self.onto: dict[tuple[int, ...], tuple[np.ndarray, list[tuple[int, bool]]]] = {}
+        self.known: dict[Any, dict[tuple[int, bool], float]] = {}
         self.end, self.length = scene.duration, length
         self.least = 1e-14 * length  # a gap of rounding is none
         robot = self.robot
@@ -138,6 +144,7 @@ class Simulator:
 
     def stretch(self, time: float) -> None:
         """Fix the pieces of all signals from a time on, so that an integrator never looks beyond a kink."""
+        self.known.clear()
         ahead = time + 1e-9 * max(min(k for k in self.kinks if k > time) - time, 0.0)
         self.now = (
             [s.at(ahead) for s in self.forces],
@@ -153,13 +160,13 @@ class Simulator:
         x, v = z[: self.n], z[self.n :]
         robot = self.robot
         out = self.weight - robot.stiffness @ x - robot.damping @ v
-        for d, piece in enumerate(self.now[0]):
-            out = out + robot.loads[:, d] * piece.value(t)
+        out += robot.loads @ [piece.value(t) for piece in self.now[0]]
+        gaps, rates = (self.rest_gap + x @ robot.normals).tolist(), (v @ robot.normals).tolist()
         for i in range(self.m):
             if self.contact[i] == AIR:
-                gap, rate = max(self.gap(i, z), 0.0), robot.normals[:, i] @ v
+                gap, rate = max(gaps[i], 0.0), rates[i]
                 force = self.laws.resisting(gap, rate) + self.laws.smooth(gap, rate, self.foot_volts(i, t))
-                out = out + robot.normals[:, i] * force
+                out += robot.normals[:, i] * force
         return out
 
     def gap(self, i: int, z: np.ndarray) -> float:
@@ -173,6 +180,7 @@ class Simulator:
     def lay(self, i: int, k: int) -> None:
         """Put a foot above facet k of its line: its ways from and along the ground are those of that facet."""
         self.facet[i] = k
+        self.onto.clear()
         (x0, z0), (x1, z1) = self.lines[i][k : k + 2]
         c, s = np.array([x1 - x0, z1 - z0]) / math.hypot(x1 - x0, z1 - z0)
         self.robot.normals[:, i] = c * self.upward[:, i] - s * self.along[:, i]
@@ -216,11 +224,12 @@ class Simulator:
 
     def pulls(self, t: float, z: np.ndarray, push: np.ndarray) -> dict[tuple[int, bool], float]:
         """Force [N] of the structure on each held foot, along its normal and along the ground."""
-        rows, which = self.held()
-        if not which:
-            return {}
-        reaction = np.linalg.lstsq(rows.T @ self.inverse @ rows, rows.T @ self.inverse @ push, rcond=1e-11)[0]
-        return dict(zip(which, reaction.tolist(), strict=True))
+        found = self.onto.get(tuple(self.contact))
+        if found is None:
+            rows, which = self.held()
+            by = rows.T @ self.inverse
+            found = self.onto[tuple(self.contact)] = np.linalg.pinv(by @ rows, rcond=1e-11) @ by, which
+        return dict(zip(found[1], (found[0] @ push).tolist(), strict=True))
 
     def loaded(self, t: float, z: np.ndarray) -> np.ndarray:
         """`applied` with the friction of feet that slide, which bears on the margin that bears it: all laws are
@@ -315,8 +324,13 @@ class Simulator:
         return float(np.abs(self.inverse @ normal) @ pushes / (normal @ self.inverse @ normal))
 
     def reactions(self, t: float, z: np.ndarray) -> dict[tuple[int, bool], float]:
-        """`pulls` with friction."""
-        return self.pulls(t, z, self.loaded(t, z))
+        """`pulls` with friction; all that are watched ask for those of the same moments."""
+        there = t, z.tobytes(), tuple(self.contact), tuple(self.sense)
+        if there not in self.known:
+            if len(self.known) > 2 * len(LOOKS):
+                self.known.clear()
+            self.known[there] = self.pulls(t, z, self.loaded(t, z))
+        return self.known[there]
 
     def margin(self, i: int, t: float, pull: float) -> float:
         """N + f_a of a held foot."""
@@ -379,6 +393,7 @@ class Simulator:
             if self.out.jammed:
                 break
         self.out.state = self.z
+        self.out.states = np.array(self.states).reshape(-1, 2 * self.n)
         later = [math.inf] * self.m  # a rest comes with the next event of its foot at the latest
         for k in reversed(range(len(self.out.events))):
             time, foot, kind = self.out.events[k]
@@ -392,8 +407,8 @@ class Simulator:
         scale = np.concatenate([np.full(self.n, self.length), np.full(self.n, self.length * self.rate)])
         watches = self.watches()
         solver = DOP853(
-            self.rates, self.time, self.z, stop, rtol=TOLERANCE, atol=0.1 * TOLERANCE * scale,
-            max_step=min(0.3 / self.rate, self.end / 20.0),
+            self.rates, self.time, self.z, stop, rtol=self.tolerance, atol=0.1 * self.tolerance * scale,
+            max_step=min((0.3 if self.tolerance == TOLERANCE else 1.0) / self.rate, self.end / 20.0),
         )  # fmt: skip
         begun = dict.fromkeys(watches, False)  # whether it has been seen above zero
         for key, watch in watches.items():
@@ -411,11 +426,11 @@ class Simulator:
                 return None
             dense = solver.dense_output()
             first: tuple[float, tuple[int, str]] | None = None
+            looks = [(float(t), dense(t)) for t in before[0] + LOOKS * (solver.t - before[0])]
             for key, watch in watches.items():
                 low = before[0]
-                for share in LOOKS:
-                    t = before[0] + share * (solver.t - before[0])
-                    value = watch(t, dense(t))
+                for t, z in looks:
+                    value = watch(t, z)
                     if value > (self.least if key[1] == "touch" else 0.0):
                         begun[key] = True
                     elif begun[key]:
@@ -424,11 +439,17 @@ class Simulator:
                             first = root, key
                         break
                     low = t
+            self.sample(dense, solver.t if first is None else first[0])
             if first is not None:
                 self.polish(before, first, watches[first[1]])
                 return first[1]
         self.time, self.z, self.fresh = stop, solver.y, [False] * self.m
         return None
+
+    def sample(self, dense: Callable[[float], np.ndarray], until: float) -> None:
+        """Take down the states of times that are asked for up to a time."""
+        while len(self.states) < len(self.times) and self.times[len(self.states)] <= until:
+            self.states.append(dense(self.times[len(self.states)]))
 
     def polish(
         self, before: tuple[float, np.ndarray], first: tuple[float, tuple[int, str]], watch: Callable
@@ -458,6 +479,7 @@ class Simulator:
         self.time, self.z = target, solver.y
 
     def note(self, foot: int, kind: int, time: float | None = None) -> None:
+        self.known.clear()
         self.out.events.append((self.time if time is None else time, foot, kind))
 
     def happen(self, i: int, what: str) -> None:
