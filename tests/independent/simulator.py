@@ -181,6 +181,7 @@ class Simulator:
         """Put a foot above facet k of its line: its ways from and along the ground are those of that facet."""
         self.facet[i] = k
         self.onto.clear()
+        self.known.clear()
         (x0, z0), (x1, z1) = self.lines[i][k : k + 2]
         c, s = np.array([x1 - x0, z1 - z0]) / math.hypot(x1 - x0, z1 - z0)
         self.robot.normals[:, i] = c * self.upward[:, i] - s * self.along[:, i]
