@@ -91,7 +91,7 @@ def test_without_a_row_nothing_of_it_is_left_in_the_problem():
 
 def refit(model, observed, row, seed):
     """The table's row predicted by the set that differential evolution of scipy finds for the other rows: the cost of
-    docs/calibrate.md, written anew."""
+    docs/calibration.md, written anew."""
     others = np.delete(np.arange(len(observed)), row)
 
     def cost(x):
