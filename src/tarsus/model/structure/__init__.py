@@ -7,6 +7,7 @@ from pydantic import Field
 from tarsus.model.structure.base import Matrices, Structure
 from tarsus.model.structure.beam import Beam
 from tarsus.model.structure.body_modes import body_modes
+from tarsus.model.structure.linkage import Linkage
 from tarsus.model.structure.lumped import Lumped
 from tarsus.model.structure.modal import Modal
 from tarsus.model.structure.walker import Payload, Walker, WalkerBody, WalkerLeg, WalkerMode, WalkerTip
@@ -14,6 +15,7 @@ from tarsus.model.structure.walker import Payload, Walker, WalkerBody, WalkerLeg
 __all__ = [
     "AnyStructure",
     "Beam",
+    "Linkage",
     "Lumped",
     "Matrices",
     "Modal",
@@ -27,5 +29,5 @@ __all__ = [
     "body_modes",
 ]
 
-AnyStructure = Annotated[Modal | Lumped | Beam | Walker, Field(discriminator="kind")]
+AnyStructure = Annotated[Modal | Lumped | Beam | Linkage | Walker, Field(discriminator="kind")]
 """Any structure; a table in a file says which by its ``kind``."""

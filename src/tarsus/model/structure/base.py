@@ -26,7 +26,7 @@ class Matrices:
 class Structure(Description):
     """A linear structure in its own coordinates ``x`` (n of them), with named points.
 
-    Subclasses are `Modal`, `Lumped`, `Beam` and `Walker`.
+    Subclasses are `Modal`, `Lumped`, `Beam`, `Linkage` and `Walker`.
     """
 
     @property

@@ -10,16 +10,10 @@ from tarsus.validation import RowCase
 FREQUENCIES = np.arange(160.0, 245.0, 5.0)  # Hz
 SETTLED, END = 0.5, 1.5  # the way is taken between these times [s]
 
-# The authors' model (github.com/justinyim/ISFMURSR-model @ bc411c9e, hingeModel.m): a film of 20 mg, a front link that
-# is half of such a film and a foot of 10 mg behind its tip.
-FRONT_MASS, REAR_MASS = 30e-6, 20e-6  # kg
-FRONT_INERTIA, REAR_INERTIA = 3.541667e-10, 2.604167e-10  # about the centres of the links [kg m^2]
+# The authors' model (github.com/justinyim/ISFMURSR-model @ bc411c9e, hingeModel.m)
 FRONT_PIN, REAR_PIN = 7.5e-3, 6.25e-3  # from the centre of a link to the hinge [m]
 FRONT_FOOT, REAR_FOOT = (2.5e-3, -3.5e-3), (-6.25e-3, -0.5e-3)  # from the centre, forward and up [m]
 REST_ANGLE = 0.2  # between the links [rad]
-HINGE, HINGE_DAMPING = 2.5e-4, 1e-8  # N m/rad, N m s/rad
-GROUND, GROUND_DAMPING = 8.5, 5e-3  # under each foot [N/m, N s/m]
-FOOT = 0.2e-6  # kg, assumed
 
 
 def case(row, device):
@@ -27,7 +21,7 @@ def case(row, device):
     several = [row.get("fastest_hz", 200.0), *FREQUENCIES]
 
     def read(*runs):
-        speeds = [point_speed(run, "x", SETTLED, END) for run in runs]
+        speeds = [point_speed(run, "pin_x", SETTLED, END) for run in runs]
         fastest = FREQUENCIES[int(np.argmax(speeds[1:]))]
         return {"speed_cm_s": speeds[0], "fastest_hz": float(fastest), "free_free_hz": hinge_mode(device)}
 
@@ -50,13 +44,13 @@ def turned(vector, angle):
 
 
 def standing():
-    """Pitch of both links when both feet are level, and what turns with them: centre and foot from the hinge [m]."""
+    """Centre and foot of both links from the hinge [m], both feet level: where the device has them."""
     low, high = -0.5, 0.5
     for _ in range(60):
         pitch = 0.5 * (low + high)
         front, rear = places(pitch)
         low, high = (pitch, high) if front[1][1] < rear[1][1] else (low, pitch)
-    return pitch, *places(pitch)
+    return {"front": front[0], "front_foot": front[1], "rear": rear[0], "rear_foot": rear[1]}
 
 
 def places(pitch):
@@ -67,33 +61,3 @@ def places(pitch):
         for one in ((-REAR_PIN, 0.0), (-REAR_PIN + REAR_FOOT[0], REAR_FOOT[1]))
     ]
     return front, rear
-
-
-def matrices():
-    """Mass, damping and stiffness of (x, z, front, rear, front foot, rear foot): place of the hinge, pitch of the
-    links, heights of the feet; and by foot how far its place on the link moves along and up."""
-    _, front, rear = standing()
-    mass, damping, stiffness = np.zeros((3, 6, 6))
-    rows = {}
-    for at, foot, own, kg, inertia in (
-        (2, 4, front, FRONT_MASS, FRONT_INERTIA),
-        (3, 5, rear, REAR_MASS, REAR_INERTIA),
-    ):
-        centre, place = own
-        for along, up, weight in ((centre[0], centre[1], kg), (place[0], place[1], 0.0)):
-            x, z = np.eye(6)[0], np.eye(6)[1]
-            x[at], z[at] = -up, along
-            mass += weight * (np.outer(x, x) + np.outer(z, z))
-        rows[foot] = (x, z)  # of the foot, which came last
-        mass[at, at] += inertia
-        mass[foot, foot] += FOOT
-        sunk = np.eye(6)[foot] - z
-        stiffness += GROUND * np.outer(sunk, sunk)
-        damping += GROUND_DAMPING * np.outer(sunk, sunk)
-    bent = np.eye(6)[2] - np.eye(6)[3]
-    return (
-        mass,
-        damping + HINGE_DAMPING * np.outer(bent, bent),
-        stiffness + HINGE * np.outer(bent, bent),
-        rows,
-    )
