@@ -136,9 +136,11 @@ def check(chain: StepRunner, comparisons: Sequence[Comparison], air: Sequence[Ai
     for name, step in steps.items():
         steps[name] = with_checks(step, step_checks(step, known))
     if "hysteresis" in steps:
-        told = air_checks(fit_air(air, known), known)
-        beside = smeared_check(chain.evidence.instruments, known)
+        fit = fit_air(air, known)
+        told, beside = air_checks(fit, known), smeared_check(chain.evidence.instruments, known)
         steps["hysteresis"] = with_checks(steps["hysteresis"], (*told, *beside))
+        if fit is not None and fit.widens:
+            steps.update({name: fit.widened(step) for name, step in steps.items()})
     steps.update(with_surprises(steps, chain.known, chain.evidence.ground(), chain.seed))
     for step in steps.values():
         chain.known = chain.known.redrawn(step)

@@ -118,7 +118,7 @@ def _at_most(root: Floats, prior: Floats) -> Floats:
 
 
 def within(
-    values: Floats, samples: Floats, bounds: Sequence[tuple[float, float]]
+    values: Floats, samples: Floats, bounds: ArrayLike
 ) -> tuple[Floats, Floats, tuple[tuple[float, float], ...]]:
     """An estimate (p,) and its draws (draws, p) for numbers of which physics leaves a part: what a normal distribution
     that is cut off at the bounds has at the same quantiles; and of each number the bounds that the data do not exclude,
@@ -129,27 +129,25 @@ def within(
     2.5 %, and else stays where it is, beside all draws.
     """
     values, samples = np.array(values, dtype=float), np.array(samples, dtype=float)
-    open_ends = []
-    for j, (low, high) in enumerate(bounds):
+    ends, open_ends = np.reshape(np.asarray(bounds, dtype=float), (-1, 2)), []
+    for j, (low, high) in enumerate(ends.tolist()):
         first, last = np.quantile(samples[:, j], [0.025, 0.975])
         open_ends.append((low if first <= low else -np.inf, high if last >= high else np.inf))
         if values[j] < low <= last or first <= high < values[j]:
             values[j] = min(max(values[j], low), high)
-    for j, (low, high) in enumerate(bounds):
+    for j, (low, high) in enumerate(ends.tolist()):
         drawn = samples[:, j].copy()
         if np.all((drawn >= low) & (drawn <= high)):
             continue
         middle, spread = float(drawn.mean()), float(drawn.std())
-        ends = (low - middle) / spread, (high - middle) / spread
         share = norm.cdf((drawn - middle) / spread)
-        inside: Any = truncnorm.ppf(share, *ends)
+        inside: Any = truncnorm.ppf(share, (low - middle) / spread, (high - middle) / spread)
         moved = (middle + spread * inside).clip(low, high)  # rounding
         off = samples - samples.mean(axis=0)
         samples += np.outer(moved - drawn, off[:, j] @ off / (off[:, j] @ off[:, j]))
         samples[:, j] = moved
     # what moved along by a little too much is no longer normal, and is not cut off again
-    low, high = np.array(bounds, dtype=float).T
-    return values, samples.clip(low, high), tuple(open_ends)
+    return values, samples.clip(*ends.T), tuple(open_ends)
 
 
 def carried(estimate: Callable[[Floats], Floats], values: Floats, samples: Floats) -> Floats:

@@ -18,6 +18,12 @@ _LEAST = 1e-3
 """Part of what was found below which a draw of a positive constant does not fall: a device with zero is none."""
 
 
+def possible(path: str, found: float) -> tuple[float, float]:
+    """Ends between which a number of which this value was found is that of a device."""
+    low = max(_LEAST * found, 0.0) if path.startswith(("ground.", "robot.structure.")) else -np.inf
+    return low, 1.0 if path.startswith("ground.restitution.") else np.inf
+
+
 @dataclass(frozen=True)
 class Estimates:
     """Parameters found so far.
@@ -39,9 +45,8 @@ class Estimates:
         chosen = self.values if values is None else values
         changes: dict[str, object] = {}
         for path, value, found in zip(self.paths, chosen.tolist(), self.values.tolist(), strict=True):
-            positive = path.startswith(("ground.", "robot.structure."))
-            least = max(value, _LEAST * found, 0.0) if positive else value
-            changes[path] = min(least, 1.0) if path.startswith("ground.restitution.") else least
+            low, high = possible(path, found)
+            changes[path] = min(max(value, low), high)
         return self.base.changed(changes)
 
     @classmethod

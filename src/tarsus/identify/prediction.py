@@ -10,7 +10,7 @@ shows it is.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -19,11 +19,20 @@ from numpy.typing import NDArray
 from tarsus.base.arrays import Floats
 from tarsus.identify.airborne import AirRecord, moving
 from tarsus.identify.causes import CAUSES, Cause
-from tarsus.identify.checks import OVER_NOISE, SURE
-from tarsus.identify.estimates import Estimates
+from tarsus.identify.checks import APART, OVER_NOISE, SURE
+from tarsus.identify.draws import within
+from tarsus.identify.estimates import Estimates, possible
+from tarsus.identify.step import StepResult
 
 _WIDE = 30.0
 """Standard deviations by which identified numbers may move: what they are off where something else is."""
+ALIKE = 2.0**0.5
+"""Root mean square over the noise of what the best of all such devices leaves, up to which a difference is a small one:
+it is no larger than the noise. Of a larger one no record tells how far numbers are off."""
+_FREE = 1e3
+"""The same where it is asked how far they are off: beyond, a number that the air does not feel would run away."""
+_UNFELT = 1e-12
+"""Share of the largest information below which records do not feel a direction of the numbers: rounding."""
 _ZERO = 10.0
 """Deviations of its noise by which the zero of a displacement may be off."""
 _MOST = 0.7
@@ -38,20 +47,53 @@ class AirFit:
     """What all records in the air say together.
 
     records: their number; values: of samples; predicted: root mean square over the noise that the prediction leaves,
-    the zeros free and the identified numbers within their draws; pull: root mean square, in standard deviations, by
-    which the records pull these; missed: by path, by how many of its standard deviations each number moves where all
-    are free; cause: in words, with what to record for it; named: the cause, if any has
-    a line of its own and leaves noise.
+    the zeros free and the identified numbers within their draws; left: the same of every second repeat, the numbers
+    free to follow the others; apart: by how many standard deviations of their difference these records and all others
+    tell the numbers, along the direction in which they differ most; missed: by path, by how many of its standard
+    deviations each number that moves the device in the air may be off; cause: in words, with what to record for it;
+    named: the cause, if any has a line of its own and leaves noise.
     """
 
     records: int
     values: int
     predicted: float
-    pull: float
+    left: float
+    apart: float
     missed: Mapping[str, float]
     cause: str
     record: str
     named: Cause | None = None
+
+    @property
+    def off(self) -> bool:
+        """Whether the identified device is not that of these records."""
+        return self.predicted > OVER_NOISE or self.apart > APART
+
+    @property
+    def beyond(self) -> float:
+        """By how many of its standard deviations any number may be off: what is wrong may do to it what it does to that
+        which is told most differently."""
+        return max(self.apart, self.predicted)
+
+    @property
+    def widens(self) -> bool:
+        """Whether intervals are widened for a difference: a small one, whose cause is unknown."""
+        return self.off and self.named is None and self.left <= ALIKE
+
+    def widened(self, step: StepResult) -> StepResult:
+        """A step with its draws as far apart as numbers may be off."""
+        wider = [1.0 if path in step.taken else self.missed.get(path, self.beyond) for path in step.paths]
+        ends = [possible(*one) for one in zip(step.paths, step.values.tolist(), strict=True)]
+        samples = step.values + np.array(wider) * (step.samples - step.values)
+        _, samples, reached = within(step.values, samples, ends)
+        both = {
+            name: (value, value + self.beyond * (draws - value), unit)
+            for name, (value, draws, unit) in step.combinations.items()
+        }
+        bounds = dict(step.bounds) | {
+            path: one for path, one in zip(step.paths, reached, strict=True) if np.isfinite(one).any()
+        }
+        return replace(step, samples=samples, combinations=both, bounds=bounds)
 
 
 @dataclass(frozen=True)
@@ -125,14 +167,27 @@ class _Sums:
         """Sum of squares that columns leave of both halves, each by the coefficients of the other."""
         return sum(self.left(columns, self.fitted(columns, _WIDE, (1 - h,))[0], (h,)) for h in (0, 1))
 
-    def missed(self, number: int | None, scale: float) -> tuple[Floats, Floats]:
-        """Of each identified number by how many of its standard deviations it moves beside a cause, and the standard
-        error of that, what is left being so many times the noise."""
-        values, covariance = self.fitted(self.beside(number), _WIDE)
-        size, count = np.linalg.norm(self.believed, axis=0), len(self.believed)
-        ways = self.believed / np.where(size > 0.0, size, 1.0)
-        own = scale * covariance[:count, :count]
-        return values[:count] @ ways, np.sqrt(np.einsum("ap,ab,bp->p", ways, own, ways))
+    def told(self, number: int | None) -> tuple[Floats, Floats]:
+        """Information (q, q) and score (q,) of these records about the identified numbers, beside a cause."""
+        columns, own = self.beside(number), len(self.believed)
+        square = self.square.sum(axis=0)[np.ix_(columns, columns)]
+        cross = self.cross.sum(axis=0)[columns]
+        beside = np.linalg.solve(square[own:, own:] + np.eye(len(columns) - own), square[own:, :own]).T
+        return square[:own, :own] - beside @ square[own:, :own], cross[:own] - beside @ cross[own:]
+
+    def apart(self, number: int | None, scale: float) -> tuple[float, Floats, Floats]:
+        """What these records and all others have in common of the identified numbers, what is left being so many times
+        the noise: the largest difference along a direction, in its standard deviations; by how many of its standard
+        deviations each number moves (p,), and the standard error of that."""
+        information, score = self.told(number)
+        size, axes = np.linalg.eigh(0.5 * (information + information.T))
+        seen = size > _UNFELT * size[-1]
+        along, size, axes = axes.T[seen] @ score, size[seen], axes[:, seen]
+        most = float(np.sqrt(np.max(along**2 / (size * (scale + size)))))
+        length = np.linalg.norm(self.believed, axis=0)
+        ways = axes.T @ (self.believed / np.where(length > 0.0, length, 1.0))
+        size = size + _FREE**-2.0
+        return most, (along / size) @ ways, np.sqrt(np.einsum("dp,d->p", ways**2, scale / size))
 
 
 def fit_air(records: Sequence[AirRecord], known: Estimates) -> AirFit | None:
@@ -144,7 +199,6 @@ def fit_air(records: Sequence[AirRecord], known: Estimates) -> AirFit | None:
     base, count = sums.beside(), sums.count
     values, _ = sums.fitted(base, 1.0)
     predicted = float(np.sqrt(sums.left(base, values) / count))
-    pull = float(np.sqrt(np.mean(values[: len(sums.believed)] ** 2)))
     plain = sums.unseen(base)
     rest = {k: sums.unseen(sums.beside(k)) for k in range(len(CAUSES)) if len(sums.places[_OWN + k])}
     best = min(rest, key=rest.__getitem__)
@@ -153,17 +207,19 @@ def fit_air(records: Sequence[AirRecord], known: Estimates) -> AirFit | None:
     most = plain - rest[best] > max(SURE, _MOST * (plain - count))
     named = best if plain > noise >= rest[best] and most else None
     scale = max((plain if named is None else rest[best]) / count, 1.0)
-    off, error = sums.missed(named, scale)
-    missed = {known.paths[k]: float(by) for k, by in zip(own, off, strict=True)}
+    left = float(np.sqrt((plain if named is None else rest[best]) / count))
+    apart, off, error = sums.apart(named, scale)
+    beyond = np.abs(off)
+    if named is None:  # beside what is wrong anywhere
+        beyond = np.hypot(beyond, max(apart, predicted))
+    missed = {known.paths[k]: float(by) for k, by in zip(own, beyond, strict=True)}
     if named is not None:
         cause, record = _said(sums, named)
     else:
         sure = dict(zip(missed, np.abs(off) / np.hypot(1.0, error), strict=True))
-        cause, record = (
-            _where(records) if plain > noise else _differently(missed, max(sure, key=sure.__getitem__))
-        )
+        cause, record = _where(records) if plain > noise else _differently(sure)
     of = None if named is None else CAUSES[named]
-    return AirFit(len(records), count, predicted, pull, missed, cause, record, of)
+    return AirFit(len(records), count, predicted, left, apart, missed, cause, record, of)
 
 
 def _said(sums: _Sums, number: int) -> tuple[str, str]:
@@ -175,11 +231,12 @@ def _said(sums: _Sums, number: int) -> tuple[str, str]:
     return f"the motion in the air shows that {one.said.format(size)}", one.record
 
 
-def _differently(missed: Mapping[str, float], path: str) -> tuple[str, str]:
-    """That other values of the numbers explain the motion: which of them moves most, beside its error."""
+def _differently(sure: Mapping[str, float]) -> tuple[str, str]:
+    """That other values of the numbers explain the motion: which of them differs most, in standard deviations."""
+    path = max(sure, key=sure.__getitem__)
     cause = (
         "the motion in the air is that of a device with other numbers than the rest of the records tell, the cause is "
-        f"unknown: most of all {path}, by {abs(missed[path]):.2g} standard deviations"
+        f"unknown: most of all {path}, by {sure[path]:.2g} standard deviations"
     )
     return cause, "repeat loops and sweeps after the records in the air"
 

@@ -151,7 +151,7 @@ def _seen(fitted: BounceFit) -> NDArray[np.bool_]:
 def _why_not(bounces: Bounces, fitted: BounceFit, kept: Kept, r: int, foot: str) -> Excluded:
     """Why an impact tells nothing of the restitution."""
     trace = bounces.traces[bounces.items[r].trace]
-    at, kind = f"the impact at {trace.time[bounces.items[r].last]:.5g} s", Exclusion.UNUSABLE
+    at = f"the impact at {trace.time[bounces.items[r].last]:.5g} s"
     if kept.caught[r]:
         text = f"at {at} the foot is caught and let go again: it departs with none of the approach's velocity"
     elif not kept.settled[r]:
@@ -160,8 +160,7 @@ def _why_not(bounces: Bounces, fitted: BounceFit, kept: Kept, r: int, foot: str)
         text = f"at {at} the approach is slower than its error tells from none"
     else:
         text = f"the motion around {at} is no free motion with one impact (chi-squared {fitted.chi[r]:.3g})"
-        kind = Exclusion.SEVERAL
-    return Excluded(trace.file, foot, text, kind=kind)
+    return Excluded(trace.file, foot, text)
 
 
 def _caught(fitted: BounceFit, single: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -217,10 +216,14 @@ def _result(
         ("impacts", "e times approach"), (approach, departure), (0.0, found.value), np.sqrt(covariance[:, 0, 0]),
     )  # fmt: skip
     rest = (departure - found.value * approach)[like]
+    around, seen = float(np.sqrt(fitted.chi.mean())), sum(one.size for one in bounces.measured)
     slow, fast = 1e3 * approach.min(), 1e3 * approach.max()
     step = StepResult(
         "restitution", (PATH,), values, samples,
-        residuals=(Residual.of("departure velocities", "m/s", rest, noise[like]),),
+        residuals=(
+            Residual.of("departure velocities", "m/s", rest, np.hypot(noise, found.scatter * approach)[like]),
+            Residual("flights around impacts, over the noise", "1", around, 1.0, seen),
+        ),
         used=(Used("impacts", int(like.sum()), total),), files=bounces.files(), panels=(panel,),
         left_out=(*left, *(_unlike(bounces, departure / approach, int(r)) for r in np.flatnonzero(~like))),
         notes=(

@@ -271,7 +271,7 @@ class StepResult:
         return np.std(self.samples, axis=0, ddof=1)
 
 
-UNSOLVED = (InputError, np.linalg.LinAlgError, ArithmeticError)
+UNSOLVED = (InputError, np.linalg.LinAlgError, FloatingPointError, OverflowError)
 """What data do to a step: a refusal, singular equations, numbers out of range. Any other exception is a fault of the
 program, and is not caught."""
 

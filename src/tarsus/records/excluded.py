@@ -21,9 +21,6 @@ class Exclusion(Enum):
     UNLIKE = (
         "they have it, and are not as the model has them: evidence against the model, where they are many"
     )
-    SEVERAL = (
-        "several of what the step needs may be one in them: evidence against the model where they are most"
-    )
     ENOUGH = "nothing: others are enough"
 
 
