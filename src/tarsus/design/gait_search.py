@@ -61,7 +61,7 @@ NEAR_BEST = 0.1
 ATTACKED = 6
 """Gaits along a front that are attacked between rounds."""
 MEAN_GROUNDS = 24
-"""Grounds that stand for a box where a risk averages over it."""
+"""Grounds that stand for a box, or for more draws than so many, where a risk averages over them."""
 LAST_LOOKS = 3
 """Attacks at the end at most: grounds that one finds join, the best candidates are judged again, and the next looks
 elsewhere."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.units import parse_quantity
-from tarsus.design.grounds import Grounds, Over, corners, spread
+from tarsus.design.grounds import Grounds, Over, corners, drawn, spread
 from tarsus.fit.unknowns import Unknowns
 from tarsus.fit.valleys import apart, shorter_steps
 
@@ -195,11 +195,15 @@ class Judge:
         return finite(costs[:, : len(self.own)].mean(axis=1))
 
     def fixed(self, count: int) -> Grounds:
-        """Grounds that a risk averages over: the members, or so many spread over the box."""
+        """Grounds that a risk is taken over: so many spread over the box; all members for their worst, and of many
+        members so many by chance where it averages."""
         if isinstance(self.over, Grounds):
+            over = self.over
+            if self.risk.tail != 0.0 and len(over) > count:
+                over = drawn(over, count, np.random.default_rng([self.seed, 41]))
             return Grounds(
-                {path: np.append(self.own.values[path], own) for path, own in self.over.values.items()},
-                np.append(np.zeros(len(self.own)), self.over.weights),
+                {path: np.append(self.own.values[path], own) for path, own in over.values.items()},
+                np.append(np.zeros(len(self.own)), over.weights),
             )
         assert self.over is not None
         every = self.own.with_more(spread(self.over, count, self.seed))

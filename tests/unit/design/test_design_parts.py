@@ -13,7 +13,7 @@ from tarsus.base.errors import InputError
 from tarsus.cli.requests import grounds_of
 from tarsus.design.energy import energies, energy_of, period_rises
 from tarsus.design.grounds import Grounds, corners, over_of, spread
-from tarsus.design.judge import MEAN, Judge
+from tarsus.design.judge import MEAN, WORST, Judge
 from tarsus.design.pulses import Levels, Step, families
 from tarsus.design.request import settings_text
 from tarsus.fit.unknowns import Unknowns
@@ -52,6 +52,16 @@ def test_a_finite_number_of_grounds_keeps_its_weights_and_gives_the_scene_itself
     np.savez(file, paths=np.array([GAP]), samples=np.array([[68e-6], [71e-6], [70e-6]]))
     drawn = over_of(scene, file)
     assert isinstance(drawn, Grounds) and drawn.values[GAP].tolist() == [68e-6, 71e-6, 70e-6]
+
+
+@pytest.mark.parametrize(("risk", "count"), [(MEAN, 24), (WORST, 400)])
+def test_of_many_draws_some_stand_for_all_where_a_risk_averages(scene, risk, count):
+    gaps = np.linspace(66e-6, 74e-6, 400)
+    members = Grounds({GAP: gaps}, np.where(gaps < 70e-6, 1.0, 0.0))
+    judge = Judge(lambda rows, grounds: rows, Grounds.nominal(scene, [GAP]), members, risk, 0)
+    grounds = judge.fixed(24)
+    assert len(grounds) == 1 + count and grounds.values[GAP][0] == 70e-6 and grounds.weights[0] == 0.0
+    assert np.all(grounds.values[GAP][1:][grounds.weights[1:] > 0.0] < 70e-6)
 
 
 @pytest.mark.parametrize(
