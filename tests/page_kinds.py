@@ -153,7 +153,7 @@ KINDS = {
     "explorer": Kind("explore.html", verb("explore", "cantilever", "--duration", "60 ms")),
     "explorer-walker": Kind("explore.html", verb("explore", "millipede", "--duration", "60 ms")),
     "explorer-hexapod": Kind("explore.html", verb("explore", "hexapod-walker", "--duration", "60 ms")),
-    "sweep": Kind("sweep.html", verb("sweep", "{study}", study=_study)),
+    "sweep": Kind("sweep_page.py", verb("sweep", "{study}", study=_study)),
     "yield": Kind("yield_page.py", verb("yield", CREEPING, *_YIELD)),
     "calibrate": Kind("calibrate_page.py", verb("calibrate", "{ball}", ball=_ball)),
     "identify": Kind("identify_page.py", _identification),

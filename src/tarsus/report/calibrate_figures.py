@@ -48,10 +48,10 @@ def ranges(branches: Sequence[Mapping[str, Any]]) -> Plate:
     names = list(branches[0]["unknowns"])
     marks = []
     for b, branch in enumerate(branches):
-        numbers = [
-            (n, *(_place(one, one[key]) for key in ("best", "low", "high")))
-            for n, one in enumerate(branch["unknowns"].values())
-        ]
+        places = (
+            [_place(one, one[key]) for key in ("best", "low", "high")] for one in branch["unknowns"].values()
+        )
+        numbers = [(n, best, low, high) for n, (best, low, high) in enumerate(places)]
         marks.append(RowMarks(options_word(branch), CYCLE[b % len(CYCLE)], numbers))
     return rows_figure(
         names,

@@ -24,11 +24,11 @@ from tarsus.files.library import SceneLike, as_scene, load_scene
 from tarsus.measure import Counting
 from tarsus.model.scene import Scene, seconds_of
 from tarsus.plan.lowering import REFUSALS
-from tarsus.report.charts import Charts
 from tarsus.report.figures import GROUND, MOST_FEET
 from tarsus.report.motion import Motion
 from tarsus.report.packing import script_text
 from tarsus.report.pages import asset, page, rendered, write_page
+from tarsus.report.panels import DrawnLine, Sign, TimePanel, panels_html
 from tarsus.report.player import distinct_drives, drive_label, walk_section
 from tarsus.report.style import BLUE, CONTACT, CYCLE, GREEN, INK, MUTED, PURPLE, VERMILION
 from tarsus.solve import Explored, Run, compiled_engine, engine_bytes, simulate
@@ -172,7 +172,7 @@ class Explorer:
         shown = Shown(self.explored)
         return rendered(
             "explorer.html", player=shown.player(on_paper=not small),
-            charts=shown.charts.html("Volts, gaps, forces and energies over time"),
+            charts=shown.charts,
             info=script_text(self.info(shown, small=small)), wasm=_compressed(wasm),
             packet=_compressed(self.explored.packet),
             worker=Markup(asset("engine.js", "page", "tarsus.core") + asset("explorer_worker.js")),
@@ -350,44 +350,47 @@ class Shown:
         return walk_section(self.motion, springs=not self.walks, on_paper=on_paper)
 
     @cached_property
-    def charts(self) -> Charts:
+    def charts(self) -> Markup:
         """Figures of the whole run; `panels` says what their lines are."""
-        seen = self.explored.seen(np.linspace(0.0, self.explored.seconds, 2 * self.points // 3))
-        heights = [0.55, *([1.0] if self.walks else []), 1.5, 0.9, 1.0]
-        charts = Charts(heights, window=(0.0, self.explored.seconds))
-        free = iter(charts.panels)
+        end = self.explored.seconds
+        seen = self.explored.seen(np.linspace(0.0, end, 2 * self.points // 3))
+        made: list[TimePanel] = []
 
-        def panel(words: str, of_unit: str, lines: Sequence[tuple[str, int | None, str, str, bool]]) -> Any:
-            here, own = next(free), []
+        def panel(height: float, words: str, of_unit: str, lines: Sequence[_Drawn], **others: Any) -> None:
+            drawn = []
             for of, k, label, color, frozen in lines:
-                values = seen[of] if k is None else seen[of][k]
-                values = np.full(len(seen["time"]), np.nan) if frozen else values
-                here.plot(
-                    seen["time"], values, color=color, label=label, lw=1.0, ls=GROUND if frozen else "-"
+                values = (
+                    np.full(len(seen["time"]), np.nan) if frozen else seen[of] if k is None else seen[of][k]
                 )
-                own.append([of, k, frozen])
-            here.set_ylabel(words, self.explored.unit(of_unit))
-            self.panels.append({"lines": own})
-            return here
+                drawn.append(DrawnLine(seen["time"], values, color, label, 1.0, GROUND if frozen else ()))
+            made.append(TimePanel(height, words, self.explored.unit(of_unit), drawn, **others))
+            self.panels.append({"lines": [[of, k, frozen] for of, k, _, _, frozen in lines]})
 
         drives, few = distinct_drives(self.motion), range(min(len(self.feet), MOST_FEET))
         colors = [INK] if len(drives) == 1 else CYCLE
         volts = [(drive_label(names), row, colors[k % len(colors)]) for k, (names, row) in enumerate(drives)]
-        panel("drive", "volts", [("volts", row, label, color, False) for label, row, color in volts])
+        panel(0.55, "drive", "volts", [("volts", row, label, color, False) for label, row, color in volts])
         if self.walks:
-            panel("travel", "foot_x", [("body", 0, "body", BLUE, False), ("body", 0, "A", MUTED, True)])
+            panel(1.0, "travel", "foot_x", [("body", 0, "body", BLUE, False), ("body", 0, "A", MUTED, True)])
         feet = [(k, self.feet[k], CYCLE[k % len(CYCLE)]) for k in few]
-        frozen = [("gap", 0, "A", MUTED, True)] if feet else []
-        gaps = panel("gap", "gap", [*(("gap", k, name, color, False) for k, name, color in feet), *frozen])
-        if len(self.feet) == 1:
-            gaps.shade([])
-            gaps.sign("contact", CONTACT, area=True)
+        gaps: list[_Drawn] = [("gap", k, name, color, False) for k, name, color in feet]
+        contact = [Sign("contact", CONTACT, area=True)] * (len(self.feet) == 1)
+        panel(1.5, "gap", "gap", [*gaps, ("gap", 0, "A", MUTED, True)] if feet else [], signs=contact)
         named = [(k, name if len(feet) > 1 else "", color) for k, name, color in feet]
-        forces = [("contact_force", k, name, color, False) for k, name, color in named]
-        panel("force of ground", "contact_force", forces)
+        forces: list[_Drawn] = [("contact_force", k, name, color, False) for k, name, color in named]
+        panel(0.9, "force of ground", "contact_force", forces)
         energies = (
             ("kinetic_energy", "kinetic", VERMILION), ("elastic_energy", "elastic", GREEN),
             ("lost", "lost at impacts", PURPLE),
         )  # fmt: skip
-        panel("energy", "kinetic_energy", [(of, None, label, color, False) for of, label, color in energies])
-        return charts
+        panel(
+            1.0,
+            "energy",
+            "kinetic_energy",
+            [(of, None, label, color, False) for of, label, color in energies],
+        )
+        return panels_html(made, "Volts, gaps, forces and energies over time", (0.0, end))
+
+
+_Drawn = tuple[str, int | None, str, str, bool]
+"""A line of the explorer: of which series, which row of it, its name and colour, and whether it is of a frozen run."""

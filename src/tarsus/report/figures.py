@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import cycle
 
 import numpy as np
 
-from tarsus.report.charts import ChartPanel, Charts, Dash, Window
 from tarsus.report.pages import Plate
-from tarsus.report.series import PlotTrace, RunSeries, by_drive, ever, foot_traces, joined
+from tarsus.report.panels import Bars, Dash, DrawnLine, Level, Sign, TimePanel, Window, panels_plate
+from tarsus.report.series import PlotTrace, RunSeries, ever, foot_traces, joined
 from tarsus.report.style import BLUE, CONTACT, CYCLE, GREEN, INK, MUTED, ORANGE, PURPLE, RULE, SKY, VERMILION
 from tarsus.tables.numbers import amount, spaced
 
@@ -18,7 +19,7 @@ MOST_FEET = 4
 LAW_COLORS = (GREEN, PURPLE, ORANGE, SKY, VERMILION)
 """Colours of the laws on the feet, in their order."""
 
-GROUND: Dash = (0, (5, 3))
+GROUND: Dash = (5, 3)
 """How the level of the ground is drawn."""
 
 TURNS, TURN_SAMPLES = 12, 400
@@ -27,43 +28,24 @@ TURNS, TURN_SAMPLES = 12, 400
 
 def motion(series: RunSeries, window: Window) -> Plate:
     """Drive voltage above the displacement of every point, contact shaded, ground level dashed."""
-    several = len(series.feet) > 1
-    driven = bool(series.drives)
-    charts = Charts([0.62] * driven + [2.3] + [0.2 * len(series.feet)] * several, window=window)
-    axes = charts.panels[int(driven)]
-    if driven:
-        for index, name in enumerate(series.drives):
-            color = INK if len(series.drives) == 1 else CYCLE[index % len(CYCLE)]
-            if "command" in series.values:
-                dots: Dash = (0, (1, 2))
-                charts.panels[0].plot(
-                    series.time, series["command"][index], color=color, lw=0.7, ls=dots, zorder=1.5
-                )
-            charts.panels[0].plot(series.time, series["volts"][index], color=color, lw=1.0, label=name)
-        charts.panels[0].set_ylabel("drive", "V")
-    feet = list(dict.fromkeys(series.foot_points))
-    for order, name in enumerate([*feet, *(one for one in series.points if one not in feet)]):
-        foot = name in feet
-        axes.plot(
-            series.time, series["displacement"][series.points.index(name)], color=CYCLE[order % len(CYCLE)],
-            label=f"{name} (foot)" if foot else name, lw=1.3 if foot else 0.9, zorder=2.5 if foot else 2.0,
-        )  # fmt: skip
-    for level in sorted(set(series.ground_levels)):
-        axes.axhline(level, color=INK, ls=GROUND)
-    axes.set_ylabel("displacement", "m")
+    several, driven = len(series.feet) > 1, bool(series.drives)
     shaded = len(series.feet) == 1 and bool(series.contacts[0])
-    if shaded:
-        axes.shade(series.contacts[0])
-        axes.sign("contact", CONTACT, area=True)
-    if series.feet:
-        axes.sign("ground")
+    feet = list(dict.fromkeys(series.foot_points))
+    lines = []
+    for order, name in enumerate([*feet, *(one for one in series.points if one not in feet)]):
+        words, width = (f"{name} (foot)", 1.3) if name in feet else (name, 0.9)
+        values = series["displacement"][series.points.index(name)]
+        lines.append(DrawnLine(series.time, values, CYCLE[order % len(CYCLE)], words, width))
+    moved = TimePanel(
+        2.3, "displacement", "m", lines, series.contacts[0] if shaded else (),
+        levels=[Level(level, INK, GROUND) for level in sorted(set(series.ground_levels))],
+        signs=[Sign("contact", CONTACT, area=True)] * shaded + [Sign("ground")] * bool(series.feet),
+    )  # fmt: skip
+    panels = [*([_volts(series)] if driven else []), moved]
     if several:
-        rows = charts.panels[-1]
-        for row, contacts in enumerate(series.contacts):
-            rows.bars(contacts, row - 0.35, row + 0.35, color=MUTED)
-        rows.set_yticks(range(len(series.feet)), series.feet)
-        rows.set_ylim(len(series.feet) - 0.5, -0.5)
-        rows.set_ylabel("contact")
+        bars = [Bars(one, row - 0.35, row + 0.35, MUTED) for row, one in enumerate(series.contacts)]
+        ends = (len(series.feet) - 0.5, -0.5)
+        panels.append(TimePanel(0.2 * len(series.feet), "contact", bars=bars, limits=ends, names=series.feet))
     caption = f"Displacement of {joined(series.points)} from rest{' under the drive voltage above' * driven}"
     if "command" in series.values:
         caption += " (dotted: what the amplifier is told to give)"
@@ -71,53 +53,64 @@ def motion(series: RunSeries, window: Window) -> Plate:
         caption += f"; {'the bars below mark' if several else 'shading marks'} contact"
     if series.feet:
         caption += "; the dashed line is the displacement at which the foot touches the ground"
-    return charts.plate(f"{caption}.")
+    return panels_plate(panels, f"{caption}.", window)
+
+
+def _volts(series: RunSeries) -> TimePanel:
+    """Voltages of the drives, and dotted what amplifiers are told to give."""
+    lines = []
+    for index, name in enumerate(series.drives):
+        color = INK if len(series.drives) == 1 else CYCLE[index % len(CYCLE)]
+        if "command" in series.values:
+            lines.append(DrawnLine(series.time, series["command"][index], color, width=0.7, dash=(1, 2)))
+        lines.append(DrawnLine(series.time, series["volts"][index], color, name, 1.0))
+    return TimePanel(0.62, "drive", "V", lines)
 
 
 def turns(series: RunSeries) -> Plate | None:
-    """The last drive periods of the first feet over each other; None if nothing repeats."""
+    """The last drive periods of the first feet over each other, below the drive; None if nothing repeats."""
     traces = foot_traces(series)
     if not traces:
         return None
-    found = periods_over_each_other(traces[:MOST_FEET])
-    if len(traces) <= MOST_FEET:
-        return found
-    return Plate(found.picture, f"{found.caption} Shown are the first {MOST_FEET} of {len(traces)} feet.")
+    shown = traces[:MOST_FEET]
+    drive = DrawnLine(
+        series.time / shown[0].period - shown[0].last_periods(TURNS)[1] + 1, shown[0].volts, MUTED
+    )
+    panels = [TimePanel(0.3, "drive", "V", [drive])]
+    for trace in shown:
+        *older, newest = turns_of(trace)
+        lines = [*(DrawnLine(*one, SKY, width=0.6) for one in older), DrawnLine(*newest, BLUE, width=1.3)]
+        words = f"height, {trace.title}" if len(shown) > 1 else "height"
+        panels.append(
+            TimePanel(1.0, words, "m", lines, last_contacts(trace), levels=[Level(0.0, INK, GROUND)])
+        )
+    caption = turns_caption(shown)
+    if len(traces) > len(shown):
+        caption += f" Shown are the first {MOST_FEET} of {len(traces)} feet."
+    return panels_plate(panels, caption, (0.0, 1.0), across="drive period", unit="")
 
 
-def periods_over_each_other(traces: list[PlotTrace]) -> Plate:
-    """Heights over the drive period, its last turns over each other: a panel a trace, below the drive of them."""
-    drives = by_drive(traces)
-    heights = [high for same in drives for high in (0.3, *(1.0 for _ in same))]
-    charts = Charts(heights, "drive period", "", (0.0, 1.0))
-    free = iter(charts.panels)
-    for same in drives:
-        last = same[0].last_periods(TURNS)[1]
-        drive = next(free)
-        drive.plot(same[0].time / same[0].period - last + 1, same[0].volts, color=MUTED, lw=0.9)
-        drive.set_ylabel("drive", "V")
-        for trace in same:
-            _turns(next(free), trace, f"height, {trace.title}" if len(traces) > 1 else "height")
+def turns_of(trace: PlotTrace) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Parts of the period and heights [m] of the last drive periods of a trace, the newest one last."""
+    phase = np.linspace(0.0, 1.0, TURN_SAMPLES + 1)
+    shown = range(*trace.last_periods(TURNS))
+    return [(phase, np.interp((turn + phase) * trace.period, trace.time, trace.height)) for turn in shown]
+
+
+def last_contacts(trace: PlotTrace) -> list[Window]:
+    """Contacts in the last whole drive period, in parts of it."""
+    start = trace.last_periods(TURNS)[1] - 1
+    turned = ((a / trace.period - start, b / trace.period - start) for a, b in trace.contacts)
+    return [(max(a, 0.0), min(b, 1.0)) for a, b in turned if a < 1.0 and b > 0.0]
+
+
+def turns_caption(traces: Sequence[PlotTrace]) -> str:
+    """What is drawn of periods over each other."""
     most = max(last - first for first, last in (one.last_periods(TURNS) for one in traces))
     each = f" ({amount(traces[0].period, 's')})" if len({one.period for one in traces}) == 1 else ""
     which = f"the last {most} of them over each other, the last one darkest" if most > 1 else "one of them"
     shaded = " Shaded is contact in the last one." if any(one.contacts for one in traces) else ""
-    return charts.plate(
-        f"Height above the ground over one drive period{each}: {which}.{shaded} The dashed line is the ground."
-    )
-
-
-def _turns(panel: ChartPanel, trace: PlotTrace, name: str) -> None:
-    """The last drive periods of a trace, the newest one above the others."""
-    phase = np.linspace(0.0, 1.0, TURN_SAMPLES + 1)
-    first, last = trace.last_periods(TURNS)
-    for turn in range(first, last):
-        newest = turn == last - 1
-        height = np.interp((turn + phase) * trace.period, trace.time, trace.height)
-        panel.plot(phase, height, color=BLUE, lw=1.3 if newest else 0.6, alpha=1.0 if newest else 0.35)
-    panel.axhline(0.0, color=INK, ls=GROUND)
-    panel.set_ylabel(name, "m")
-    panel.shade((a / trace.period - last + 1, b / trace.period - last + 1) for a, b in trace.contacts)
+    return f"Height above the ground over one drive period{each}: {which}.{shaded} The dashed line is the ground."
 
 
 def forces(series: RunSeries, window: Window, foot: int = 0) -> Plate:
@@ -138,33 +131,21 @@ def forces(series: RunSeries, window: Window, foot: int = 0) -> Plate:
     touched, held = ever(contact[part]) or ever(limit[part]), ever(limit[part])
     absent += [] if touched else ["contact"]
 
-    driven = bool(series.drives)
-    charts = Charts([0.85] + [0.72] * (driven + len(rows) + touched), window=window)
-    for axes in charts.panels:
-        axes.shade(series.contacts[foot])
-    for axes in charts.panels[1:]:
-        axes.axhline(0.0, color=RULE)
-    panels = iter(charts.panels)
-    axes = next(panels)
-    axes.plot(series.time, series["gap"][foot], color=BLUE)
-    axes.set_ylabel("height", "m")
-    if driven:
-        axes = next(panels)
-        for index, name in enumerate(series.drives):
-            color = VERMILION if index == 0 else CYCLE[(index + 1) % len(CYCLE)]
-            axes.plot(series.time, series["drive_force"][index], color=color, label=name)
-        axes.set_ylabel("drive", "N")
+    time, shaded, zero = series.time, series.contacts[foot], [Level(0.0, RULE)]
+    panels = [TimePanel(0.85, "height", "m", [DrawnLine(time, series["gap"][foot], BLUE)], shaded)]
+
+    def add(words: str, lines: Sequence[DrawnLine]) -> None:
+        panels.append(TimePanel(0.72, words, "N", lines, shaded, levels=zero))
+
+    if series.drives:
+        colors = [VERMILION, *(CYCLE[(index + 1) % len(CYCLE)] for index in range(1, len(series.drives)))]
+        drawn = zip(series["drive_force"], colors, series.drives, strict=True)
+        add("drive", [DrawnLine(time, *one) for one in drawn])
     for label, force, color in rows:
-        axes = next(panels)
-        axes.plot(series.time, force, color=color)
-        axes.set_ylabel(label, "N")
+        add(label, [DrawnLine(time, force, color)])
     if touched:
-        axes = next(panels)
-        if held:
-            bound = np.where(limit > 0.0, -limit, np.nan)
-            axes.plot(series.time, bound, color=MUTED, ls=(0, (2, 2)), label="pull-off limit")
-        axes.plot(series.time, contact, color=INK, label="contact force")
-        axes.set_ylabel("contact", "N")
+        bound = DrawnLine(time, np.where(limit > 0.0, -limit, np.nan), MUTED, "pull-off limit", dash=(2, 2))
+        add("contact", [*([bound] if held else []), DrawnLine(time, contact, INK, "contact force")])
     caption = (
         f"Forces on foot {series.feet[foot]} below its height above the ground, each on its own scale; positive pushes "
         "the foot off the ground, contact is shaded."
@@ -177,26 +158,25 @@ def forces(series: RunSeries, window: Window, foot: int = 0) -> Plate:
         )
     if absent:
         caption += f" No {' or '.join(absent)} force acts in this stretch."
-    return charts.plate(caption)
+    return panels_plate(panels, caption, window)
 
 
 def energies(series: RunSeries, companion: RunSeries | None, window: Window) -> Plate:
     """Kinetic and elastic energy, with and without adhesion (as Fig. 2.12 of the source)."""
-    charts = Charts([0.95, 0.95], window=window)
     one_foot = len(series.feet) == 1
-    own = "with adhesion" if companion is not None else ""
-    for axes, kind in zip(charts.panels, ("kinetic", "elastic"), strict=True):
-        curves = [one[f"{kind}_energy"] for one in (series, companion) if one is not None]
-        axes.plot(series.time, curves[0], color=BLUE, lw=1.2, label=own)
+    panels = []
+    for kind in ("kinetic", "elastic"):
+        name = f"{kind}_energy"
+        lines = [
+            DrawnLine(series.time, series[name], BLUE, "with adhesion" if companion is not None else "", 1.2)
+        ]
         if companion is not None:
-            axes.plot(
-                companion.time, curves[1], color=VERMILION, lw=0.9, ls=(0, (4, 1.5)), label="without adhesion"
+            lines.append(
+                DrawnLine(companion.time, companion[name], VERMILION, "without adhesion", 0.9, (4, 1.5))
             )
-        axes.set_ylabel(f"{kind} energy", "J")
-        if min(np.nanmin(values) for values in curves) >= 0.0:
-            axes.set_ylim(bottom=0.0)
-        if one_foot:
-            axes.shade(series.contacts[0])
+        least = 0.0 if min(np.nanmin(one.y) for one in lines) >= 0.0 else None
+        contact = series.contacts[0] if one_foot else ()
+        panels.append(TimePanel(0.95, spaced(name), "J", lines, contact, limits=(least, None)))
     caption = "Kinetic energy and elastic (potential) energy of the structure"
     if companion is not None:
         caption += ", as simulated and for the same scene with adhesion switched off"
@@ -206,23 +186,22 @@ def energies(series: RunSeries, companion: RunSeries | None, window: Window) -> 
             if companion is not None
             else ", contact shaded"
         )
-    return charts.plate(f"{caption}.")
+    return panels_plate(panels, f"{caption}.", window)
 
 
 LEDGER_CURVES: tuple[tuple[str, str, str, Dash], ...] = (
-    ("work_in", "work in by drives", INK, "-"),
-    ("ground_work", "work in by the ground", INK, (0, (4, 1.5))),
-    ("stored", "kinetic + elastic", BLUE, "-"),
-    ("damping_loss", "structural damping", VERMILION, "-"),
-    ("impact_loss", "impacts", PURPLE, "-"),
-    ("adhesion_loss", "adhesion", ORANGE, "-"),
-    ("friction_loss", "friction", SKY, "-"),
+    ("work_in", "work in by drives", INK, ()),
+    ("ground_work", "work in by the ground", INK, (4, 1.5)),
+    ("stored", "kinetic + elastic", BLUE, ()),
+    ("damping_loss", "structural damping", VERMILION, ()),
+    ("impact_loss", "impacts", PURPLE, ()),
+    ("adhesion_loss", "adhesion", ORANGE, ()),
+    ("friction_loss", "friction", SKY, ()),
 )
 
 
 def ledger(series: RunSeries) -> Plate:
     """Where the energy went: cumulative curves over the whole run."""
-    charts = Charts([1.9], window=series.whole)
     curves = dict(series.values)
     curves["stored"] = series["kinetic_energy"] + series["elastic_energy"]
     entries = [*LEDGER_CURVES]
@@ -230,14 +209,14 @@ def ledger(series: RunSeries) -> Plate:
     for name, law in series.laws.items():
         work = series[f"{name}_work"]
         curves[name] = -work if law.loses else work
-        color, dash = (next(losses), "-") if law.loses else (next(works), (0, (4, 1.5)))
+        color, dash = (next(losses), ()) if law.loses else (next(works), (4, 1.5))
         entries.append((name, spaced(name), color, dash))
-    for name, label, color, dash in entries:
-        if name in curves and ever(curves[name]):
-            width = 1.3 if name == "work_in" else 1.0
-            charts.panels[0].plot(series.time, curves[name], color=color, lw=width, ls=dash, label=label)
-    charts.panels[0].set_ylabel("energy since start", "J")
+    lines = [
+        DrawnLine(series.time, curves[name], color, label, 1.3 if name == "work_in" else 1.0, dash)
+        for name, label, color, dash in entries
+        if name in curves and ever(curves[name])
+    ]
     caption = "Cumulative energy: what the drives put in, what is stored, and what each loss has taken"
     if any(not law.loses and ever(series[f"{name}_work"]) for name, law in series.laws.items()):
         caption += "; dashed is work on the structure"
-    return charts.plate(f"{caption}.")
+    return panels_plate([TimePanel(1.9, "energy since start", "J", lines)], f"{caption}.", series.whole)

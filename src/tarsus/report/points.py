@@ -8,9 +8,9 @@ import numpy as np
 from markupsafe import Markup
 
 from tarsus.model.structure import Beam
-from tarsus.report.charts import Window
 from tarsus.report.packing import packed, packed_times, script_text
 from tarsus.report.pages import rendered
+from tarsus.report.panels import Window
 from tarsus.report.series import RunSeries
 from tarsus.report.style import scale_of
 

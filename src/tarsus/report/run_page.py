@@ -19,10 +19,10 @@ from tarsus.files.summary import about, account, deviation, measures_summary
 from tarsus.model.structure import Walker
 from tarsus.report import figures, walk_figures
 from tarsus.report.above import path_above
-from tarsus.report.charts import Window
 from tarsus.report.explorer import small_explorer
 from tarsus.report.motion import motion_of, whole_motion
 from tarsus.report.pages import Plate, page, rendered, write_page
+from tarsus.report.panels import Window
 from tarsus.report.player import walk_section
 from tarsus.report.points import points_section
 from tarsus.report.series import RunSeries, joined, series_of

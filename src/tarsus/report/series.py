@@ -14,7 +14,7 @@ from tarsus.base.events import CONTACT_BEGINS, EventKind
 from tarsus.files.series import Variables
 from tarsus.files.settled import drive_period
 from tarsus.model.laws.base import Law
-from tarsus.report.charts import Window
+from tarsus.report.panels import Window
 from tarsus.report.style import samples_inside
 from tarsus.solve import Run
 

@@ -11,14 +11,14 @@ import numpy as np
 import xarray
 
 from tarsus.base.spec import float_paths
-from tarsus.report.charts import Charts, with_room
-from tarsus.report.pages import Plate, page, rendered
+from tarsus.report.pages import Fold, Markup, Plate, Section, marked, said, sections_page, terms
+from tarsus.report.panels import DrawnLine, TimePanel, Window, panels_plate
 from tarsus.report.style import BLUE, MUTED
 from tarsus.solve import Run
 from tarsus.study.axes import Logspace
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import DONE, OUTCOMES
-from tarsus.tables.numbers import amount, path_end, spaced
+from tarsus.tables.numbers import amount, path_end, percent, spaced
 from tarsus.tables.table import ROW, Column, Table
 
 MOST_RUNS = 100_000
@@ -72,17 +72,49 @@ def sweep_html(sweep: Sweep, collected: str | Path) -> str:
     units = {name: float_paths(sweep.scene)[sweep.paths(name)[0]].unit for name in sweep.vary}
     measures = Run.offered(sweep.scene, sweep.seconds)
     kinds = {name: measures[name].unit for name in sweep.measures}
-    drawn = [
-        (name, _figures(sweep, found, name, units, kinds[name])) for name in sweep.measures[:MOST_MEASURES]
+    definitions = {spaced(name): measures[name].definition for name in sweep.measures}
+    failures = _failures(found, units)
+    sections = [
+        Section(
+            "Measures",
+            _table(found, units, kinds),
+            _settled(found),
+            Fold("What each measure is", terms(definitions)),
+        ),
+        *(
+            Section(spaced(name).capitalize(), *_figures(sweep, found, name, units, kinds[name]))
+            for name in sweep.measures[:MOST_MEASURES]
+        ),
+        Section("Runs that failed", failures) if failures else None,
     ]
-    body = rendered(
-        "sweep.html", sweep=sweep, found=found, runs=amount(sweep.runs, "1", 8), every=found.every,
-        lede=[f"{name}: {_span(found.points[name], units[name])}" for name in sweep.vary],
-        done=int((found.code == DONE).sum()), total=len(found.code),
-        measures=_table(found, units, kinds), figures=drawn, failures=_failures(found, units),
-        told=[(name, measures[name].definition) for name in sweep.measures],
-    )  # fmt: skip
-    return page(f"{sweep.name} – sweep", body)
+    about = [
+        f"{amount(sweep.runs, '1', 8)} runs of {sweep.scene.name}: {sweep.motion}.",
+        *(f"{name}: {_span(found.points[name], units[name])}" for name in sweep.vary),
+        _ended(found),
+        marked("This page is made of one run in {}; all are in sweep.nc.", found.every)
+        if found.every > 1
+        else None,
+    ]
+    footer = "All values of all runs are in sweep.nc, the study in study.toml."
+    return sections_page(f"Sweep: {sweep.name}", about, sections, footer, head=f"{sweep.name} – sweep")
+
+
+def _ended(found: _Scored) -> Markup:
+    """Whether all runs reached their end."""
+    total, failed = len(found.code), int((found.code != DONE).sum())
+    if failed:
+        return said(f"{failed} of {total} runs did not reach their end", failed=True)
+    return said("All runs reached their end")
+
+
+def _settled(found: _Scored) -> str:
+    """What measures of settled motions are; nothing of episodes."""
+    if found.repeating is None:
+        return ""
+    return (
+        "A measure is the mean over the starts, so one over the motions that last, by their share; between starts it "
+        f"has that standard deviation. {percent(found.repeating)} of the starts repeat at the end of their runs."
+    )
 
 
 def _read(sweep: Sweep, file: Path) -> _Scored:
@@ -156,24 +188,33 @@ def _against(found: _Scored, axis: str, axis_unit: str, measure: str, unit: str,
     x, y = found.points[axis], found.values[measure]
     known = np.isfinite(y)
     levels = np.unique(x)
-    charts = Charts([1.9], axis, axis_unit, with_room(float(levels[0]), float(levels[-1]), log=log), log=log)
-    (panel,) = charts.panels
     chosen = np.flatnonzero(known)[:: max(1, -(-int(known.sum()) // MOST_DOTS))]
     chosen = chosen[np.argsort(x[chosen], kind="stable")]
     few = 1 < len(levels) <= FEW
     alone = few and len(levels) == len(x)
-    panel.dots(x[chosen], y[chosen], color=BLUE, label="" if alone or not few else "a run")
+    lines = [DrawnLine(x[chosen], y[chosen], BLUE, "" if alone or not few else "a run", dots=True)]
     caption = f"{spaced(measure).capitalize()} against {axis}."
     if few and known.any():
         middle = np.array([_median_run(y[known & (x == one)]) for one in levels])
-        for part in _stretches(np.isfinite(middle)):
-            name = "" if alone else "median run"
-            panel.plot(levels[part], middle[part], color=MUTED, lw=1.0, label=name, zorder=1.0)
+        parts = _stretches(np.isfinite(middle))
+        name = "" if alone else "median run"
+        lines += [DrawnLine(levels[part], middle[part], MUTED, name, 1.0) for part in parts]
         caption += "" if alone else " The line joins the median run of each value."
         if not np.isfinite(middle).all():
             caption += " It is broken at values of which no run gave a number."
-    panel.set_ylabel(spaced(measure), unit)
-    return charts.plate(caption)
+    window = _with_room(float(levels[0]), float(levels[-1]), log=log)
+    return panels_plate(
+        [TimePanel(1.9, spaced(measure), unit, lines)], caption, window, across=axis, unit=axis_unit, log=log
+    )
+
+
+def _with_room(low: float, high: float, *, log: bool) -> Window:
+    """A window with room for the dots at both of its ends."""
+    if log and low > 0.0:
+        beyond = (high / low) ** 0.03 if high > low else 1.1
+        return low / beyond, high * beyond
+    beyond = 0.03 * (high - low) or 0.05 * abs(high) or 1.0
+    return low - beyond, high + beyond
 
 
 def _over_both(

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tarsus.report.charts import Charts, Window
 from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion
 from tarsus.report.pages import Plate
+from tarsus.report.panels import Bars, DrawnLine, Level, Sign, TimePanel, Window, panels_plate
 from tarsus.report.stage import WalkStage, drawn, facets
 from tarsus.report.style import BLUE, GREEN, INK, MUTED, PURPLE, RULE, VERMILION, samples_inside, scale_of
 from tarsus.tables.numbers import amount
@@ -39,11 +39,13 @@ def travel(motion: Motion) -> Plate:
     ways = {name: _way(motion, name) for name in _WORDS if name in motion.body}
     least = RESOLVED * max(ways.values())
     shown = [name for name, way in ways.items() if name in ("surge", "heave") or way > least]
-    charts = Charts([{"surge": 1.05, "heave": 0.7}.get(name, 0.55) for name in shown])
-    for axes, name in zip(charts.panels, shown, strict=True):
+    panels = []
+    for name in shown:
+        height = {"surge": 1.05, "heave": 0.7}.get(name, 0.55)
         unit, factor = ("mrad", 1e3) if name in _ANGLES else ("m", 1.0)
-        axes.plot(motion.time, factor * motion.body[name], color=BLUE)
-        axes.set_ylabel(name, unit)
+        panels.append(
+            TimePanel(height, name, unit, [DrawnLine(motion.time, factor * motion.body[name], BLUE)])
+        )
     caption = ", ".join(_WORDS[name] for name in shown)
     said = "".join(
         f" Its {name} stays within {amount(float(np.ptp(motion.body[name])), _ANGLES.get(name, 'm'), 2)}, which the "
@@ -51,7 +53,7 @@ def travel(motion: Motion) -> Plate:
         for name in ways
         if name not in shown
     )
-    return charts.plate(f"{caption[0].upper()}{caption[1:]}.{said}")
+    return panels_plate(panels, f"{caption[0].upper()}{caption[1:]}.{said}")
 
 
 _ANGLES = {"roll": "rad", "pitch": "rad", "yaw": "rad"}
@@ -68,15 +70,19 @@ def footfalls(motion: Motion, window: Window) -> Plate:
     """Gait diagram (Hildebrand's): bars where a foot is on the ground, narrow where it slips."""
     part = _part(motion, window)
     count = len(motion.legs)
-    charts = Charts([max(_row(count) * count, 0.5)], window=window)
-    (axes,) = charts.panels
-    for state, color, height, label in ((STUCK, INK, 0.72, "stuck"), (SLIPPING, VERMILION, 0.36, "slipping")):
-        axes.sign(label, color, area=True)
-        for row in range(count):
-            axes.bars(_spans(part, row, state), row - height / 2.0, row + height / 2.0, color=color)
-    axes.set_yticks(range(count), motion.legs)
-    axes.set_ylim(count - 0.4, -0.8)
-    return charts.plate("Footfalls: bars where a foot is on the ground, narrow ones where it slips.")
+    kinds = ((STUCK, INK, 0.72, "stuck"), (SLIPPING, VERMILION, 0.36, "slipping"))
+    bars = [
+        Bars(_spans(part, row, state), row - height / 2.0, row + height / 2.0, color)
+        for state, color, height, _ in kinds
+        for row in range(count)
+    ]
+    panel = TimePanel(
+        max(_row(count) * count, 0.5), bars=bars, signs=[Sign(name, color, area=True) for _, color, _, name in kinds],
+        limits=(count - 0.4, -0.8), names=motion.legs,
+    )  # fmt: skip
+    return panels_plate(
+        [panel], "Footfalls: bars where a foot is on the ground, narrow ones where it slips.", window
+    )
 
 
 USUAL, CUT = 0.95, 1.5
@@ -88,8 +94,6 @@ def ground_forces(motion: Motion, window: Window) -> Plate:
     """Force of the ground on every foot, a row each, all on one scale."""
     part = _part(motion, window)
     count = len(motion.legs)
-    charts = Charts([min(0.8 * count, 1.0 + 2.0 * _row(count) * count)], window=window)
-    (axes,) = charts.panels
     forces = np.where(part.state == AIR, np.nan, np.stack([part.normal, part.friction]))
     scale = scale_of("N", forces)
     low, high = float(np.nanmin(forces, initial=0.0)), float(np.nanmax(forces, initial=0.0))
@@ -98,16 +102,16 @@ def ground_forces(motion: Motion, window: Window) -> Plate:
     if cut < most:
         low, high, forces = max(low, -cut), min(high, cut), np.clip(forces, -cut, cut)
     step = float(f"{1.05 * (high - low):.2g}") or 1.0
-    for row in range(count):
-        axes.axhline(-row, color=RULE, lw=0.6)
-        for values, color, label in zip(
-            forces, (GREEN, PURPLE), ("upward", "friction, forward"), strict=True
-        ):
-            axes.plot(
-                part.time, values[row] / step - row, color=color, lw=0.9, label=label if row == 0 else ""
-            )
-    axes.set_yticks(-np.arange(count), motion.legs)
-    axes.set_ylim(low / step - count + 0.95, high / step + 0.05)
+    lines = [
+        DrawnLine(part.time, row - values[row] / step, color, label, 0.9)
+        for row in range(count)
+        for values, color, label in zip(forces, (GREEN, PURPLE), ("upward", "friction, forward"), strict=True)
+    ]
+    panel = TimePanel(
+        min(0.8 * count, 1.0 + 2.0 * _row(count) * count), lines=lines, names=motion.legs,
+        levels=[Level(row, RULE) for row in range(count)],
+        limits=(count - 0.95 - low / step, -high / step - 0.05),
+    )  # fmt: skip
     caption = (
         f"Force of the ground on every foot in contact; from one line to the next is {step / scale.step:g} "
         f"{scale.label}. Upward, below its line while adhesion holds the foot back, and friction, positive forward."
@@ -117,7 +121,7 @@ def ground_forces(motion: Motion, window: Window) -> Plate:
             f" Forces above {cut / scale.step:.2g} {scale.label}, short ones at landings, are cut there; the largest "
             f"is {most / scale.step:.3g} {scale.label}."
         )
-    return charts.plate(caption)
+    return panels_plate([panel], caption, window)
 
 
 def _row(count: int) -> float:

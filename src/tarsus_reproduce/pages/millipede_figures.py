@@ -7,9 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from tarsus.report.charts import Charts
 from tarsus.report.pages import Plate
-from tarsus.report.sheet import Sheet, few_ticks, name_axes, plate
+from tarsus.report.sheet import Sheet, few_ticks, line, name_axes, plate
 from tarsus.report.style import BLUE, CYCLE, GREEN, RULE, VERMILION
 from tarsus_reproduce.interpretations import Interpretations
 from tarsus_reproduce.millipede import DeviceTrends, Example, Swept
@@ -64,21 +63,27 @@ def swept_figure(swept: Sequence[tuple[str, Swept]], title: str, symbol: str) ->
 
 def walks_figure(examples: Sequence[Example], title: str) -> Plate:
     """Walks in time (as Fig. 4.7): heights of body and feet on each ground, and the ways of the body on both."""
-    charts = Charts([0.5] * (len(examples) + 1))
-    *heights, along = charts.panels
-    for panel, example, look in zip(heights, examples, ("-", (0, (4.0, 3.0))), strict=True):
-        one = example.run.variables()
-        time, (way, up) = one["time"].values, one["body"].values[:2]
-        for name, values, color in zip(
-            example.run.foot_names, one["gap"].values, (VERMILION, GREEN), strict=False
-        ):
-            panel.plot(time, values, color=color, lw=0.9, label=f"foot {name}")
-        panel.plot(time, up, color=BLUE, lw=0.9, label="body")
-        panel.set_ylabel(f"({example.name}): height", "m")
-        along.plot(time, way, color=BLUE, lw=0.9, ls=look, label=f"({example.name})")
-    along.set_ylabel("way of the body", "m")
-    return charts.plate(
-        f"{title}: body and feet up, and the body along the way, on the two grounds of Fig. 4.7, from the start."
+
+    def draw(sheet: Sheet) -> None:
+        panels = sheet.grid(len(examples) + 1, 1.0)
+        *heights, along = panels
+        for axes, example, look in zip(heights, examples, ("-", "--"), strict=True):
+            one = example.run.variables()
+            time, (way, up) = one["time"].values, one["body"].values[:2]
+            for name, values, color in zip(
+                example.run.foot_names, one["gap"].values, (VERMILION, GREEN), strict=False
+            ):
+                line(axes, time, values, color=color, lw=0.9, label=f"foot {name}")
+            line(axes, time, up, color=BLUE, lw=0.9, label="body")
+            name_axes(axes, ("time", "s"), (f"({example.name}): height", "m"))
+            line(along, time, way, color=BLUE, lw=0.9, ls=look, label=f"({example.name})")
+        name_axes(along, ("time", "s"), ("way of the body", "m"))
+        for axes in panels:
+            sheet.legend(axes)
+
+    return plate(
+        draw,
+        f"{title}: body and feet up, and the body along the way, on the two grounds of Fig. 4.7, from the start.",
     )
 
 

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator
 
-from tarsus.report.charts import ChartPanel, Charts
-from tarsus.report.figures import GROUND, TURNS, periods_over_each_other
+from tarsus.report.figures import TURNS, last_contacts, turns_caption, turns_of
 from tarsus.report.pages import Plate
+from tarsus.report.panels import Window
 from tarsus.report.series import PlotTrace, by_drive, last_turns, point_trace
-from tarsus.report.sheet import Sheet, name_axes, plate
-from tarsus.report.style import BLUE, CYCLE, INK, MUTED, RULE, VERMILION
+from tarsus.report.sheet import Sheet, few_ticks, line, name_axes, plate, shade
+from tarsus.report.style import BLUE, CYCLE, INK, MUTED, RULE, SKY, VERMILION, samples_inside
 from tarsus.tables import amount
 from tarsus_reproduce.impacts import ImpactEnergies, ModeRow
 from tarsus_reproduce.robot_runs import RobotRuns
@@ -46,26 +46,43 @@ def _ground_traces(runs: RobotRuns) -> list[PlotTrace]:
 
 def ground_periods(runs: RobotRuns) -> Plate:
     """Motion over the ground by drive period (Figs 3.20 and 3.22 of the source, where a period is a circle)."""
-    return periods_over_each_other(_ground_traces(runs))
+    traces = _ground_traces(runs)
+
+    def over_each_other(axes: Axes, trace: PlotTrace) -> list[Window]:
+        *older, newest = turns_of(trace)
+        for one in older:
+            line(axes, *one, color=SKY, lw=0.6)
+        line(axes, *newest, color=BLUE, lw=1.3)
+        return last_contacts(trace)
+
+    def draw(sheet: Sheet) -> None:
+        for drive, panels, same in _stacks(sheet, traces):
+            phase = same[0].time / same[0].period - same[0].last_periods(TURNS)[1] + 1
+            seen = samples_inside(phase, (0.0, 1.0))
+            line(drive, phase[seen], same[0].volts[seen], color=MUTED, lw=0.9)
+            drive.set_xlim(0.0, 1.0)
+            _heights(panels, same, over_each_other)
+            name_axes(panels[-1], ("drive period", ""))
+
+    return plate(draw, turns_caption(traces))
 
 
 def ground_motion(runs: RobotRuns) -> Plate:
     """Motion over the ground of every run (as Figs 3.19 to 3.22 of the source): a panel for each, its drive above."""
     traces = _ground_traces(runs)
-    drives = by_drive(traces)
-    charts = _periods(traces, [high for same in drives for high in (0.3, *(0.75 for _ in same))])
-    free = iter(charts.panels)
-    for same in drives:
-        _drive(next(free), same[:1])
-        for trace in same:
-            panel = next(free)
-            _motion(panel, trace, BLUE)
-            panel.set_ylabel("height", "m")
-            panel.axhline(0.0, color=INK, ls=GROUND)
-            first = _span(trace)[0]
-            panel.shade(
-                (max(a / trace.period - first, 0.0), b / trace.period - first) for a, b in trace.contacts
-            )
+
+    def in_time(axes: Axes, trace: PlotTrace) -> list[Window]:
+        _motion(axes, trace, BLUE)
+        first, last = _span(trace)
+        turned = ((a / trace.period, b / trace.period) for a, b in trace.contacts)
+        return [(max(a, first) - first, min(b, last) - first) for a, b in turned if b > first and a < last]
+
+    def draw(sheet: Sheet) -> None:
+        for drive, panels, same in _stacks(sheet, traces):
+            _drive(drive, same[:1])
+            _heights(panels, same, in_time)
+            name_axes(panels[-1], (PERIODS, ""))
+
     whole = [near for near in runs.near if near.run.ok]
     which = f" {whole[0].title}." if len(runs.near) == 1 else ""
     caption = (
@@ -78,7 +95,28 @@ def ground_motion(runs: RobotRuns) -> Plate:
             " Heights of points without a foot are their displacement on the bouncing foot's gap at rest; only the "
             "bouncing foot has ground below it."
         )
-    return charts.plate(caption)
+    return plate(draw, caption)
+
+
+def _stacks(sheet: Sheet, traces: Sequence[PlotTrace]) -> Iterator[tuple[Axes, list[Axes], list[PlotTrace]]]:
+    """For every drive its panel, and below it one for each trace under it."""
+    for same in by_drive(traces):
+        drive, *panels = sheet.stacks(1, [0.5, *(0.8 for _ in same)])[0]
+        yield drive, panels, same
+        few_ticks(drive, y=2)
+        name_axes(drive, None, ("drive", "V"))
+
+
+def _heights(
+    panels: Sequence[Axes], traces: Sequence[PlotTrace], draw: Callable[[Axes, PlotTrace], list[Window]]
+) -> None:
+    """Heights above the dashed ground, a panel a trace as it is drawn; contacts, which that returns, are shaded."""
+    for axes, trace in zip(panels, traces, strict=True):
+        shade(axes, draw(axes, trace))
+        axes.axhline(0.0, color=INK, lw=0.7, ls="--")
+        axes.set_title(trace.title)
+        few_ticks(axes, y=4)
+        name_axes(axes, None, ("height", "m"))
 
 
 def air_motion(runs: RobotRuns) -> Plate:
@@ -90,22 +128,25 @@ def air_motion(runs: RobotRuns) -> Plate:
         if not air.problem
         for point, shift in zip(air.points, air.displacement, strict=True)
     ]
-    charts = _periods(traces, [0.45, 1.5])
-    top, low = charts.panels
-    _drive(top, traces if several else traces[:1])
-    for trace, color in zip(traces, cycle(CYCLE)):
-        _motion(low, trace, color)
-    low.set_ylabel("displacement", "m")
+
+    def draw(sheet: Sheet) -> None:
+        ((top, low),) = sheet.stacks(1, [0.45, 1.5])
+        _drive(top, traces if several else traces[:1])
+        few_ticks(top, y=2)
+        name_axes(top, None, ("drive", "V"))
+        for trace, color in zip(traces, cycle(CYCLE)):
+            _motion(low, trace, color)
+        name_axes(low, (PERIODS, ""), ("displacement", "m"))
+        sheet.legend(low)
+
     what = "the actuated foot" if several else "the points"
-    return charts.plate(
-        f"Displacement of {what} in the air under a square wave of {runs.air[0].freq_hz:.4g} Hz, steady periods."
+    return plate(
+        draw,
+        f"Displacement of {what} in the air under a square wave of {runs.air[0].freq_hz:.4g} Hz, steady periods.",
     )
 
 
-def _periods(traces: Sequence[PlotTrace], heights: Sequence[float]) -> Charts:
-    """Panels over the last drive periods."""
-    most = max(1.0, *(float(last - first) for first, last in map(_span, traces)))
-    return Charts(heights, "time (drive periods)", "", (0.0, most))
+PERIODS = "time (drive periods)"
 
 
 def _span(trace: PlotTrace) -> tuple[int, int]:
@@ -117,14 +158,16 @@ def _turns(trace: PlotTrace) -> np.ndarray:
     return trace.time / trace.period - _span(trace)[0]
 
 
-def _drive(panel: ChartPanel, traces: Sequence[PlotTrace]) -> None:
+def _drive(axes: Axes, traces: Sequence[PlotTrace]) -> None:
     for trace in traces:
-        panel.plot(_turns(trace), trace.volts, color=MUTED, lw=0.9)
-    panel.set_ylabel("drive", "V")
+        line(axes, _turns(trace), trace.volts, color=MUTED, lw=0.9)
 
 
-def _motion(panel: ChartPanel, trace: PlotTrace, color: str) -> None:
-    panel.plot(_turns(trace), trace.height, color=color, lw=0.9, label=trace.title)
+def _motion(axes: Axes, trace: PlotTrace, color: str) -> None:
+    turns, (first, last) = _turns(trace), _span(trace)
+    seen = samples_inside(turns, (0.0, last - first))
+    line(axes, turns[seen], trace.height[seen], color=color, lw=0.9, label=trace.title)
+    axes.set_xlim(0.0, max(1.0, last - first))
 
 
 def mode_shapes(modes: Sequence[ModeRow], column: np.ndarray, points: Sequence[str]) -> Plate:

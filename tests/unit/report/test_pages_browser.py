@@ -13,8 +13,8 @@ from markupsafe import Markup
 
 from chromium import Chromium, Page
 from page_kinds import KINDS
-from tarsus.report.charts import Charts
 from tarsus.report.pages import page, write_page
+from tarsus.report.panels import DrawnLine, TimePanel, panels_html
 from tarsus.report.style import INK
 from tarsus.tables import Table
 
@@ -112,19 +112,23 @@ SAID = (
 
 def faulty_charts() -> Markup:
     """A line without numbers, a key whose words are hidden, names of rows that touch."""
-    nothing, crowded = Charts([1.0]), Charts([1.0])
-    nothing.panels[0].plot([0.0, 1.0], [np.nan, np.nan], color=INK, label="gone")
-    crowded.panels[0].plot([0.0, 1.0], [0.0, 50.0], color=INK, label="hidden")
-    crowded.panels[0].set_yticks(np.arange(50.0), [f"row {n}" for n in range(50)])
+    ends = np.array([0.0, 1.0])
+    nothing = TimePanel(1.0, lines=[DrawnLine(ends, np.full(2, np.nan), INK, "gone")])
+    crowded = TimePanel(
+        1.0, lines=[DrawnLine(ends, 50.0 * ends, INK, "hidden")], names=[f"row {n}" for n in range(50)]
+    )
     style = Markup("<style>.wordless .names button span { display: none; }</style>")
-    return style + nothing.html("nothing") + Markup('<div class="wordless">{}</div>').format(crowded.html("crowded"))
+    wordless = Markup('<div class="wordless">{}</div>').format(panels_html([crowded], "crowded"))
+    return style + panels_html([nothing], "nothing") + wordless
 
 
 @pytest.mark.browser
 def test_faults_are_found(tmp_path: Path, chromium: Chromium) -> None:
     """Each that is looked for, made on purpose."""
     script = "<script>addEventListener('click', () => noSuchName()); setTimeout(() => console.error('told'));</script>"
-    file = write_page(page("faults", Markup(FAULTY) + faulty_charts() + Markup(script)), tmp_path / "page.html")
+    file = write_page(
+        page("faults", Markup(FAULTY) + faulty_charts() + Markup(script)), tmp_path / "page.html"
+    )
     for width in WIDTHS:
         with chromium.page(file, width=width, before=SCRIPTS) as opened:
             opened.run("document.querySelectorAll('.names button').forEach((key) => { key.hidden = false; })")

@@ -160,7 +160,7 @@ def test_figures_of_any_number_of_legs(legs: int) -> None:
         assert len(plate.picture) < 400_000
         assert "nan" not in re.sub(r'"data":"[^"]*"', "", plate.picture).lower().replace("nano", "")
     for leg in motion.legs:
-        assert f'"{leg}"]' in falls.picture
+        assert f'"{leg}"' in falls.picture
 
 
 def test_turns_that_the_run_does_not_resolve_are_told_and_not_drawn() -> None:

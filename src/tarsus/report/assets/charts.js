@@ -23,25 +23,12 @@ const minus = (text) => text.replace("-", "−");
 const digits = (step) => (`${Number(step.toPrecision(3))}`.split(".")[1] || "").length;
 const tick = (value, step) => minus((Math.abs(value) < 1e-9 * step ? 0 : value).toFixed(digits(step)));
 const raised = (power) => power.replace(/./g, (sign) => (sign === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(sign)]));
-function shown(value, most = 1e6) {
+function shown(value) {
   if (value === null || value === undefined) return "";
   const size = Math.abs(value);
-  if (size === 0 || (size >= 1e-4 && size < most)) return minus(`${Number(value.toPrecision(4))}`);
+  if (size === 0 || (size >= 1e-4 && size < 1e6)) return minus(`${Number(value.toPrecision(4))}`);
   const [mantissa, power] = value.toExponential(3).split("e"), digits = minus(`${Number(mantissa)}`);
   return `${digits === "1" ? "" : `${digits}·`}10${raised(power.replace("+", ""))}`;
-}
-
-/** Which dots are drawn: one in every square of some pixels. */
-function sparse(u, i) {
-  const kept = [], taken = new Set(), [first, last] = u.series[0].idxs;
-  for (let k = first; k <= last; k++) {
-    const y = u.data[i][k];
-    if (y === null) continue;
-    const square = [u.valToPos(u.data[0][k], "x"), u.valToPos(y, "y")].map((at) => Math.round(at / 12)).join();
-    if (!taken.has(square)) kept.push(k);
-    taken.add(square);
-  }
-  return kept;
 }
 
 /** Numbers in units of a step; null where there is none. */
@@ -117,48 +104,35 @@ class Charts {
   plot(panel, i) {
     const host = this.panels[i].querySelector(".plot"), last = i === this.spec.panels.length - 1;
     const font = `12px ${this.face}`;
-    const { rows } = this.spec, names = panel.names && panel.names.map(([, text]) => text);
+    const names = panel.names.length ? panel.names : null;
     const axis = { font, stroke: () => color("muted"), ticks: { stroke: () => color("rule"), width: 1, size: 4 } };
     const plot = new uPlot({
       width: host.clientWidth, height: panel.height,
       padding: [6, 18, last ? 0 : 6, 0],
       legend: { show: false },
       cursor: { y: false, sync: { key: this.key.key }, drag: { x: true, y: false }, points: { size: 6 } },
-      scales: { x: { time: false, distr: this.spec.log ? 3 : 1, range: (_, low, high) => [low, high] }, y: { dir: this.flipped(panel) ? -1 : 1, distr: panel.log ? 3 : panel.bend ? 4 : 1, asinh: panel.bend, range: (_, low, high) => this.reach(panel, low, high) } },
+      scales: { x: { time: false, distr: this.spec.log ? 3 : 1, range: (_, low, high) => [low, high] }, y: { dir: this.flipped(panel) ? -1 : 1, range: (_, low, high) => this.reach(panel, low, high) } },
       axes: [
-        { ...axis, show: last, gap: 3, ...this.across(), space: (_, __, ___, ____, room) => (room < 250 ? 34 : 50), grid: { show: false }, 
-          values: (_, marks, __, ___, step) => marks.map((v) => (rows ? rows[v] || "" : this.spec.log ? v === null ? "" : shown(v) : tick(v, step))) },
+        { ...axis, show: last, gap: 3, size: 26, space: (_, __, ___, ____, room) => (room < 250 ? 34 : 50), grid: { show: false },
+          values: (_, marks, __, ___, step) => marks.map((v) => (this.spec.log ? v === null ? "" : shown(v) : tick(v, step))) },
         { ...axis, size: (_, words) => this.wide(words), gap: 4, space: panel.height < 120 ? 18 : 26,
-          ...(names ? { splits: () => panel.names.map(([at]) => at), values: () => names, grid: { show: false }, ticks: { show: false }, space: 0,
+          ...(names ? { splits: () => names.map((_, at) => at), values: () => names, grid: { show: false }, ticks: { show: false }, space: 0,
             font: names.length > 12 ? `10px ${this.face}` : font }
-            : { grid: { stroke: () => color("rule"), width: 0.5 }, values: (_, marks, __, ___, step) => marks.map((v) => (panel.log || panel.bend ? v === null ? "" : shown(v, 1e4) : tick(v, step))) }) },
+            : { grid: { stroke: () => color("rule"), width: 0.5 }, values: (_, marks, __, ___, step) => marks.map((v) => tick(v, step)) }) },
       ],
-      series: [{}, ...panel.lines.map((line) => ({
-        stroke: () => color(line.color), width: line.width, dash: line.dash, alpha: line.hidden ? 1 : line.alpha, spanGaps: panel.apart,
-        ...(line.hidden || line.dots ? { paths: () => null } : {}),
-        points: line.hidden ? { show: false } : line.dots ? { show: true, size: line.sparse ? 4 : 5, width: 0, fill: () => color(line.color), ...(line.sparse ? { filter: sparse } : {}) } : panel.apart ? { show: false } : { size: 4 },
+      series: [{}, ...panel.series.map(({ stroke, width, dash, dots }) => ({
+        stroke: () => color(stroke), width, dash, spanGaps: panel.apart,
+        ...(dots ? { paths: () => null, points: { show: true, size: 5, width: 0, fill: () => color(stroke) } } : { points: panel.apart ? { show: false } : { size: 4 } }),
       }))],
       hooks: {
         drawClear: [(u) => this.under(u, panel)],
         setScale: [(u, key) => key === "x" && this.share(u)],
         setCursor: [(u) => this.read(u, i)],
       },
-    }, [this.x[panel.x], ...panel.lines.map((line) => column(line.values).map((v) => (panel.log && v !== null ? 10 ** v : v)))], host);
+    }, [this.x[panel.x], ...panel.series.map((line) => column(line.values))], host);
     plot.over.setAttribute("aria-hidden", "true");
     plot.setScale("x", { min: this.whole[0], max: this.whole[1] });
     return plot;
-  }
-
-  /** The horizontal axis: numbers, or names of rows from below up, as many as do not touch. */
-  across() {
-    const { rows } = this.spec;
-    if (!rows) return { size: 26 };
-    const splits = (u, _, low, high) => {
-      const every = Math.max(1, Math.ceil((15 * (high - low)) / (u.width - 80)));
-      return rows.map((__, k) => k).filter((k) => k % every === 0 && k >= low && k <= high);
-    };
-    const longest = Math.max(0, ...rows.map((name) => name.length));
-    return longest <= 3 ? { size: 26, splits } : { size: 7 * longest + 10, rotate: -90, splits };
   }
 
   /** Room for the words of the upward axes, one for all panels: as much as the longest so far needs. */
@@ -179,11 +153,8 @@ class Charts {
   reach(panel, low, high) {
     const [least, most] = this.flipped(panel) ? [panel.limits[1], panel.limits[0]] : panel.limits;
     const known = low !== null && high !== null && Number.isFinite(low) && Number.isFinite(high);
-    const [a, b] = known ? [low, high] : [panel.log ? 0.1 : 0, 1];
-    if (panel.log) return [least === null ? 10 ** Math.floor(Math.log10(a)) : least, most === null ? 10 ** Math.ceil(Math.log10(b)) : most];
-    const [into, from] = panel.bend ? [(v) => Math.asinh(v / panel.bend), (v) => panel.bend * Math.sinh(v)] : [Number, Number];
-    const room = 0.06 * (into(b) - into(a) || Math.abs(into(b)) || 1);
-    return [least === null ? from(into(a) - room) : least, most === null ? from(into(b) + room) : most];
+    const [a, b] = known ? [low, high] : [0, 1], room = 0.06 * (b - a || Math.abs(b) || 1);
+    return [least === null ? a - room : least, most === null ? b + room : most];
   }
 
   /** What lies below the lines: stretches shaded, bars, level lines. */
@@ -206,44 +177,16 @@ class Charts {
       const [a, b] = [up(bar.low), up(bar.high)];
       for (const [start, end] of bar.spans) fill(start, end, Math.min(a, b), Math.max(a, b));
     }
-    for (const one of panel.between) this.between(u, one, up);
     for (const level of panel.levels) {
       ctx.strokeStyle = color(level.color);
-      ctx.lineWidth = level.width * sharp;
+      ctx.lineWidth = 0.7 * sharp;
       ctx.setLineDash(level.dash.map((part) => part * sharp));
       ctx.beginPath();
       ctx.moveTo(bbox.left, up(level.at));
       ctx.lineTo(bbox.left + bbox.width, up(level.at));
       ctx.stroke();
     }
-    ctx.fillStyle = color("muted");
-    ctx.font = `${12 * sharp}px ${this.face}`;
-    for (const [x, y, text] of panel.texts) if (x >= min && x <= max) ctx.fillText(text, across(x), up(y) - 4 * sharp);
     ctx.restore();
-  }
-
-  /** An area between two lines, or the interval of every dot. */
-  between(u, one, up) {
-    const { ctx } = u, [x, low, high] = [u.data[0], u.data[one.low], u.data[one.high]];
-    const known = x.map((_, k) => k).filter((k) => low[k] !== null && high[k] !== null);
-    const at = (k) => u.valToPos(x[k], "x", true);
-    ctx.fillStyle = ctx.strokeStyle = color(one.color);
-    ctx.globalAlpha = one.alpha;
-    ctx.lineWidth = devicePixelRatio || 1;
-    ctx.setLineDash([]);
-    ctx.beginPath();
-    if (one.of === null) {
-      known.forEach((k, n) => ctx[n ? "lineTo" : "moveTo"](at(k), up(high[k])));
-      known.reverse().forEach((k) => ctx.lineTo(at(k), up(low[k])));
-      ctx.fill();
-    } else if (u.series[one.of].show) {
-      for (const k of known) {
-        ctx.moveTo(at(k), up(low[k]));
-        ctx.lineTo(at(k), up(high[k]));
-      }
-      ctx.stroke();
-    }
-    ctx.globalAlpha = 1;
   }
 
   /** Panels of one figure show one stretch of time. */
@@ -283,11 +226,9 @@ class Charts {
     const at = u.cursor.idx, panel = this.spec.panels[i], none = at === null || at === undefined;
     for (const out of this.panels[i].querySelectorAll("output")) {
       const found = none ? null : this.nearest(u, panel, (out.dataset.lines || out.parentNode.dataset.lines).split(" "));
-      const ends = found && panel.between.find((one) => one.of === Number(found.line));
-      const about = ends ? ` (${shown(u.data[ends.low][found.k])} to ${shown(u.data[ends.high][found.k])})` : "";
-      out.textContent = found ? shown(u.data[found.line][found.k]) + about : "";
+      out.textContent = found ? shown(u.data[found.line][found.k]) : "";
     }
-    if (i === 0) this.now.textContent = none ? "" : `: ${this.spec.rows ? this.spec.rows[Math.round(u.data[0][at])] || "" : shown(u.data[0][at])}`;
+    if (i === 0) this.now.textContent = none ? "" : `: ${shown(u.data[0][at])}`;
   }
 
   listen() {
