@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,12 +18,27 @@ DRIVE = Cell(required=True, positive=True)
 
 @dataclass(frozen=True)
 class PrintedQuantity:
-    """A measured quantity: its key in the table's unit, words, SI unit, and the factor from SI to the table's unit."""
+    """A measured quantity: its key in the table's unit, words, SI unit, the factor from SI to the table's unit, the
+    measure of a run that it is, and its name in the calibration's study.
+
+    count: a number of bounces, the error of which is a difference, as in Table 2.3.
+    """
 
     key: str
     words: str
     unit: str
     factor: float
+    measure: str
+    studied: str
+    count: bool = False
+
+    def error(self, reference: float | None, simulated: float | None) -> float | None:
+        """Of the simulated number, None where there is none: relative, or the size of the difference of counts."""
+        if not self.count:
+            return relative_error(reference, simulated)
+        if reference is None or simulated is None or not math.isfinite(simulated):
+            return None
+        return abs(reference - simulated)
 
     def column(self, who: str) -> str:
         """Its column of "exp" (measured) or "sim" (the source's model): `peak_um` -> `peak_exp_um`."""
@@ -40,16 +55,16 @@ class PrintedTable:
     columns: Mapping[str, Cell]
 
 
-_BOUNCES = PrintedQuantity("bounces", "bounces per period", "1", 1.0)
+_BOUNCES = PrintedQuantity("bounces", "bounces per period", "1", 1.0, "bounces", "bounces", count=True)
 _CONTACTS = (
     _BOUNCES,
-    PrintedQuantity("peak_um", "peak after break-off", "m", 1e6),
-    PrintedQuantity("contact_ms", "contact per period", "s", 1e3),
+    PrintedQuantity("peak_um", "peak after break-off", "m", 1e6, "peak", "peak"),
+    PrintedQuantity("contact_ms", "contact per period", "s", 1e3, "contact_duration", "contact"),
 )
 _HEIGHTS = (
-    PrintedQuantity("bounces_per_s", "bounces in a second", "1", 1.0),
-    PrintedQuantity("peak_um", "peak height", "m", 1e6),
-    PrintedQuantity("mean_um", "mean height", "m", 1e6),
+    PrintedQuantity("bounces_per_s", "bounces in a second", "1", 1.0, "bounces_per_second", "bounces"),
+    PrintedQuantity("peak_um", "peak height", "m", 1e6, "peak", "peak"),
+    PrintedQuantity("mean_um", "mean height", "m", 1e6, "mean_apex", "mean"),
 )
 
 CANTILEVER = PrintedTable(
@@ -93,6 +108,12 @@ class PrintedRow:
     source: Mapping[str, float | None] | None = None
     measured: Mapping[str, float | None] | None = None
     origin: str = "packaged"
+
+    @property
+    def conditions(self) -> dict[str, Any]:
+        """What was done, by column; what the table does not say is left out."""
+        every = {"wave": self.wave, "volt_v": self.volt_v, "freq_hz": self.freq_hz, "gap_um": self.gap_um}
+        return {name: value for name, value in every.items() if value is not None}
 
 
 def packaged_rows(table: PrintedTable) -> list[PrintedRow]:
@@ -146,13 +167,3 @@ def relative_error(reference: float | None, simulated: float | None) -> float | 
     if reference == 0.0:
         return 0.0 if simulated == 0.0 else None
     return (reference - simulated) / reference
-
-
-def relative_errors(pairs: Iterable[tuple[float | None, float | None]]) -> list[float]:
-    """Of those (reference, simulated) that have one."""
-    return [error for one, other in pairs if (error := relative_error(one, other)) is not None]
-
-
-def mean_percent(errors: Sequence[float]) -> float | None:
-    """Their mean in percent; None without any."""
-    return 100.0 * math.fsum(errors) / len(errors) if errors else None

@@ -31,17 +31,25 @@ def naive_errors(observed: Floats, conditions: Sequence[Mapping[str, Any]]) -> d
     counted = np.flatnonzero(np.isfinite(observed) & (observed > 0.0))
     if len(counted) < 2:
         return {}
-    rows = [conditions[i] for i in counted.tolist()]
-    values, apart = observed[counted], distances(rows)
-    means = (values.sum() - values) / (len(values) - 1)
+    values = observed[counted]
+    found = naive_predictions(values, [conditions[i] for i in counted.tolist()])
+    return {name: float(np.mean(np.abs(one / values - 1.0))) for name, one in found.items()}
+
+
+def naive_predictions(values: Floats, conditions: Sequence[Mapping[str, Any]]) -> dict[str, Floats]:
+    """What predictors that know the other rows alone make of each of at least two rows (n,), by their names; the power
+    law only where all values are above 0."""
+    apart = distances(conditions)
     np.fill_diagonal(apart, np.inf)
     near = apart <= apart.min(axis=1, keepdims=True) * (1.0 + 1e-9)  # rows equally near count alike
-    nearest = (near * values).sum(axis=1) / near.sum(axis=1)
-    found = {"mean of the other rows": means, "nearest row": nearest}
-    terms = power_terms(rows)
-    if len(values) >= terms.shape[1] + 2:
+    found = {
+        "mean of the other rows": (values.sum() - values) / (len(values) - 1),
+        "nearest row": (near * values).sum(axis=1) / near.sum(axis=1),
+    }
+    terms = power_terms(conditions)
+    if len(values) >= terms.shape[1] + 2 and (values > 0.0).all():
         found["power law of the other rows"] = without_each(terms, np.log(values))
-    return {name: float(np.mean(np.abs(one / values - 1.0))) for name, one in found.items()}
+    return found
 
 
 def power_terms(conditions: Sequence[Mapping[str, Any]]) -> Floats:

@@ -1,0 +1,359 @@
+"""Rows of a printed table beside what a device, or a weighted ensemble of devices, forecasts for them.
+
+A table is compared by saying what scene a row is and what is read of its runs; forecasts, errors, figures of merit and
+skill, tables and files are the same for all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from tarsus.base.arrays import Floats
+from tarsus.base.spec import with_values
+from tarsus.calibrate.prediction import Miss
+from tarsus.calibrate.skill import naive_errors, naive_predictions, skill_of
+from tarsus.model.scene import Scene
+from tarsus.tables import Column, Table
+from tarsus_reproduce.forecast import (
+    CALIBRATED,
+    PREDICTED,
+    Forecast,
+    Member,
+    WeightedValues,
+    forecast,
+    medians,
+    role_of,
+)
+from tarsus_reproduce.reproduction import OURS, FigureCall, NumberRow, ReproductionSection, number_rows, numbers_table
+from tarsus_reproduce.rows import PrintedQuantity, PrintedRow, PrintedTable, packaged_rows, relative_error
+
+GOOD = 0.30
+"""Relative error below which Table 2.3 counts a case as good."""
+HALF = 0.5
+"""A number of bounces is right when it is less than half a bounce off; half a bounce a period is one that exists."""
+
+MINE, BARE, SOURCE, SOURCE_COLUMN = "ours", "without_small_forces", "source", "ours_against_source"
+"""Models of a row, by their names in files; the last is ours against the source's model instead of the measurement."""
+_MODELS = {
+    SOURCE: "source's model",
+    MINE: "Tarsus",
+    BARE: "Tarsus without small forces",
+    SOURCE_COLUMN: "Tarsus, against the source's model",
+}
+
+Observed = Mapping[str, float | None]
+"""Numbers of a row by key of the table's quantities; None where nothing is known."""
+
+
+@dataclass(frozen=True)
+class RowReadings:
+    """What is read of the runs of a scene: values (n,) [SI] by measure, of each drive period or window; how many runs
+    reached their end, and sentences of those that did not."""
+
+    values: Mapping[str, Floats]
+    runs: int
+    problems: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class TableComparison:
+    """How a printed table is compared.
+
+    scene: that of a device and a row; read: what is read of it; exists: the measure, and how much of it is a bounce;
+    bare: changes of a scene by path that leave small forces out, if that is asked; shown: words and measure of what
+    stands beside the printed quantities [m]; share: words for the share of windows with a bounce.
+    """
+
+    table: PrintedTable
+    scene: Callable[[Scene, PrintedRow], Scene]
+    read: Callable[[Scene, PrintedRow], RowReadings]
+    exists: tuple[str, float]
+    share: str
+    bare: Mapping[str, Any] = field(default_factory=dict)
+    shown: Mapping[str, str] = field(default_factory=dict)
+
+    def row(
+        self, members: Sequence[Member], printed: PrintedRow, misses: Mapping[str, Miss] | None = None
+    ) -> ComparedRow:
+        """Simulate a row with every member.
+
+        misses: what the ensemble is known to miss, by names of the study's measures; nothing where it is left out.
+        """
+        known = misses or {}
+        scenes = [self.scene(one.scene, printed) for one in members]
+        models: dict[str, Mapping[str, Any]] = {MINE: {}} | ({BARE: self.bare} if self.bare else {})
+        found = {
+            name: [self.read(with_values(scene, changes), printed) for scene in scenes]
+            for name, changes in models.items()
+        }
+
+        def values(name: str, measure: str) -> WeightedValues:
+            parts = zip(members, found[name], strict=True)
+            return WeightedValues.joined([(one.weight, read.values[measure]) for one, read in parts])
+
+        forecasts = {
+            name: {
+                one.key: forecast(values(name, one.measure), known.get(one.studied)).scaled(one.factor)
+                for one in self.table.quantities
+            }
+            for name in models
+        }
+        measure, least = self.exists
+        period = next(iter(scenes[0].signals.values())).period
+        return ComparedRow(
+            printed, printed.freq_hz or (1.0 / period if period else math.nan), forecasts,
+            values(MINE, measure).share(least, known.get("bounces")),
+            {words: forecast(values(MINE, one)) for words, one in self.shown.items()},
+            sum(one.runs for one in found[MINE]), role_of(members, printed.origin == "packaged", printed.measured is not None),
+            tuple(problem for read in found.values() for one in read for problem in one.problems),
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ComparedRow:
+    """A row, and forecasts in the table's units by model and key of its quantities.
+
+    freq_hz: drive frequency [Hz] of the first member; p_bounce: probability of a bounce in a period or window; shown:
+    what stands beside the quantities [SI], by its words; runs: how many reached their end; role: whether the device was
+    calibrated on this row; problems: sentences of runs that did not reach their end.
+    """
+
+    printed: PrintedRow
+    freq_hz: float
+    forecasts: Mapping[str, Mapping[str, Forecast]]
+    p_bounce: float | None
+    shown: Mapping[str, Forecast]
+    runs: int
+    role: str
+    problems: tuple[str, ...]
+
+    @property
+    def ours(self) -> Mapping[str, Forecast]:
+        """Forecasts with the ground as described."""
+        return self.forecasts[MINE]
+
+    @property
+    def case(self) -> str:
+        """The drive in words; a star marks a row of a file."""
+        one = self.printed
+        gap = "" if one.gap_um is None else f", gap {one.gap_um:g} µm"
+        return f"{self.freq_hz:.4g} Hz, {one.volt_v:g} V, {one.wave}{gap}{'' if one.origin == 'packaged' else ' *'}"
+
+    def pair(self, model: str) -> tuple[Observed, Observed]:
+        """What a model is held against, and what it says."""
+        one = self.printed
+        if model == SOURCE:
+            return one.measured or {}, one.source or {}
+        if model == SOURCE_COLUMN:
+            return one.source or {}, medians(self.ours)
+        return one.measured or {}, medians(self.forecasts[model])
+
+    def to_dict(self, table: PrintedTable) -> dict[str, Any]:
+        """Plain data, in the table's units."""
+        one = self.printed
+        models = (SOURCE, *self.forecasts, SOURCE_COLUMN)
+        return {
+            **one.conditions,
+            "freq_hz": self.freq_hz,
+            "origin": one.origin,
+            "role": self.role,
+            "source": one.source,
+            "measured": one.measured,
+            **{name: {key: f.to_dict() for key, f in own.items()} for name, own in self.forecasts.items()},
+            "p_bounce": self.p_bounce,
+            "runs": self.runs,
+            "errors": {name: errors(table, *self.pair(name)) for name in models},
+            "problems": list(self.problems),
+        }
+
+
+def errors(table: PrintedTable, reference: Observed, simulated: Observed) -> dict[str, float | None]:
+    """Errors of a row by key, None where there is none: (reference - simulated)/reference, the definition of Tables
+    2.3, 3.2 and A.1; of the bounces per period the size of the difference."""
+    return {one.key: one.error(reference.get(one.key), simulated.get(one.key)) for one in table.quantities}
+
+
+# Figures of merit
+
+
+def merits_of(
+    one: PrintedQuantity, reference: Sequence[Observed], simulated: Sequence[Observed]
+) -> dict[str, Any]:
+    """Table 2.3 of a quantity: `mean_error` signed, `mean_absolute_error`, and how many of the `cases` are `close`:
+    less than half a bounce off, or by less than 30 %.
+
+    `in_means` of the cases have an error. A case without one (something against a measured 0) is a miss: it counts
+    among the cases and is not close. Of counts `existence_right` says how often there is a bounce where there is one.
+    """
+    pairs = [(ref.get(one.key), sim.get(one.key)) for ref, sim in zip(reference, simulated, strict=True)]
+    known = [(ref, sim) for ref, sim in pairs if ref is not None and sim is not None]
+    values = [error for ref, sim in known if (error := one.error(ref, sim)) is not None]
+    return {
+        "cases": len(known),
+        "in_means": len(values),
+        "mean_error": None if one.count else _mean(values),
+        "mean_absolute_error": _mean([abs(value) for value in values]),
+        "close": sum(abs(value) < (HALF if one.count else GOOD) for value in values),
+        **({"existence_right": sum((ref >= HALF) == (sim >= HALF) for ref, sim in known)} if one.count else {}),
+    }
+
+
+def skill_in(
+    one: PrintedQuantity, every: Sequence[PrintedRow], part: Sequence[ComparedRow], model: str
+) -> float | None:
+    """Skill of a model in some of the rows: 1 less its mean error over the least of predictors that know the other rows
+    alone, measured or (against the source's model) simulated by the source."""
+    who = "source" if model == SOURCE_COLUMN else "measured"
+    rows = [row for row in every if (getattr(row, who) or {}).get(one.key) is not None]
+    if len(rows) < 2:
+        return None
+    values = np.array([getattr(row, who)[one.key] for row in rows], dtype=float)
+    naive = naive_predictions(values, [_alike(row, rows) for row in rows])
+    own: list[float] = []
+    others: dict[str, list[float]] = {name: [] for name in naive}
+    for row in part:
+        error = one.error(*(side.get(one.key) for side in row.pair(model)))
+        if error is None or row.printed not in rows:
+            continue
+        own.append(abs(error))
+        place = next(i for i, other in enumerate(rows) if other is row.printed)
+        for name, predicted in naive.items():
+            others[name].append(abs(one.error(float(values[place]), float(predicted[place])) or 0.0))
+    return skill_of(_mean(own), {name: float(np.mean(values)) for name, values in others.items() if values})
+
+
+def _alike(row: PrintedRow, rows: Sequence[PrintedRow]) -> dict[str, Any]:
+    """Conditions of a row that all of the rows have."""
+    return {name: row.conditions[name] for name in row.conditions if all(name in one.conditions for one in rows)}
+
+
+def _mean(values: Sequence[float]) -> float | None:
+    return math.fsum(values) / len(values) if values else None
+
+
+def summary_of(table: PrintedTable, rows: Sequence[ComparedRow]) -> dict[str, Any]:
+    """Figures of merit of every model by quantity, with its skill: of all rows, and of those by role and by origin
+    where they differ."""
+    parts = {
+        "all rows": list(rows),
+        "calibrated on": [row for row in rows if row.role == CALIBRATED],
+        "predicted": [row for row in rows if row.role == PREDICTED],
+        "of the table": [row for row in rows if row.printed.origin == "packaged"],
+        "of the file": [row for row in rows if row.printed.origin != "packaged"],
+    }
+    every, out = [row.printed for row in rows], {}
+    for words, part in parts.items():
+        if not part or (words != "all rows" and len(part) == len(rows)):
+            continue
+        out[words] = {"rows": len(part)} | {
+            model: {
+                one.key: merits_of(one, *zip(*(row.pair(model) for row in part), strict=True))
+                | {"skill": skill_in(one, every, part, model)}
+                for one in table.quantities
+            }
+            for model in (SOURCE, *part[0].forecasts, SOURCE_COLUMN)
+        }
+    return out
+
+
+# What is shown
+
+
+def compared_section(
+    how: TableComparison, title: str, rows: Sequence[ComparedRow], notes: Sequence[str],
+    calibration: Mapping[str, Any] | None, caption: str,
+) -> ReproductionSection:  # fmt: skip
+    """Figures of merit, what the calibration says of each row that was excluded, every number, and their figure."""
+    numbers = [one for row in rows for one in _number_rows(how, row)]
+    stars = ["* = from the rows file."] * any(row.printed.origin != "packaged" for row in rows)
+    excluded = () if calibration is None else (_excluded_table(how.table, calibration),)
+    merits = merits_table(how.table, summary_of(how.table, rows))
+    shown = numbers_table(f"{title}, row by row", numbers, [*notes, *stars])
+    return ReproductionSection(
+        title, (merits, *excluded, shown), (FigureCall("numbers_figure.numbers_figure", numbers, caption),)
+    )
+
+
+def _number_rows(how: TableComparison, row: ComparedRow) -> list[NumberRow]:
+    """Every quantity of a row, what stands beside them, and the share of windows with a bounce."""
+    return [
+        *number_rows(row.case, row.role, row.printed, how.table, row.ours, row.forecasts.get(BARE)),
+        *(NumberRow(row.case, row.role, words, "m", None, None, one) for words, one in row.shown.items()),
+        NumberRow.probability(row.case, row.role, how.share, row.p_bounce),
+    ]
+
+
+def merits_table(table: PrintedTable, summary: Mapping[str, Any]) -> Table:
+    """Figures of merit with the skill beside each."""
+    columns = (
+        "rows", "model", "quantity", "cases", "close", "bounces exist, right", Column("mean error", "row", 3),
+        Column("its size", "row", 3), Column("skill", digits=2),
+    )  # fmt: skip
+    keys = ("cases", "close", "existence_right", "mean_error", "mean_absolute_error", "skill")
+    rows, units = [], []
+    for words, part in summary.items():
+        for model in (one for one in _MODELS if one in part):
+            for one in table.quantities:
+                found = part[model][one.key]
+                if found["cases"]:
+                    rows.append((f"{words} ({part['rows']})", _MODELS[model], one.words, *map(found.get, keys)))
+                    units.append("1" if one.count else "%")
+    notes = (
+        "Close: an error below 30 %, of a number of bounces below one half. Mean errors are signed, and by their size.",
+        "Skill is 1 less the mean size of the error over the least of predictors that know the other rows alone: their "
+        "mean, the nearest row, a power law through them. A skill of 0 knows as little; below 0 it knows less.",
+    )
+    return Table("Figures of merit, as in Table 2.3", columns, rows, notes, units=units)
+
+
+def _excluded_table(table: PrintedTable, calibration: Mapping[str, Any]) -> Table:
+    """Errors and skill of the packaged ensemble over the rows it was fitted to, and over each row excluded from the fit."""
+    parts = [("calibrated on", calibration["training"]), ("excluded", calibration["left_out"])]
+    known = [(title, part) for title, part in parts if part is not None]
+    keys = (
+        ("mean_relative_error", "relative error", "%"), ("skill", "skill", "1"), ("held", "in 80 %", "%"),
+        ("brier", "Brier score", "1"),
+    )  # fmt: skip
+    columns = ["measure", *(Column(words, unit, 3, over=title) for title, _ in known for _, words, unit in keys)]
+    rows = []
+    for one in table.quantities:
+        naive, cells = _naive(table, one), [one.studied]
+        for _, part in known:
+            found = part["measures"][one.studied]
+            own = {**found, "skill": skill_of(found["mean_relative_error"], naive)}
+            cells += [own[key] for key, _, _ in keys]
+        rows.append(tuple(cells))
+    note = (
+        "The ensemble's medians against the measurement over the rows it was fitted to, and over each row as it was "
+        "predicted by a search that never had it: mean absolute relative error, its skill against predictors that know "
+        "the other rows alone, values in the 80 % interval, and the Brier score of existence (a coin has 0.25)."
+    )
+    return Table("The ensemble by its calibration", columns, rows, (note, *calibration.get("told", ())))
+
+
+def _naive(table: PrintedTable, one: PrintedQuantity) -> dict[str, float]:
+    """Errors of predictors that know the other measured rows of a printed table alone."""
+    rows = [row for row in packaged_rows(table) if row.measured is not None]
+    values = [math.nan if (value := row.measured[one.key]) is None else value for row in rows if row.measured]
+    return naive_errors(np.array(values), [_alike(row, rows) for row in rows])
+
+
+def csv_columns(table: PrintedTable, rows: Sequence[ComparedRow]) -> dict[str, tuple[str, ...]]:
+    """Columns of the CSV file, and where each is in the plain data of a row."""
+    conditions = [name for name in table.columns if name in ("wave", "volt_v", "gap_um", "freq_hz")]
+    columns: dict[str, tuple[str, ...]] = {
+        name: (name,) for name in (*conditions, "origin", "role", "runs", "p_bounce")
+    }
+    models = rows[0].forecasts if rows else (MINE,)
+    for one in table.quantities:
+        columns |= {f"{one.key}_{who}": (who, one.key) for who in ("source", "measured")}
+        columns |= {
+            f"{one.key}_{model}{name.removeprefix('ours')}": (model, one.key, end)
+            for model in models for name, end in OURS.items()
+        }  # fmt: skip
+    return columns
