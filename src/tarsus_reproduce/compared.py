@@ -29,8 +29,15 @@ from tarsus_reproduce.forecast import (
     medians,
     role_of,
 )
-from tarsus_reproduce.reproduction import OURS, FigureCall, NumberRow, ReproductionSection, number_rows, numbers_table
-from tarsus_reproduce.rows import PrintedQuantity, PrintedRow, PrintedTable, packaged_rows, relative_error
+from tarsus_reproduce.reproduction import (
+    OURS,
+    FigureCall,
+    NumberRow,
+    ReproductionSection,
+    number_rows,
+    numbers_table,
+)
+from tarsus_reproduce.rows import PrintedQuantity, PrintedRow, PrintedTable, packaged_rows
 
 GOOD = 0.30
 """Relative error below which Table 2.3 counts a case as good."""
@@ -109,7 +116,8 @@ class TableComparison:
             printed, printed.freq_hz or (1.0 / period if period else math.nan), forecasts,
             values(MINE, measure).share(least, known.get("bounces")),
             {words: forecast(values(MINE, one)) for words, one in self.shown.items()},
-            sum(one.runs for one in found[MINE]), role_of(members, printed.origin == "packaged", printed.measured is not None),
+            sum(one.runs for one in found[MINE]),
+            role_of(members, printed.origin == "packaged", printed.measured is not None),
             tuple(problem for read in found.values() for one in read for problem in one.problems),
         )  # fmt: skip
 
@@ -312,7 +320,8 @@ def merits_table(table: PrintedTable, summary: Mapping[str, Any]) -> Table:
 
 
 def _excluded_table(table: PrintedTable, calibration: Mapping[str, Any]) -> Table:
-    """Errors and skill of the packaged ensemble over the rows it was fitted to, and over each row excluded from the fit."""
+    """Errors and skill of the packaged ensemble, over the rows it was fitted to and over each row excluded from the
+    fit."""
     parts = [("calibrated on", calibration["training"]), ("excluded", calibration["left_out"])]
     known = [(title, part) for title, part in parts if part is not None]
     keys = (

@@ -9,8 +9,10 @@ from tarsus.files.library import load_scene
 from tarsus.model.scene import Source
 from tarsus.report.pages import Markup, Section, bullets, sections_page
 from tarsus.tables import Table
+from tarsus_reproduce.compared import MINE, SOURCE_COLUMN
 from tarsus_reproduce.forecast import CALIBRATED, PREDICTED
 from tarsus_reproduce.reproduction import NOTABLE
+from tarsus_reproduce.rows import CANTILEVER, HEIGHTS, PrintedQuantity
 from tarsus_reproduce.verb import Experiment, experiments
 
 Result = Mapping[str, Any]
@@ -72,18 +74,20 @@ def _calibrated(one: Experiment, result: Result) -> str:
 
 def _fit(one: Experiment, result: Result) -> str:
     """Mean absolute errors of the medians on the rows that were calibrated on."""
-    if one.experiment != "cantilever":
-        errors = result["summary_calibrated"]["ours"]
-        named = {"bounces": "bounces_per_s", "peak": "peak_um", "mean height": "mean_um"}
-        known = {words: errors[key] for words, key in named.items() if errors[key] is not None}
-        return ", ".join(f"{words} {error:.0f} %" for words, error in known.items())
-    whole = result["summary"].get("calibrated_rows", result["summary"])
-    table = whole["ours_against_source" if one.against == "source" else "ours"]
-    peak, contact = (table[key]["mean_absolute_percent"] for key in ("peak", "contact"))
-    return (
-        f"peak {peak:.1f} %, contact {contact:.1f} %; existence of bounces right in {table['existence_right']} of "
-        f"{table['count_cases']}"
-    )
+    summary, table = result["summary"], HEIGHTS if one.experiment != "cantilever" else CANTILEVER
+    fitted = summary.get(CALIBRATED, summary["all rows"])[SOURCE_COLUMN if one.against == "source" else MINE]
+    known = [(each, fitted[each.key]) for each in table.quantities if fitted[each.key]["in_means"]]
+    return ", ".join(f"{each.words} {_size(each, found)}{_skill(found['skill'])}" for each, found in known)
+
+
+def _size(quantity: PrintedQuantity, found: Mapping[str, Any]) -> str:
+    """Mean size of the error of a quantity."""
+    error = found["mean_absolute_error"]
+    return f"{error:.2g} off" if quantity.count else f"{100.0 * error:.1f} %"
+
+
+def _skill(skill: float | None) -> str:
+    return "" if skill is None else f" (skill {skill:.2f})"
 
 
 def _predicted(one: Experiment, result: Result) -> str:

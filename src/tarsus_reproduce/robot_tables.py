@@ -11,18 +11,10 @@ import numpy as np
 from tarsus.files.library import load_scene
 from tarsus.impacts.energy import creation_warning
 from tarsus.tables import Column, Table
-from tarsus_reproduce.forecast import CALIBRATED, PREDICTED, Member
+from tarsus_reproduce.compared import compared_section, csv_columns
+from tarsus_reproduce.forecast import Member
 from tarsus_reproduce.impacts import printed_column
-from tarsus_reproduce.reproduction import (
-    OURS,
-    FigureCall,
-    NumberRow,
-    Progress,
-    Reproduction,
-    ReproductionSection,
-    number_rows,
-    numbers_table,
-)  # fmt: skip
+from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction, ReproductionSection
 from tarsus_reproduce.robot_runs import AIR_GAP, RobotRuns, check_device, robot_runs, share_made
 from tarsus_reproduce.robots import (
     MEAN_HEIGHT,
@@ -31,7 +23,7 @@ from tarsus_reproduce.robots import (
     SETTLE,
     WINDOW,
     RobotRows,
-    WindowsRow,
+    heights,
     robot_rows,
 )
 from tarsus_reproduce.rows import HEIGHTS
@@ -66,22 +58,12 @@ def robot_reproduction(found: RobotRows, runs: RobotRuns) -> Reproduction:
     caution = creation_warning(found.scene)
     problems = (*found.problems, *runs.problems)
     data = {**found.to_dict(), **runs.to_dict(), "ok": not problems}
-    about = ("wave", "volt_v", "gap_um", "freq_hz", "origin", "role", "seeds", "p_bounce")
-    columns: dict[str, tuple[str, ...]] = {name: (name,) for name in about}
-    keys = [one.key for one in HEIGHTS.quantities]
-    columns |= {f"{key}_{who}": (who, key) for key in keys for who in ("measured", "source")}
-    columns |= {
-        f"{key}_{who}{name.removeprefix('ours')}": (who, key, end)
-        for key in keys
-        for who in ("ours", "without_small_forces")
-        for name, end in OURS.items()
-    }
     return Reproduction(
         name=found.robot,
         title=f"The {found.robot} on its bouncing foot",
         about=f"Device {found.device}",
         data=data,
-        columns=columns,
+        columns=csv_columns(HEIGHTS, found.rows),
         lines=data["rows"],
         sections=(
             _heights(found),
@@ -100,14 +82,12 @@ def _heights(found: RobotRows) -> ReproductionSection:
     if not found.rows:
         nothing = f"The source prints no table of heights for the {found.robot}."
         return ReproductionSection("Heights and bounces", (Table("", (), (), (nothing,)),))
-    numbers = [one for row in found.rows for one in _number_rows(row)]
-    seeds = max(row.seeds for row in found.rows)
+    runs = max(row.runs for row in found.rows)
     notes = [
         f"Every number of ours is the median over windows of {1e3 * WINDOW:g} ms, from which the table's counts in "
-        f"multiples of 20 seem to be read, of {seeds} runs from random initial states, with the interval that holds "
+        f"multiples of 20 seem to be read, of {runs} runs from random initial states, with the interval that holds "
         f"80 % of the windows; {SETTLE:g} s are dropped and {OBSERVED:g} s observed. Mean height is taken as "
         f"{MEAN_HEIGHT}; the mean over time stands beside it.",
-        *found.told,
     ]
     ground = found.scene.ground
     if ground.film is None and ground.electrostatic is None and ground.leg_electrostatic is None:
@@ -117,40 +97,8 @@ def _heights(found: RobotRows) -> ReproductionSection:
         "without film and electrostatic forces. Marks are medians over the windows of all seeds, lines hold 80 % of "
         "the windows; where a mark is missing nothing was measured."
     )
-    tables = (_summary(found), numbers_table("Table 3.2, row by row", numbers, notes))
-    return ReproductionSection(
-        "Heights and bounces", tables, (FigureCall("numbers_figure.numbers_figure", numbers, caption),)
-    )
-
-
-def _number_rows(row: WindowsRow) -> list[NumberRow]:
-    """Every quantity of a row, the mean over time, and the share of windows with a bounce."""
-    return [
-        *number_rows(row.case, row.role, row.printed, HEIGHTS, row.ours, row.without),
-        NumberRow(row.case, row.role, "mean height over time", "m", None, None, row.time_mean),
-        NumberRow.probability(row.case, row.role, "windows with a bounce", row.p_bounce),
-    ]
-
-
-def _summary(found: RobotRows) -> Table:
-    """Mean absolute errors of the source's model and ours, over rows of each role."""
-
-    def row(words: str, errors: dict[str, float | None]) -> tuple[Any, ...]:
-        return (words, *(None if value is None else value / 100.0 for value in errors.values()))
-
-    rows = [row("source's model, all rows", found.summary()["source"])]
-    counts = []
-    for role in (CALIBRATED, PREDICTED):
-        part = found.summary(role=role)
-        counts.append(sum(one.role == role and one.printed.measured is not None for one in found.rows))
-        rows.append(row(f"Tarsus, rows {role}", part["ours"]))
-        rows.append(row(f"Tarsus without small forces, rows {role}", part["without_small_forces"]))
-    note = (
-        f"{counts[0]} measured rows were calibrated on: their errors say how well the device can be fitted. "
-        f"{counts[1]} measured rows are predicted: their errors say what the device knows."
-    )
-    columns = ["against the measurement", *(Column(one.words, "%", 3) for one in HEIGHTS.quantities)]
-    return Table("Mean absolute error", columns, rows, (note,))
+    how = heights(found.robot, runs)
+    return compared_section(how, "Table 3.2", found.rows, notes, found.calibration, caption)
 
 
 def _over_ground(runs: RobotRuns) -> ReproductionSection:

@@ -7,6 +7,7 @@ the structure at rest displacement with random velocities (`tarsus.calibrate.for
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,15 +33,12 @@ _MEASURES = ("bounces_per_second", "peak", "mean_height", "mean_apex")
 class Statistics:
     """Height statistics of the first foot over ns seeds, after the transient, of each of nw windows of each seed.
 
-    bounces (ns nw,) [1/s]; peak (ns nw,) [m]; mean (ns nw,) [m] mean height, the gap averaged over time; apex (ns nw,)
-    [m] mean apex of the flights, NaN without any; failed: sentences of the runs that did not reach their end (those are
-    left out).
+    values: (ns nw,) by measure: `bounces_per_second` [1/s], `peak` [m], `mean_height` [m], the gap averaged over time,
+    `mean_apex` [m] of the flights, NaN without any; failed: sentences of the runs that did not reach their end (those
+    are left out).
     """
 
-    bounces: Floats
-    peak: Floats
-    mean: Floats
-    apex: Floats
+    values: Mapping[str, Floats]
     failed: tuple[str, ...]
 
     @property
@@ -73,4 +71,5 @@ def foot_statistics(
         rows = by_window(histories, edges, counting, _MEASURES)
         out[:, members] = [rows[measure] for measure in _MEASURES]
     failed = tuple(code.value for code, done in zip(batch.codes, batch.done, strict=True) if not done)
-    return Statistics(*out[:, batch.done].reshape(len(_MEASURES), -1), failed=failed)
+    flat = out[:, batch.done].reshape(len(_MEASURES), -1)
+    return Statistics(dict(zip(_MEASURES, flat, strict=True)), failed)

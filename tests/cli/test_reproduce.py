@@ -51,7 +51,7 @@ def test_json(written):
                 assert one["median"] is None or 0.0 <= one["low"] <= one["median"] <= one["high"]
     added = result["rows"][3]
     assert (added["freq_hz"], added["measured"]["mean_um"]) == (40.0, None)
-    assert added["errors"]["peak_um"] == pytest.approx((20.0 - added["ours"]["peak_um"]["median"]) / 20.0)
+    assert added["errors"]["ours"]["peak_um"] == pytest.approx((20.0 - added["ours"]["peak_um"]["median"]) / 20.0)
     assert max(result["modes"], key=lambda mode: mode["mac"])["number"] == 6
     assert result["impact_energies"]["by_map"]["mass-weighted"]["share_made"] == 0.0
     assert result["impact_energies"]["by_map"]["printed"]["most_made_j"] > 0.0

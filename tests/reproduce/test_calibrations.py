@@ -88,12 +88,12 @@ def test_the_loop_of_the_cantilevers_is_the_closed_operator_nearest_to_the_print
 
 def test_the_device_of_the_model_s_column_repeats_it_better_than_that_of_the_measured_one():
     own, other = (
-        reproduce_cantilever(name).to_dict()["summary"]["ours_against_source"]
+        reproduce_cantilever(name).to_dict()["summary"]["all rows"]["ours_against_source"]
         for name in ("cantilever-1", "cantilever")
     )
-    for name in ("peak", "contact"):
-        assert own[name]["mean_absolute_percent"] < other[name]["mean_absolute_percent"]
-    assert own["existence_right"] >= other["existence_right"]
+    for name in ("peak_um", "contact_ms"):
+        assert own[name]["mean_absolute_error"] < other[name]["mean_absolute_error"]
+    assert own["bounces"]["existence_right"] >= other["bounces"]["existence_right"]
 
 
 def test_a_branch_of_many_members_is_thinned_without_losing_its_middle():

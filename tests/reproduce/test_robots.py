@@ -22,23 +22,26 @@ def found(tmp_path_factory):
 
 def test_like_is_compared_with_like(found):
     plain = found.to_dict()
-    source = plain["summary_packaged"]["source"]
+    source = {
+        key: one["mean_absolute_error"] for key, one in plain["summary"]["of the table"]["source"].items()
+    }
     # the source's model against its own measurement, from the four printed pairs
-    assert source["bounces_per_s"] == pytest.approx(100 * (80 / 260 + 40 / 160) / 2)
-    assert source["peak_um"] == pytest.approx(100 * (0.5 / 23.5 + 7.7 / 36.2) / 2)
-    assert source["mean_um"] == pytest.approx(100 * (2.5 / 14.8 + 2.2 / 23.6) / 2)
+    assert source["bounces_per_s"] == pytest.approx((80 / 260 + 40 / 160) / 2)
+    assert source["peak_um"] == pytest.approx((0.5 / 23.5 + 7.7 / 36.2) / 2)
+    assert source["mean_um"] == pytest.approx((2.5 / 14.8 + 2.2 / 23.6) / 2)
     assert [row["role"] for row in plain["rows"]] == ["calibrated on"] * 2 + ["predicted"] * 2
-    assert plain["rows"][2]["errors"] == {"bounces_per_s": None, "peak_um": None, "mean_um": None}
-    assert plain["ok"] and plain["rows"][0]["seeds"] == 2
+    assert plain["rows"][2]["errors"]["ours"] == {"bounces_per_s": None, "peak_um": None, "mean_um": None}
+    assert plain["ok"] and plain["rows"][0]["runs"] == 2
 
 
 def test_added_rows_are_summarised_apart(found):
     plain = found.to_dict()
     ours = plain["rows"][-1]["ours"]["peak_um"]["median"]
     assert 55.0 <= plain["rows"][-1]["freq_hz"] <= 135.0  # that of the device: the table has none
-    assert plain["summary_added"]["ours"]["peak_um"] == pytest.approx(100 * abs(ours - 30) / 30)
-    assert plain["summary_predicted"]["ours"] == plain["summary_added"]["ours"]
-    assert plain["summary_added"]["source"]["peak_um"] is None
+    added = plain["summary"]["of the file"]
+    assert added["ours"]["peak_um"]["mean_absolute_error"] == pytest.approx(abs(ours - 30) / 30)
+    assert plain["summary"]["predicted"]["ours"] == added["ours"]
+    assert added["source"]["peak_um"]["mean_absolute_error"] is None
 
 
 def test_a_frequency_that_would_take_hours_is_refused(tmp_path):
@@ -54,7 +57,7 @@ def test_seeds_are_shared_out_over_the_packaged_ensemble(monkeypatch):
     monkeypatch.setattr(robots, "printed_rows", lambda robot: rows)
     result = robots.robot_rows("hexapod", seeds=3)
     assert "ensemble of 2" in result.device
-    assert result.rows[0].seeds == 2 * 2  # three initial states for two members: two each
+    assert result.rows[0].runs == 2 * 2  # three initial states for two members: two each
 
 
 def test_modes_beside_the_printed_column():
