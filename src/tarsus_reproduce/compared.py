@@ -278,7 +278,8 @@ def compared_section(
 ) -> ReproductionSection:  # fmt: skip
     """Figures of merit, what the calibration says of each row that was excluded, every number, and their figure."""
     numbers = [one for row in rows for one in _number_rows(how, row)]
-    stars = ["* = from the rows file."] * any(row.printed.origin != "packaged" for row in rows)
+    files = dict.fromkeys(row.printed.origin for row in rows if row.printed.origin != "packaged")
+    stars = [f"* = from {name}." for name in files]
     excluded = () if calibration is None else (_excluded_table(how.table, calibration),)
     merits = merits_table(how.table, summary_of(how.table, rows))
     shown = numbers_table(f"{title}, row by row", numbers, [*notes, *stars])
