@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -40,6 +40,9 @@ those."""
 MOST_ORDER = 300
 """Largest order of a model: the work grows as its fourth power, to minutes here, and a band of 100 modes is better cut
 into parts."""
+_EXPLAINED = 0.1
+"""Part of what one pole leaves that two may leave for these to be two modes: simulated pairs taken for one leave 0.01
+to 0.03 where that puts the damping a fifth off, and second poles in measured responses of one mode 0.11 or more."""
 _STEADY = 0.5
 """Part of the orders that must have a pole for it to be taken for a neighbour beforehand."""
 _DAMPING_MOVES = 1.5
@@ -263,7 +266,7 @@ def identify_modes(
         found = [PoleCandidate(m.pole, m.orders, strength_of(m, part)) for m in near.modes]
         poles, candidates, more = near.poles, sorted(found, key=lambda one: -one.strength), []
     steady = [one.pole for one in candidates if one.pole.real < 0.0 and one.orders >= _STEADY * len(orders)]
-    kept = _refined(part, channels, [one.pole for one in candidates], [one.pole for one in more], steady)
+    kept = _refined(part, channels, [one.pole for one in candidates], [one.pole for one in more], steady, poles)
     seen = {one.pole: one.orders for one in (*more, *candidates)}
     if not kept:
         raise InputError(
@@ -277,7 +280,7 @@ def identify_modes(
     )
     between = spreads(part, poles, synthesis, tuple(kept.values())) if between_fits else [None] * len(kept)
     modes = [
-        mode_of(part, fit, seen[pole], one) for (pole, fit), one in zip(kept.items(), between, strict=True)
+        mode_of(part, fit, seen.get(pole, 0), one) for (pole, fit), one in zip(kept.items(), between, strict=True)
     ]
     judged, delay = judged_together(modes, part)
     judged = tuple(
@@ -317,6 +320,7 @@ def _refined(
     poles: Sequence[complex],
     more: Sequence[complex],
     steady: Sequence[complex],
+    models: Mapping[int, Complexes],
 ) -> dict[complex, LocalFit]:
     """Local fits by the pole they began at, in order of frequency.
 
@@ -324,7 +328,8 @@ def _refined(
 
     A pole sees those before it as neighbours, and those to come that are ``steady`` unless they lead it astray; then
     all, except those whose damping is uncertain by half or more and that are not the strongest; where neighbours lead
-    it astray, it stays as it was.
+    it astray, it stays as it was. Where one pole stands for two, which ``models`` of the band have, the second joins,
+    and all are refined again.
     """
     frequency, line, window = frf.frequency, frf.line, Surroundings(hann=frf.hann)
 
@@ -352,17 +357,56 @@ def _refined(
         if fit is None:
             continue
         fits[pole] = fit
-        damping = pole_ranges(fit.pole, scatter_of(fit, None, line)[0])[1]
-        if not certain or damping.high - damping.low < abs(damping.value):
+        if not certain or _certain(fit, line):
             certain.append(pole)
-    for _ in range(_ROUNDS):
-        ends = np.array([fits[pole].pole for pole in certain])
-        residues, _ = residues_of(frequency, channels, ends, hann=frf.hann)
-        for pole, fit in list(fits.items()):
-            others = np.array([p != pole for p in certain])
-            fits[pole] = refined(fit.pole, ends[others], residues[:, others]) or fit
+    def all_refined() -> None:
+        for _ in range(_ROUNDS):
+            ends = np.array([fits[pole].pole for pole in certain])
+            residues, _ = residues_of(frequency, channels, ends, hann=frf.hann)
+            for pole, fit in list(fits.items()):
+                others = np.array([p != pole for p in certain])
+                fits[pole] = refined(fit.pole, ends[others], residues[:, others]) or fit
+
+    all_refined()
+    seconds = [_second(fits, pole, refined) for pole in certain]
+    seconds = [one for one in seconds if one is not None and _shown(one.pole, models, line) and _certain(one, line)]
+    if seconds:
+        fits |= {one.pole: one for one in seconds}
+        certain += [one.pole for one in seconds]
+        all_refined()
     apart: dict[complex, LocalFit] = {}
     for pole, fit in fits.items():
         if all(abs(fit.pole - other.pole) > _SAME * abs(fit.pole.real) for other in apart.values()):
             apart[pole] = fit
     return dict(sorted(apart.items(), key=lambda item: item[1].pole.imag))
+
+
+def _certain(fit: LocalFit, line: float) -> bool:
+    """Whether the damping of a local fit is known to a half to either side."""
+    damping = pole_ranges(fit.pole, scatter_of(fit, None, line)[0])[1]
+    return damping.high - damping.low < abs(damping.value)
+
+
+def _second(
+    fits: Mapping[complex, LocalFit], pole: complex, refined: Callable[[complex, Complexes], LocalFit | None]
+) -> LocalFit | None:
+    """The fit of a second pole beside one that stands for two, as of beating modes, or None.
+
+    It is sought from half a half-power band to either side, and taken where the two leave much less than the one.
+    """
+    one, ends = fits[pole], np.array([fit.pole for fit in fits.values()])
+    found = [refined(one.pole + way * abs(one.pole.real), ends) for way in (1.0j, -1.0j)]
+    left = [(_left(fit) / _left(one), fit) for fit in found if fit is not None and fit.pole.real < 0.0]
+    part, best = min(left, key=lambda pair: pair[0], default=(1.0, None))
+    return best if part < _EXPLAINED else None
+
+
+def _left(fit: LocalFit) -> float:
+    """What a fit leaves of the responses: the geometric mean over channels, so that their units do not count."""
+    return float(np.exp(np.mean(np.log(fit.noise))))
+
+
+def _shown(pole: complex, models: Mapping[int, Complexes], line: float) -> bool:
+    """Whether half of the models of the upper orders have a pole."""
+    upper = [models[order] for order in sorted(models)[len(models) // 2 :]]
+    return np.mean([np.min(np.abs(poles - pole), initial=np.inf) < reach(pole, line) for poles in upper]) >= _STEADY

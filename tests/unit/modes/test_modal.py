@@ -11,9 +11,9 @@ import pytest
 from example_files import load_file
 from tarsus.base.errors import InputError
 from tarsus.modes import Frf, ModeVerdict, identify_modes
-from tarsus.modes.gather import merged
+from tarsus.modes.gather import decays, merged
 from tarsus.modes.intervals import Basis
-from tarsus.records.measurement import Channel, FrequencyResponse, Quantity
+from tarsus.records.measurement import Channel, FrequencyResponse, Measurement, Quantity
 
 modal_recovery = load_file(Path(__file__).parents[3] / "benchmarks" / "modal_recovery.py")
 
@@ -216,3 +216,28 @@ def test_repeats_that_agree_by_chance_are_known_no_better_than_their_noise():
         assert mode.basis is Basis.REPEATS
         assert mode.damping.low < ratio < mode.damping.high
         assert mode.frequency.low < frequency < mode.frequency.high
+
+
+@pytest.mark.parametrize(
+    ("frequencies", "ratios", "sizes", "samples"),
+    [
+        ((656.02, 660.28), (0.00649, 0.00678), (1.0, 0.847), 459),
+        ((629.30, 638.46), (0.00728, 0.00505), (1.0, -0.662), 427),
+        ((239.83, 244.29), (0.0062, 0.00425), (1.0, -0.008 - 0.094j), 1315),
+    ],
+)
+def test_one_pole_does_not_stand_for_two_that_beat(frequencies, ratios, sizes, samples):
+    """One point of a decay shows two modes that candidates of the models have as one, with a damping up to a quarter
+    off."""
+    w, ratio = 2.0 * np.pi * np.array(frequencies), np.array(ratios)
+    poles, time = w * (-ratio + 1.0j * np.sqrt(1.0 - ratio**2)), np.arange(samples) / 4096.0
+    row = 2.0 * np.real(np.array(sizes) @ np.exp(poles[:, None] * time))
+    row += 1e-3 * np.std(row) * np.random.default_rng(3).standard_normal(len(row))
+    record = Measurement((Channel("tip", Quantity.VELOCITY),), row[None], 1.0 / 4096.0)
+    fit = identify_modes(decays([record]), (frequencies[0] - 100.0, frequencies[0] + 100.0))
+    assert len(fit.modes) == 2
+    for mode in fit.modes:
+        if mode.verdict is ModeVerdict.DETERMINED:
+            nearest = np.argmin(np.abs(poles - mode.pole))
+            assert mode.damping.low <= ratio[nearest] <= mode.damping.high
+            assert mode.damping.value == pytest.approx(ratio[nearest], rel=0.1)
