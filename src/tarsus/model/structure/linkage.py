@@ -19,7 +19,7 @@ _DEPENDENT = 1e-9
 """A constraint that others leave less than this share of itself, all in lengths, says nothing new."""
 
 
-class Link(Description):
+class RigidLink(Description):
     """A rigid link: its mass, and where its centre of mass is at rest."""
 
     x: Amount = quantity("m", "place of the centre of mass at rest, along the way")
@@ -71,7 +71,7 @@ class Linkage(Structure):
     """
 
     kind: Literal["linkage"] = "linkage"
-    links: Named[Link] = Field(description="links by name, at least one")
+    links: Named[RigidLink] = Field(description="links by name, at least one")
     hinges: Named[Hinge] = Field(default=FrozenDict(), description="hinges by name")
     places: Named[PlaceOnLink] = Field(default=FrozenDict(), description="places on links by name")
 
@@ -217,7 +217,7 @@ class Linkage(Structure):
         return np.concatenate([of_links @ self._motions()[0], np.zeros(len(self._padded))])
 
     def _arms(self) -> list[tuple[int, float, float]]:
-        """Link, and place from its centre (along, up), of all centres and places."""
+        """Which link, and place from its centre (along, up), of all centres and places."""
         order = list(self.links)
         places = [
             (p.link, p.x - self.links[p.link].x, p.z - self.links[p.link].z) for p in self.places.values()
