@@ -78,7 +78,7 @@ def point_matrices(structure: Structure, points: Sequence[str]) -> Matrices:
             f"got {len(points)}"
         )
     if np.linalg.cond(rows) > 1e10:
-        raise InputError("the points do not tell the coordinates of the structure apart")
+        raise InputError("the points do not determine the coordinates of the structure")
     inverse = np.linalg.inv(rows)
     m = structure.matrices()
     return Matrices(*(inverse.T @ matrix @ inverse for matrix in (m.mass, m.damping, m.stiffness)))

@@ -53,8 +53,8 @@ bent to the data, and nothing of what it knows.</li>
 the cantilever, of windows of 50 ms over random initial states for the robots, and of all devices that fit where there
 are several. Errors are (measured − median) / measured.</li>
 <li>A <b>bounce</b> is a flight that clears 0.1 µm after a contact shorter than 0.5 ms, or a tenth of the drive period,
-however it began. The share of periods or windows with one stands beside the count.</li>
-<li>A trend <b>agrees</b>, <b>contradicts</b>, is <b>insensitive</b> (nothing changes, which tells of the device) or
+however it began. The share of periods or windows with one is given with the count.</li>
+<li>A trend <b>agrees</b>, <b>contradicts</b>, is <b>insensitive</b> (nothing changes, which is about the device) or
 <b>not determined</b> (the replicates differ).</li>
 </ul>""")
 
@@ -107,7 +107,7 @@ def _predicted(one: Experiment, result: Result) -> str:
     rows = [row for row in result["rows"] if row["role"] == PREDICTED]
     measured = sum(bool(row["measured"]) for row in rows)
     if not result["rows"]:
-        return "modes, impact maps and motion in the air, for which no numbers are printed"
+        return "modes, impact laws and motion in the air, for which no numbers are printed"
     if not rows:
         return "no row: give rows that were not fitted with --rows"
     return f"{len(rows)} row{'s' * (len(rows) != 1)}, {measured} of them measured"

@@ -128,7 +128,7 @@ def _scores(devices: Sequence[DeviceTrends], drawn: Interpretations) -> Table:
         "From rest: by the measure of each figure, whose caption says maximum, in one run from the device's start. "
         "Settled: by the measure of a drive period that the words could mean as well, over the motions that last, "
         "means by their share of the starts. The film is in the device's own interpretation of its unit. Insensitive "
-        "means that nothing changes over the printed range: that tells of the device, not of the dissertation.",
+        "means that nothing changes over the printed range: that is about the device, not about the dissertation.",
         f"White noise nearly always has local extrema; the {DIRECTIONAL} directional trends, which it rarely has, are "
         "counted apart.",
         *(f"{device.name}: {device.about}." for device in devices),

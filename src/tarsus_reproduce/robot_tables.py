@@ -84,10 +84,10 @@ def _heights(found: RobotRows) -> ReproductionSection:
         return ReproductionSection("Heights and bounces", (Table("", (), (), (nothing,)),))
     runs = max(row.runs for row in found.rows)
     notes = [
-        f"Every number of ours is the median over windows of {1e3 * WINDOW:g} ms, from which the table's counts in "
-        f"multiples of 20 seem to be read, of {runs} runs from random initial states, with the interval that holds "
-        f"80 % of the windows; {SETTLE:g} s are dropped and {OBSERVED:g} s observed. Mean height is taken as "
-        f"{MEAN_HEIGHT}; the mean over time stands beside it.",
+        f"Every number of ours is the median over windows of {1e3 * WINDOW:g} ms, as the table's counts in multiples "
+        f"of 20 suggest. There are {runs} runs from random initial states; the interval holds 80 % of the windows; "
+        f"{SETTLE:g} s are dropped and {OBSERVED:g} s observed. Mean height is taken as {MEAN_HEIGHT}; the mean over "
+        "time is given too.",
     ]
     ground = found.scene.ground
     if ground.film is None and ground.electrostatic is None and ground.leg_electrostatic is None:
@@ -149,7 +149,7 @@ def _modes(found: RobotRows) -> ReproductionSection:
     )
     shapes = FigureCall("robot_figures.mode_shapes", found.modes, column, points)
     return ReproductionSection(
-        title, (Table("Modes beside the printed CoR column", columns, rows, (note,)),), (shapes,)
+        title, (Table("Modes and the printed CoR column", columns, rows, (note,)),), (shapes,)
     )
 
 
@@ -169,7 +169,7 @@ def _maps(found: RobotRows, runs: RobotRuns) -> ReproductionSection:
     ]
     impact = found.scene.ground.impact
     acting = (
-        "The device's ground has no impact map of its own: mass-weighted."
+        "The device's ground has no impact law of its own: mass-weighted."
         if impact is None
         else f"The device acts through the {impact.title} map, {'made passive' if impact.passive else 'as it is'}."
     )
@@ -178,7 +178,7 @@ def _maps(found: RobotRows, runs: RobotRuns) -> ReproductionSection:
         f"energy. Skew is how far the map's direction lies across that of an impulse at the foot, in the mass metric. "
         f"{acting}"
     )
-    tables = [Table("Impact maps at the bouncing foot", columns, rows, (note,), flagged=flagged)]
+    tables = [Table("Impact laws at the bouncing foot", columns, rows, (note,), flagged=flagged)]
     energies = runs.energies
     if not runs.struck.run.ok or not len(energies.time):
         why = "did not come to its end" if not runs.struck.run.ok else "has no impact"

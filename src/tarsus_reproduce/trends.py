@@ -29,8 +29,8 @@ PROMINENT = 0.05
 CRITERION = (
     "A trend agrees if every replicate shows it, is insensitive if no replicate changes, is contradicted if every "
     "replicate that changes shows the opposite, and is not determined else. A replicate changes if its range exceeds "
-    f"{100 * RELEVANT:g} % of its largest magnitude and twice its median spread, from period to period and of a "
-    "settled motion the standard error over starts; it rises or "
+    f"{100 * RELEVANT:g} % of its largest magnitude and twice its median spread. The spread is that from period to "
+    "period, of a settled motion the standard error over starts. A replicate rises or "
     f"falls if its rank correlation (Spearman's rho) has that sign with p < {SIGNIFICANT:g}; it is largest at a "
     "critical value if it exceeds both ends of the range by as much as a change needs; a local extremum stands out by "
     f"{100 * PROMINENT:g} % of the range."

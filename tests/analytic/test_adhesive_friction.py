@@ -105,7 +105,7 @@ def test_adhesive_friction_needs_adhesion() -> None:
     with pytest.raises(InputError) as caught:
         ts.with_values(scene, {"ground.adhesion": None})
     assert caught.value.problems == [
-        "ground.friction: adhesive friction needs adhesion: give ground.adhesion or a latch of your own"
+        "ground.friction: adhesive friction needs adhesion: give ground.adhesion or an adhesion law of your own"
     ]
     bare = scene.ground.without_adhesion
     assert bare.adhesion is None and bare.friction is None

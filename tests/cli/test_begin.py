@@ -165,7 +165,7 @@ def test_units_may_be_said_once_for_all_files(tarsus, bare):
 @pytest.mark.parametrize(
     ("purpose", "signal", "said"),
     [
-        ("validation", "", "no set of records tells a number: all are for validation"),
+        ("validation", "", "no set of records determines a number: all are for validation"),
         ("modal", "", "need the swept sine that drove them"),
         ("loops", SWEPT, "a swept sine serves 'modal', got 'loops'"),
     ],

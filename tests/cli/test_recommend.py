@@ -92,7 +92,7 @@ def test_nothing_worth_taking_is_said(tarsus):
         "recommend", "cantilever", "--parameter", "ground.restitution.coefficient", "--budget", "1", *words
     )
     assert result.code == 0
-    assert "No record within 1 s tells enough about ground.restitution.coefficient" in result.out
+    assert "No record within 1 s determines ground.restitution.coefficient" in result.out
 
 
 @pytest.mark.parametrize(

@@ -49,7 +49,7 @@ def test_intervals_impact_map_and_landing_rule_are_shown(tarsus, tmp_path):
     assert "117.2 Hz," in line(shown, "robot.structure.frequencies")
     assert "2.68 to 3.13 kHz" in shown.out and "±" in shown.out
     assert max(map(len, shown.out.splitlines())) <= 120
-    assert "impact map: dominant mode, made passive" in shown.out
+    assert "impact law: dominant mode, made passive" in shown.out
     found = tarsus("show", "hexapod", "--json").json()
     by_path = {one["path"]: one for one in found["values"]}
     low, high = by_path["robot.structure.frequencies.5"]["interval"]

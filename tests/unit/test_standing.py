@@ -90,7 +90,7 @@ def test_a_leg_without_a_foot_hangs():
     assert (walker.row("LF_hip") - walker.row("LF")) @ at == pytest.approx(2e-9 * G / K, rel=1e-9)
     limp = ts.with_values(hurt, {"robot.structure.legs.LF.stiffness_v": 0.0})
     assert refusals(limp) == [
-        "the foot of leg 'LF' hangs on nothing: the leg has no stiffness upward and stands on no ground"
+        "the foot of leg 'LF' has no support: the leg has no stiffness upward and stands on no ground"
     ]
 
 

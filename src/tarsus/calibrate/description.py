@@ -54,13 +54,13 @@ class Constraint(Description):
     rows: Literal["training", "all"] | None = Field(
         default=None, description="hold in the runs of the table's rows, instead of own conditions"
     )
-    set: dict[str, Any] = Field(default={}, description="values of the scene by path, beside the conditions")
+    set: dict[str, Any] = Field(default={}, description="values of the scene by path, added to the conditions")
     measure: str
     unit: str = "1"
     min: Value | None = None
     max: Value | None = None
     softness: Value = Field(description="excess that counts as one standard deviation")
-    reason: str = Field(default="", description="why it is known, shown beside the result")
+    reason: str = Field(default="", description="why it is known, shown with the result")
 
     @model_validator(mode="after")
     def _complete(self) -> Constraint:

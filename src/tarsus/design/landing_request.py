@@ -75,7 +75,7 @@ class LandingSettings(Settings):
     foot: str = setting(..., "name of the foot")
     drive: str | None = setting(None, "whose volts are designed; the only one unless given")
     pairs: Annotated[int, Field(ge=0, le=MOST_PAIRS)] = setting(
-        2, "pairs of switchings beside the step's two edges, at most"
+        2, "pairs of switchings at the step's two edges, at most"
     )
     levels: Any = setting(
         "free=-8V:8V",
@@ -127,7 +127,7 @@ class LandingRequest:
 def landing_request(scene: Scene, options: LandingSettings, threads: Workers = None) -> LandingRequest:
     """Check everything; raises InputError with every problem that can be told at once."""
     problems, foot = Problems(), options.foot
-    problems.tried(lambda: still_only(scene, "feet are put down softly"))
+    problems.tried(lambda: still_only(scene, "feet land softly"))
     if foot not in scene.robot.feet:
         problems.append(f"foot: the robot has no foot '{foot}'{nearest(foot, scene.robot.feet)}")
     drive = problems.tried(lambda: _drive(scene, options.drive))

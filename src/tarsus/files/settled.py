@@ -38,7 +38,7 @@ class Settled:
         if self.multiple is None:
             few = f"it lasts {self.periods} drive period{'s' * (self.periods != 1)}, and {FEWEST + 1} are needed"
             why = few if self.periods <= FEWEST else "in the last drive periods no contact begins or ends"
-            return f"Whether it has settled is not told: {why}."
+            return f"Whether it has settled is not known: {why}."
         if not self.multiple:
             return (
                 f"Not settled: after {self.periods} drive periods contacts do not repeat; measures are of a transient, "

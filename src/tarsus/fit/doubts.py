@@ -110,8 +110,8 @@ def _notes(
         worst = max((at for at in records if at.start in lags), key=lambda at: lags[at.start])
         own = residuals[worst]
         notes.append(
-            f"residuals hang together over {lags[worst.start]} of {len(own)} samples and are "
-            f"{np.sqrt(np.mean(own**2)):.3g} of their stated errors: the model is off by more than noise, and "
+            f"residuals are correlated over {lags[worst.start]} of {len(own)} samples and are "
+            f"{np.sqrt(np.mean(own**2)):.3g} of their stated errors: the model deviates by more than noise, and "
             "intervals are widened by what it leaves"
         )
     elif wider.any():

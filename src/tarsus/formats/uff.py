@@ -128,7 +128,7 @@ def _unit_notes(source: str, sets: Sequence[DataSet], functions: Sequence[Functi
                 )
     assumed = list(dict.fromkeys(name for one in functions for name in _assumed(one)))
     if assumed:
-        yield f"{source}: no units are told (data set 164, or labels) of {', '.join(assumed)}: SI is assumed"
+        yield f"{source}: no units are stated (data set 164, or labels) of {', '.join(assumed)}: SI is assumed"
 
 
 def _assumed(one: Function) -> Iterator[str]:

@@ -129,7 +129,7 @@ def _fit(film: FilmFit, contacts: ContactDurations, seed: int) -> StepResult:
         f"Adhesion at touch is extrapolated by {1e3 * float(duration.min()):.3g} ms: no contact is shorter."
     )
     if beyond:
-        support += f" Pulls bend beside the line, which may move it by {1e9 * beyond:.2g} nN."
+        support += f" Pulls bend away from the line, which may move it by {1e9 * beyond:.2g} nN."
 
     rest = pull - line.values[0] - line.values[1] * duration
     panel = points_and_line(

@@ -72,7 +72,7 @@ class RecordSet(Defaults):
 
     purpose: Purpose = Field(description="the step they serve")
     files: tuple[str, ...] = Field(
-        description="one file a repeat, beside the campaign file; a pattern, as ``ramps-*.mat``, is all that it matches"
+        description="one file a repeat, in the campaign's folder; a pattern, as ``ramps-*.mat``, is all that it matches"
     )
     like: str | None = Field(
         default=None,
@@ -111,7 +111,7 @@ class Campaign(Description):
 
     name: str = Field(default="campaign", description="title of the report")
     device: str = Field(
-        description="what is known beforehand: a device by name, or a scene file beside this one"
+        description="what is known beforehand: a device by name, or a scene file in the same folder"
     )
     foot: str | None = Field(default=None, description="name of the foot; may be left out if there is one")
     drive: str | None = Field(default=None, description="name of the drive; may be left out if there is one")
@@ -128,7 +128,7 @@ class Campaign(Description):
     calibration: float = Field(
         default=0.0, ge=0, lt=0.5,
         description="standard error of the gain that all channels of motion share, as a share of it (of a certified "
-        "vibrometer 0.005 to 0.01); every number is drawn along with it",
+        "vibrometer 0.005 to 0.01); the uncertainty of every number includes it",
     )  # fmt: skip
     defaults: Defaults | None = Field(default=None, description="what the sets do not say themselves")
     records: Named[RecordSet] = Field(description="sets of records by name")

@@ -74,7 +74,7 @@ def air_checks(fit: AirFit | None, known: Estimates) -> tuple[Check, ...]:
         paths, far, cause = (), {}, f"{cause}: all intervals are {fit.beyond:.2g} times as wide for it"
     figures = (
         ("motion in the air over its noise", fit.predicted, OVER_NOISE),
-        ("numbers told by the motion in the air and by all else (standard deviations)", fit.apart, APART),
+        ("numbers determined by the motion in the air and by all else (standard deviations)", fit.apart, APART),
     )
     return tuple(Check(*one, paths=paths, cause=cause, record=fit.record, far=far) for one in figures)
 

@@ -89,7 +89,7 @@ def film_by_impacts(
 
 def _unchanged(step: StepResult, why: str) -> StepResult:
     """The step as it was, and why impacts tell nothing of its film."""
-    return replace(step, notes=(*step.notes, f"The impacts tell nothing of the film: {why}."))
+    return replace(step, notes=(*step.notes, f"The impacts do not determine the film: {why}."))
 
 
 def _begun(

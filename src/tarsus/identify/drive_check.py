@@ -333,7 +333,7 @@ def drive_faults(
     if fit.unexplained > (_SHAPE if size_matters else _SHAPE_OF_SWEEPS):
         return [
             "the drive is not the one that the campaign states "
-            f"({100.0 * min(fit.unexplained, 1.0):.0f} % of it is off, whatever its size, delay and sampling rate)"
+            f"({100.0 * min(fit.unexplained, 1.0):.0f} % of it differs, whatever its size, delay and sampling rate)"
         ], []
     faults, notes = [], []
     sized = faults if size_matters else notes

@@ -219,8 +219,8 @@ class Evidence:
             return
         places = ", ".join(f"{1e6 * one[0]:.4g} um in records of {p.value}" for p, one in seen.items())
         self.remarks.append(
-            f"the ground lies at different places from the rest: {places}; the zero of some of them is off, and "
-            "with it the constant of the drive's law and what hangs on the gap"
+            f"the ground lies at different places from the rest: {places}; the zero of some of them is wrong, and "
+            "with it the constant of the drive's law and what depends on the gap"
         )
         self.level = value, float(np.hypot(error, apart))
 

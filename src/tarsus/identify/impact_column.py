@@ -43,7 +43,7 @@ def identify_impact_column(model: FootModel, study: BounceStudy, seed: int) -> S
     good = fitted.chi < WORST
     if np.count_nonzero(good) < FEWEST:
         raise InputError(
-            f"{np.count_nonzero(good)} impacts tell how all points jump; at least {FEWEST} are needed"
+            f"{np.count_nonzero(good)} impacts show how all points jump; at least {FEWEST} are needed"
         )
     changes = fitted.unknowns[good] @ bounces.changes.T
     covariance = np.einsum("aq,iqr,br->iab", bounces.changes, fitted.inverse[good], bounces.changes)

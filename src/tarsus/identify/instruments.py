@@ -221,14 +221,14 @@ class Instruments:
         if self.slow:
             out.append(
                 f"the clock of the motion runs {1e6 * abs(self.slow):.4g} +- {2e6 * self.pace.error:.1g} ppm "
-                f"{'slow' if self.slow > 0.0 else 'fast'} beside that of the drive, as sweeps up and down show: taken "
-                "off"
+                f"{'slow' if self.slow > 0.0 else 'fast'} against that of the drive, as sweeps up and down show: "
+                "corrected"
             )
         if self.starts:
             apart = max(self.starts.values()) - min(self.starts.values())
             out.append(
-                f"the sweeps begin up to {1e6 * apart:.3g} us apart beside their drive, as by a trigger that is late "
-                "by more or less: taken off of each; other records begin as late, by how much each is not known"
+                f"the sweeps begin up to {1e6 * apart:.3g} us apart from their drive, as by a trigger with a varying "
+                "delay: corrected for each; other records begin as late, by how much each is not known"
             )
         for point, one in self.relations.items():
             for quantity, other in ((Quantity.DISPLACEMENT, "velocity"), (Quantity.VELOCITY, "displacement")):
@@ -239,8 +239,8 @@ class Instruments:
                     )
         if self.shared:
             out.append(
-                f"all displacements are off their velocities by one factor, and no record tells which of both are: "
-                f"{100.0 * self.shared:.2g} % of the gain that all channels share is drawn along"
+                f"all displacements differ from their velocities by one factor, and no record shows which is wrong: "
+                f"{100.0 * self.shared:.2g} % of the gain that all channels share is in all intervals"
             )
         lags = {one.lag for point, one in self.relations.items() if self.lag(point)}
         for lag in sorted(lags, key=lambda one: one.value):
@@ -248,7 +248,7 @@ class Instruments:
             word = "after" if lag.value > 0.0 else "before"
             out.append(
                 f"displacements of {named} come {1e6 * abs(lag.value):.4g} +- {2e6 * lag.error:.1g} us {word} their "
-                "velocities: taken for the delay of their channels, and taken off"
+                "velocities: a delay of their channels, corrected"
             )
         if self.late or self.low(self.of) is not None:
             late, low = self.lateness.late, self.lateness.low
@@ -256,7 +256,7 @@ class Instruments:
             by = "" if low is None else f", as behind a {low.name} at {low.corner:.4g} Hz"
             out.append(
                 f"the sweeps show the motion {1e6 * abs(late.value):.4g} +- {2e6 * late.error:.1g} us {word} the "
-                f"drive{by}: taken for the instruments', and taken off"
+                f"drive{by}: a delay of the instruments, corrected"
             )
         return out
 

@@ -235,7 +235,7 @@ def _differently(sure: Mapping[str, float]) -> tuple[str, str]:
     """That other values of the numbers explain the motion: which of them differs most, in standard deviations."""
     path = max(sure, key=sure.__getitem__)
     cause = (
-        "the motion in the air is that of a device with other numbers than the rest of the records tell, the cause is "
+        "the motion in the air is that of a device with other numbers than the rest of the records show, the cause is "
         f"unknown: most of all {path}, by {sure[path]:.2g} standard deviations"
     )
     return cause, "repeat loops and sweeps after the records in the air"

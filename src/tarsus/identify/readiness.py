@@ -16,7 +16,7 @@ TOLD_BY = {
     Purpose.MODAL: "the resonances",
     Purpose.LOOPS: "the drive's hysteresis",
     Purpose.RAMPS: "film and adhesion",
-    Purpose.BOUNCES: "restitution and impact map",
+    Purpose.BOUNCES: "restitution and impact law",
     Purpose.CLOSE: "electrostatics",
     Purpose.WALKING: "ground and legs of a walker",
 }
@@ -61,8 +61,8 @@ def readiness_of(opened: Opened) -> Readiness:
     used = Counter(one.purpose for one in opened.campaign.records.values())
     if not any(purpose in used for purpose in TOLD_BY):
         problems.append(
-            f"no set of records tells a number: all are for {', '.join(p.value for p in used)}; purposes that do are "
-            f"{', '.join(p.value for p in TOLD_BY)}"
+            f"no set of records determines a number: all are for {', '.join(p.value for p in used)}; purposes that do "
+            f"are {', '.join(p.value for p in TOLD_BY)}"
         )
     else:
         remarks += [
@@ -79,7 +79,7 @@ def _of_signal(name: str, one: RecordSet) -> list[str]:
     if one.purpose is Purpose.MODAL and not swept:
         given = "none" if one.signal is None else f"'{getattr(one.signal, 'kind', '')}'"
         return [
-            f"records.{name}.signal: sweeps (purpose 'modal') need the swept sine that drove them, which tells the "
+            f"records.{name}.signal: sweeps (purpose 'modal') need the swept sine that drove them, which gives the "
             f"band; got {given}"
         ]
     if swept and one.purpose is not Purpose.MODAL:

@@ -153,11 +153,11 @@ def _why_not(bounces: Bounces, fitted: BounceFit, kept: Kept, r: int, foot: str)
     trace = bounces.traces[bounces.items[r].trace]
     at = f"the impact at {trace.time[bounces.items[r].last]:.5g} s"
     if kept.caught[r]:
-        text = f"at {at} the foot is caught and let go again: it departs with none of the approach's velocity"
+        text = f"at {at} the foot is caught and released again: it departs with none of the approach's velocity"
     elif not kept.settled[r]:
         text = f"the fit of the motion around {at} does not settle"
     elif not _seen(fitted)[r]:
-        text = f"at {at} the approach is slower than its error tells from none"
+        text = f"at {at} the approach is slower than its error"
     else:
         text = f"the motion around {at} is no free motion with one impact (chi-squared {fitted.chi[r]:.3g})"
     return Excluded(trace.file, foot, text)

@@ -118,7 +118,7 @@ def identified_device(found: Identification) -> Scene:
             note = f"tarsus identify: {_note(step, found)}."
             source = Source.CALIBRATED
             if path in step.taken:
-                source, note = Source.ASSUMED, "No record tells it; goes with the other numbers of its law."
+                source, note = Source.ASSUMED, "No record determines it; goes with the other numbers of its law."
             changed[path] = Provenance(source=source, note=note, interval=None if ends is None else (ends,))
     if found.landing is not None and found.landing.decided:
         note = f"tarsus identify: {found.landing.sentences()[0]}."

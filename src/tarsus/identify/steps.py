@@ -71,7 +71,7 @@ def _resonances(chain: StepRunner) -> StepResult:
     ends = [sorted((one.start_frequency, one.stop_frequency)) for one in signals]
     if not ends:
         raise InputError(
-            "the sets of sweeps state no swept sine as their signal, which tells the band to identify"
+            "the sets of sweeps state no swept sine as their signal, which gives the band to identify"
         )
     band = max(low for low, _ in ends), min(high for _, high in ends)
     chain.resonances = _structure(chain, band)
@@ -133,7 +133,7 @@ def _hysteresis(chain: StepRunner) -> StepResult:
     if traces:
         return found
     return replace(
-        found, notes=(*found.notes, "No static loops: slow ramped squares tell the law in their place.")
+        found, notes=(*found.notes, "No static loops: slow ramped squares determine the law in their place.")
     )
 
 
@@ -203,7 +203,7 @@ def _film_by_impacts(chain: StepRunner) -> StepResult:
             chain.known.after(wide), wide, chain.traces(Purpose.BOUNCES), (), chain.ground()
         )
     except UNSOLVED as error:
-        return replace(wide, notes=(*wide.notes, f"The impacts tell nothing of it: {error}."))
+        return replace(wide, notes=(*wide.notes, f"The impacts do not determine it: {error}."))
     if not step.used or step.unsound():
         return replace(step, taken=FILM) if not step.used else wide
     chain.known = known.without(step)
@@ -337,7 +337,7 @@ GROUND_STEPS = (
     replace(CLOSE, purpose=Purpose.BOUNCES, find=_close_with_impacts, when=_film_from_above),
     ChainStep(
         "film", Purpose.BOUNCES, "the flights around impacts", _film_by_impacts,
-        "The film as a wide unknown of the flights around all impacts: F = −C g′ / (g + g₀)³, equation (2.10), beside "
+        "The film as a wide unknown of the flights around all impacts: F = −C g′ / (g + g₀)³, equation (2.10), with "
         "the zeros of the displacements.",
         _DEVICE, when=_film_open,
     ),

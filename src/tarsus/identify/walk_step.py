@@ -74,7 +74,7 @@ def walk_records(scene: Scene, name: str, one: RecordSet, records: Sequence[Meas
     Raises InputError for channels that a walker has not, and a set that does not say what its drives did.
     """
     if one.gait is None and not one.signals:
-        raise InputError(f"{name}: its set states neither a gait nor signals, which tell what the drives did")
+        raise InputError(f"{name}: its set states neither a gait nor signals, which say what the drives did")
     driven = with_values(scene, {"gait": one.gait, "signals": dict(one.signals)})
     out = [_walk_record(driven, name, one, record) for record in records]
     alike = len({(each.outputs, each.values.shape) for each in out}) == 1

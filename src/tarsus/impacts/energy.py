@@ -30,6 +30,6 @@ def creation_warning(scene: Scene) -> str | None:
     if gain <= 1.0 + ROUNDING:
         return None
     return (
-        f"This map can create energy: the {impact.title} impact map acts as it is (ground.impact.passive = false), and "
+        f"This impact law can create energy: the {impact.title} law acts as it is (ground.impact.passive = false), and "
         f"one impact can multiply the kinetic energy by up to {gain:.3g}."
     )

@@ -65,7 +65,7 @@ class ImpactMapEstimate(Tabled):
             "impacts",
         )
         refused = [" ".join(one.refused) for one in self.repeats if one.refused]
-        return Table(f"Impact map of '{self.foot}'", columns, rows, refused)
+        return Table(f"Impact law of '{self.foot}'", columns, rows, refused)
 
     @property
     def values(self) -> Floats:

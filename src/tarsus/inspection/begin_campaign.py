@@ -131,7 +131,7 @@ def campaign_text(folder: Path, device: str | None) -> tuple[str, list[str]]:
         asked = [re.search(r"what channel '([^']*)' measures", said) for said in faults[files[0]]]
         nameless |= {one[1]: None for one in asked if one is not None}
         other = [said for said, one in zip(faults[files[0]], asked, strict=True) if one is None]
-        sets += ["# the file does not tell enough, say it here:"] * bool(other)
+        sets += ["# the file does not say enough, add it here:"] * bool(other)
         sets += [f"#   {problem}" for problem in other]
     lines = [
         '# Which record serves which step; see the page "Identification" of the documentation.',
@@ -149,7 +149,7 @@ def campaign_text(folder: Path, device: str | None) -> tuple[str, list[str]]:
         "",
         "# purpose: modal (sweeps in the air), loops, ramps (adhesion), bounces, air, close or validation.",
         "# Put sets in the order in which they were recorded. Four sets of each purpose, and the first again at the",
-        "# end of the session, tell what differs between sets and what moves slowly.",
+        "# end of the session, show what differs between sets and what moves slowly.",
     ]
     return "\n".join([*lines, *sets]) + "\n", [said for name in names for said in faults.get(name, ())]
 

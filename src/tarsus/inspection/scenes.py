@@ -43,7 +43,7 @@ def _of_ground(scene: Scene, impact: dict[str, Any]) -> list[str]:
     how = "as it is" if not impact["passive"] or impact["map"] == "mass-weighted" else "made passive"
     most = f"one impact multiplies kinetic energy by at most {impact['worst_gain']:.3g}"
     return [
-        f"impact map: {impact['map']}, {how}; {most}",
+        f"impact law: {impact['map']}, {how}; {most}",
         f"landing: {scene.ground.landing_rule.title}",
     ]
 

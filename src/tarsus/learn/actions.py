@@ -94,7 +94,7 @@ class PhaseAction(Action):
     def prepared(self, scene: Scene) -> Scene:
         layout = scene.robot.layout()
         if scene.gait is None or layout is None:
-            raise InputError("phases: the scene has no gait; tell its drives volts")
+            raise InputError("phases: the scene has no gait; command volts of its drives")
         if isinstance(scene.gait, CustomGait):
             return scene
         own = {name: getattr(scene.gait, name) for name in ("frequency", "low", "high", "duty", "swing_lag")}

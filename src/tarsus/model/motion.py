@@ -106,7 +106,7 @@ class GroundMotion(Description):
         if self.normal is None and self.along is None:
             faults.append(("", "expected normal, along or both, got neither"))
         if self.base is Base.STAYS:
-            text = "a base that stays feels where the ground is: give the displacement"
+            text = "a base that stays depends on where the ground is: give the displacement"
             faults += [(f"{name}.{one.word}", text) for name, one in self.shifts() if one.told > 0]
         if faults:
             raise PathErrors(faults)
@@ -151,7 +151,7 @@ def jumps(wave: Signal, told: int, until: float) -> list[str]:
         return []
     lines = getattr(wave, "interpolation", None) is Interpolation.LINEAR
     cubic = "; join samples by a cubic spline (interpolation)" if lines else ""
-    said = f"the velocity of the ground would jump at {first:.6g} s, a blow to all that is on it"
+    said = f"the velocity of the ground would jump at {first:.6g} s, an impact on all that is on it"
     return [f"{said}: give a smooth {TOLD[told].name.lower()}{cubic}"]
 
 

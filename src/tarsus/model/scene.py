@@ -198,7 +198,7 @@ class Scene(Description):
             faults += _strength_faults(self.ground)
             if self.ground.impact is not None and not isinstance(self.ground.impact, MassWeighted):
                 text = (
-                    "goes with the mass-weighted impact map alone: leave out ground.impact, or the friction"
+                    "needs the mass-weighted impact law: leave out ground.impact, or the friction"
                 )
                 faults.append(("ground.friction", f"friction along the ground {text}"))
         elif self.ground.acting_on("friction"):
@@ -423,7 +423,7 @@ def _strength_faults(ground: Ground) -> list[tuple[str, str]]:
     """Friction that adhesion alone bears, without adhesion."""
     if ground.holds:
         return []
-    text = "needs adhesion: give ground.adhesion or a latch of your own"
+    text = "needs adhesion: give ground.adhesion or an adhesion law of your own"
     return [
         (f"ground.{path}", f"{law.title} {text}")
         for path, law in ground.by_path().items()

@@ -102,5 +102,5 @@ def _unsupported(walker: Walker, coordinate: int) -> str:
         return f"the body is not held up: its feet leave it free to {walker.body_coordinates[coordinate]}"
     leg = list(walker.legs)[(coordinate - walker.body_size) // 2]
     return (
-        f"the foot of leg '{leg}' hangs on nothing: the leg has no stiffness upward and stands on no ground"
+        f"the foot of leg '{leg}' has no support: the leg has no stiffness upward and stands on no ground"
     )

@@ -213,7 +213,7 @@ def responses_of(
         span = band or excited_band(record)
         names = [c.name for c in record.channels if c.name != record.drive and c.quantity in MOTIONS]
         if not names:
-            raise InputError(f"{record.source} has no channel of a motion (m, m/s or m/s^2) beside its drive")
+            raise InputError(f"{record.source} has no channel of a motion (m, m/s or m/s^2) but its drive")
         by_quantity: dict[Quantity, list[str]] = {}
         for name in names:
             by_quantity.setdefault(record.channel(name).quantity, []).append(name)

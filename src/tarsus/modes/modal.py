@@ -109,7 +109,7 @@ class ModalFit(Tabled):
         ] * (self.misfit > _UNEXPLAINED)
         late = [
             f"the modes show that the responses come {abs(1e3 * self.delay):.3g} ms "
-            f"{'after' if self.delay > 0.0 else 'before'} the drive, as by a delay of an instrument: taken off"
+            f"{'after' if self.delay > 0.0 else 'before'} the drive, as by a delay of an instrument: corrected"
         ] * (self.delay != 0.0)
         few = [
             "sampling steps are written in few digits: all frequencies may be off together by "

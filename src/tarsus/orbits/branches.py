@@ -188,7 +188,7 @@ class Branches(Tabled):
         if not self.starts:
             return "the scene's own motion alone was followed"
         low, high = (amount(one, self.unit) for one in self.ends)
-        return f"no start of {self.starts} at {low} and as many at {high} leads to another motion beside a stable one"
+        return f"no start of {self.starts} at {low} and as many at {high} leads to a second motion where one is stable"
 
     def _orbits(self) -> Table:
         """Every orbit in a row."""

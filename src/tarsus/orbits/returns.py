@@ -283,7 +283,7 @@ def check_memory(plan: Plan) -> None:
     part of a map's state; and where volts command what they hold: maps follow the strength by age alone."""
     if plan.laws.remembers:
         raise InputError(
-            "there is no return map where feet remember their contacts: what they bring along is not in its state"
+            "there is no return map where feet remember their contacts: that memory is not in its state"
         )
     if any(law.by_volts() for law in plan.laws.acting.values() if law.hook == "strength"):
         raise InputError("there is no return map where volts command how strongly feet adhere")

@@ -85,11 +85,11 @@ def _search(result: Mapping[str, Any]) -> str:
         "beginning"
     )
     return (
-        f"Every search begins from nothing but the bounds of the unknowns and seed {result['seed']}: "
+        f"Every search begins from nothing but the bounds of the unknowns and seed {result['seed']}. It has "
         f"{search['prescreening']} sets spread evenly, {search['short']} generations of {search['population']} of "
-        f"every hypothesis and {search['generations']} more of those that are not rejected, a local search of at most "
-        f"{search['local_search']} steps, and chains of {search['spread']} generations: {search['sets']} sets for the "
-        f"whole table{others if sets > search['sets'] else ''}."
+        f"every hypothesis and {search['generations']} more of those that are not rejected. A local search of at most "
+        f"{search['local_search']} steps follows, and chains of {search['spread']} generations. {search['sets']} sets "
+        f"were visited for the whole table{others if sets > search['sets'] else ''}."
     )
 
 

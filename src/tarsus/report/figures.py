@@ -48,7 +48,7 @@ def motion(series: RunSeries, window: Window) -> Plate:
         panels.append(TimePanel(0.2 * len(series.feet), "contact", bars=bars, limits=ends, names=series.feet))
     caption = f"Displacement of {joined(series.points)} from rest{' under the drive voltage above' * driven}"
     if "command" in series.values:
-        caption += " (dotted: what the amplifier is told to give)"
+        caption += " (dotted: the command to the amplifier)"
     if several or shaded:
         caption += f"; {'the bars below mark' if several else 'shading marks'} contact"
     if series.feet:

@@ -96,7 +96,7 @@ def _percents(design: GaitFront) -> str:
     percents = design.percents
     return (
         "The first gait of the front, on its own ground: what a percent more of each number adds to its "
-        f"{percents.measure}, the mean over starts with what that may be off by, and the worst within a percent to "
+        f"{percents.measure}, as a mean over starts with its error. The worst is that within a percent to "
         "either side. With all of them off at once by up to a percent the worst is "
         f"{amount(percents.box, percents.unit, 3)}."
     )
@@ -232,7 +232,7 @@ def adapt_html(design: AdaptiveGait) -> str:
     )
     episode = ": an episode from one start, not the settled motion" if request.starts is None else ""
     judged = (
-        f"Gaits are judged by {request.motion}{episode}. Probes are felt in the first steps from a stand."
+        f"Gaits are judged by {request.motion}{episode}. Probes are sensed in the first steps from a stand."
     )
     footer = "All numbers are in adapt.json, the hidden grounds in hidden.csv."
     return sections_page(

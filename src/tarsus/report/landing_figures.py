@@ -91,8 +91,8 @@ def picture(pair: DesignPair) -> Plate:
 
     return plate(
         draw,
-        "Height of the foot above the ground and of the other points as far above it, and volts, over two periods of "
-        "the periodic regime, before and after, as in Fig. 5.1 of the source. Shaded: contact. Dots: touchdowns.",
+        "Height of the foot and of the other points, and volts, over two periods of the periodic regime, before and "
+        "after, as in Fig. 5.1 of the source. Shaded: contact. Dots: touchdowns.",
     )
 
 

@@ -54,7 +54,7 @@ def _about(design: LandingDesign) -> str:
     )
     if len(design.put_down):
         told += (
-            f" Put down otherwise, {design.as_stated[0]} of {len(design.put_down)} starts settle to touchdowns no "
+            f" From other starts, {design.as_stated[0]} of {len(design.put_down)} settle to touchdowns no "
             "harder."
         )
     if math.isfinite(design.worst):
@@ -117,7 +117,7 @@ def _learned(found: Learning) -> str:
     """How fast the learners learnt."""
     sensed = "how hard each step struck" if found.sensor is Sensor.SPEED else "whether the contact had closed"
     return (
-        f"Told only {sensed}, {number(100 * found.halved, 3)} % of {len(found.grounds)} learners struck with at most "
+        f"Given only {sensed}, {number(100 * found.halved, 3)} % of {len(found.grounds)} learners struck with at most "
         "half the plain step's speed within ten steps."
     )
 

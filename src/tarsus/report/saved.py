@@ -139,8 +139,8 @@ def _lines(axes: Axes, one: xarray.DataArray, over: str) -> None:
         stacked = one.transpose(*others, over).values.reshape(-1, len(along))
         if len(stacked) > len(CYCLE):
             raise InputError(
-                f"the grid has {len(stacked)} combinations of {', '.join(others)}, and {len(CYCLE)} lines can be told "
-                "apart"
+                f"the grid has {len(stacked)} combinations of {', '.join(others)}, and {len(CYCLE)} lines can be "
+                "distinguished"
             )
         values = np.meshgrid(*(one[other].values for other in others), indexing="ij") if others else []
         for number, row in enumerate(stacked):

@@ -29,7 +29,7 @@ class ResultCode(Enum):
         "feet have no motion, or two; a lower coefficient of friction or a more yielding structure has one."
     )
     DIVERGED = (
-        "The run stopped: the motion grew without bound; its impact map creates energy "
+        "The run stopped: the motion grew without bound; its impact law creates energy "
         "(ground.impact.passive is false)."
     )
     LEDGER_OPEN = (

@@ -108,7 +108,7 @@ class Sweep(Description):
     )
     draw: tuple[str, ...] = Field(
         default=(),
-        description="what an atlas over its two axes draws on the map: studies by name, tables beside the file",
+        description="what an atlas over its two axes draws on the map: studies by name, tables in the file's folder",
     )
 
     @field_validator("chunk")

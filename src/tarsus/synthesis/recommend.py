@@ -80,7 +80,7 @@ class Recommendation(Tabled):
             title,
             ("record", Column("time", "s", 3), what, "times in the plan", *(("note",) if noted else ())),
             rows,
-            [f"and {more} records that tell less"] if more else [],
+            [f"and {more} records that determine less"] if more else [],
             [self._plan(), self._numbers()],
         )
 
@@ -93,7 +93,7 @@ class Recommendation(Tabled):
         found, plan = self.ranking, self.ranking.plan
         if not plan.steps:
             what = found.parameter or "the numbers"
-            told = f"No record within {amount(found.budget, 's', 3)} tells enough about {what} to be worth taking."
+            told = f"No record within {amount(found.budget, 's', 3)} determines {what} well enough to be worth taking."
             return Table(told, (), ())
         left = self._after(plan.gain)
         expected = (
@@ -117,7 +117,7 @@ class Recommendation(Tabled):
         ]
         notes += [f"Not from {of}: {', '.join(lacking)}."] if lacking else []
         columns = ("number", "known now within", "lower bound from these alone", "at best")
-        return Table(f"What {of} can tell (95 %):", columns, rows, notes)
+        return Table(f"What {of} can determine (95 %):", columns, rows, notes)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data of all records; standard deviations are those of natural logarithms."""

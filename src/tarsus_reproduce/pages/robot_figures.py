@@ -192,9 +192,9 @@ def mode_shapes(modes: Sequence[ModeRow], column: np.ndarray, points: Sequence[s
 
     return plate(
         draw,
-        "Mode shapes at the points, each to its largest entry and with the sign nearer to the column, over the change "
-        "of velocity that the printed CoR matrix gives the points when the struck foot's velocity changes; MAC is the "
-        "likeness of each mode and the column (modal assurance criterion, 1 = the same shape).",
+        "Mode shapes at the points, each to its largest entry, with the sign nearer to the column. Below them: the "
+        "change of velocity that the printed CoR matrix gives the points. MAC is the likeness of each mode and the "
+        "column (modal assurance criterion, 1 = the same shape).",
     )
 
 

@@ -62,7 +62,7 @@ def test_a_number_of_a_model_that_is_off_is_preferred_and_that_of_a_right_one_de
     squeeze = 35.0
     (off,) = (wrong := ts.fit(held(ONE, 50.0), BOUNDS, seen(squeeze))).ranges
     assert not off.low <= -squeeze <= off.high and off.verdict == "preferred"
-    assert "residuals hang together" in str(wrong) and wrong.doubts.failed.all()
+    assert "residuals are correlated" in str(wrong) and wrong.doubts.failed.all()
     (right,) = (found := ts.fit(held(TWO, 50.0), BOUNDS, seen(squeeze))).ranges
     assert right.low <= -squeeze <= right.high and right.verdict == "determined"
     assert found.doubts.notes == ()

@@ -93,7 +93,7 @@ def coupled(x: Floats, v: Floats, time: Floats) -> tuple[Floats, Floats]:
     ("change", "late", "said", "size"),
     [
         (lambda x, v, time: (x, v), 3e-6, "the displacements are {} us late", 3.0),
-        (lambda x, v, time: (x * np.array([[1.03], [1.0]]), v), 0.0, "a gain of a channel is off", None),
+        (lambda x, v, time: (x * np.array([[1.03], [1.0]]), v), 0.0, "a gain of a channel is wrong", None),
         (coupled, 0.0, "behind a high-pass", None),
         (lambda x, v, time: (x + 3e-7 * np.sin(314.159 * time), v), 0.0, "mains hum", None),
         (lambda x, v, time: (x, v - 0.05 * v**3 / np.max(v**2)), 0.0, "saturates", None),

@@ -114,7 +114,7 @@ def test_nothing_is_determined_and_wrong(world: str, cause: str, tmp_path: Path)
         ("weak attraction", "the volts attract the foot"),
         ("drag of the air", ""),
         ("slow amplifier", ""),
-        ("trigger jitter", "as by a trigger that is late by more or less"),
+        ("trigger jitter", "as by a trigger with a varying delay"),
         ("contacts scatter", "The scatter of e from impact to impact, beyond noise, is "),
         ("no poling between", ""),
         ("third mode, and restitution falls", "the cause is unknown"),

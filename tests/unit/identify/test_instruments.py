@@ -83,7 +83,7 @@ def test_a_factor_that_all_points_have_is_an_error_of_all_gains():
     for second, shared in ((sure, 0.01), (other, 0.0), (Relation(WithError(1.0, 1e-4), sure.lag), 0.0)):
         found = Instruments({"tip": sure, "center": second}, STEP)
         assert found.shared == pytest.approx(shared)
-        assert any("no record tells which" in one for one in found.sentences()) is (shared > 0.0)
+        assert any("no record shows which" in one for one in found.sentences()) is (shared > 0.0)
 
 
 def test_sound_records_stay_as_they_are():

@@ -101,7 +101,7 @@ def test_points_stand_for_coordinates():
     assert rows.T @ found @ rows == pytest.approx(1e-3 * np.eye(2))
     with pytest.raises(ts.InputError, match="as many of these as the structure has coordinates, 2, got 1"):
         point_matrices(SMALL, ["a"])
-    with pytest.raises(ts.InputError, match="do not tell the coordinates"):
+    with pytest.raises(ts.InputError, match="do not determine the coordinates"):
         point_matrices(SMALL, ["a", "a"])
     with pytest.raises(ts.InputError, match="no point 'c'"):
         point_matrices(SMALL, ["a", "c"])

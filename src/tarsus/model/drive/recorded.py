@@ -90,7 +90,7 @@ def _values(raw: RawFile, others: list[RawSeries], name: str, measured: Quantity
         if len(found) == 1:
             return found[0]
     if not others:
-        raise InputError(f"{raw.source} holds no samples beside its times")
+        raise InputError(f"{raw.source} holds no samples but its times")
     raise InputError(
         f"{raw.source} has no column '{name}'{nearest(name, raw.names)}; name that of the {usual} with value_column"
     )

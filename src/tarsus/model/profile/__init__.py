@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 else:
     _shapes = tuple(classes_beside(__package__, Profile, _kind).values())
     AnyLine = Annotated[reduce(or_, _shapes), Field(discriminator="kind")]
-    """Any shape; `kind` tells which."""
+    """Any shape; `kind` says which."""
     EachFoot.model_rebuild(_types_namespace={"AnyLine": AnyLine})
     AnyProfile = Annotated[reduce(or_, (*_shapes, EachFoot)), Field(discriminator="kind")]
     """Any shape for all feet, or one a foot."""

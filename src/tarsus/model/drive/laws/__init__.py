@@ -48,4 +48,4 @@ if TYPE_CHECKING:
     ForceLaw = VoltageLaw
 else:
     ForceLaw = Annotated[reduce(or_, built_in().values()), Field(discriminator="kind")]
-    """Any law from volts to force; `kind` tells which."""
+    """Any law from volts to force; `kind` says which."""

@@ -41,4 +41,4 @@ if TYPE_CHECKING:
     Waveform = Signal
 else:
     Waveform = Annotated[reduce(or_, built_in().values()), Field(discriminator="kind")]
-    """Any waveform; `kind` tells which."""
+    """Any waveform; `kind` says which."""
