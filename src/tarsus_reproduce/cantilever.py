@@ -12,9 +12,9 @@ from tarsus.files.library import changed
 from tarsus.measure import Counting, histories_of
 from tarsus.measure.periods import by_window
 from tarsus.model.scene import Scene
-from tarsus_reproduce.compared import RowReadings, TableComparison, compared_section, csv_columns, summary_of
+from tarsus_reproduce.compared import TableComparison, compared_section, csv_columns, summary_of
 from tarsus_reproduce.ensembles import packaged_errors, packaged_members, packaged_misses
-from tarsus_reproduce.forecast import Member, members_of
+from tarsus_reproduce.forecast import Member, RowReadings, members_of
 from tarsus_reproduce.reproduction import Progress, Reproduction
 from tarsus_reproduce.rows import CANTILEVER, PrintedRow, packaged_rows, read_rows
 

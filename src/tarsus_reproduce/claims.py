@@ -7,17 +7,14 @@ simulation has no vibrometer's resolution: every rebound counts.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 
+from tarsus.files.rows import parse_rows
 from tarsus.model.scene import Scene
+from tarsus_reproduce.packaged import data_text
 from tarsus_reproduce.trends import Claim, Direction, HasExtrema, HasMaximum, falls, rises
-
-PAYLOAD_KNEE = 0.2e-6
-"""Body mass beyond which contact gets shorter (section 4.4.1, Fig. 4.11) [kg]; the only one the text names."""
-
-ELECTROSTATICS, ADHESION, PAYLOAD = "millipede-electrostatics", "millipede-adhesion", "millipede-payload"
 
 
 class FilmUnit(Enum):
@@ -71,32 +68,33 @@ class Trend:
         return isinstance(self.claim, Direction)
 
 
-_HEAVE = ("max_heave", "vertical_amplitude")
-_LEGS = ("max_peak", "peak")
-_TRAVEL = ("max_surge", "stride")
-_BOUNCES = ("total_rebounds_any_height", "total_bounces", "impacts")
-_CONTACT = ("longest_contact", "contact_duration")
+CLAIMS: dict[str, Callable[[float | None], Claim]] = {
+    "falls": falls,
+    "rises": rises,
+    "maximum": lambda _: HasMaximum(),
+    "extrema": lambda _: HasExtrema(),
+}
+"""Words of the table of trends -> what is said of a curve, or of its part from a number on."""
 
-TRENDS = (
-    Trend("4.8", ELECTROSTATICS, "vertical amplitude of the body", falls(), _HEAVE),
-    Trend("4.8", ELECTROSTATICS, "vertical amplitude of the legs", falls(), _LEGS),
-    Trend("4.8", ELECTROSTATICS, "travel", falls(), _TRAVEL),
-    Trend("4.8", ELECTROSTATICS, "number of bounces", rises(), _BOUNCES),
-    Trend("4.8", ELECTROSTATICS, "contact", rises(), _CONTACT),
-    Trend("4.8", ELECTROSTATICS, "vertical amplitude of the body", HasExtrema(), _HEAVE),
-    Trend("4.8", ELECTROSTATICS, "number of bounces", HasExtrema(), _BOUNCES),
-    Trend("4.8", ELECTROSTATICS, "contact", HasExtrema(), _CONTACT),
-    *(
-        Trend("4.9", one.study, f"travel, film in {one.value}", HasMaximum(), _TRAVEL, one)
-        for one in FilmUnit
-    ),
-    Trend("4.10", ADHESION, "travel", HasMaximum(), _TRAVEL),
-    Trend("4.10", ADHESION, "number of bounces", falls(), _BOUNCES),
-    Trend("4.11", PAYLOAD, "vertical amplitude of the body", falls(), _HEAVE),
-    Trend("4.11", PAYLOAD, "travel", falls(), _TRAVEL),
-    Trend("4.11", PAYLOAD, "number of bounces", rises(), _BOUNCES),
-    Trend("4.11", PAYLOAD, "contact beyond 0.2 mg", falls(beyond=PAYLOAD_KNEE), _CONTACT),
-)
+
+def _trends() -> tuple[Trend, ...]:
+    """Rows of the table of trends."""
+    films = {one.value: one for one in FilmUnit}
+    return tuple(
+        Trend(
+            row["figure"],
+            row["study"],
+            row["quantity"],
+            CLAIMS[row["says"]](float(row["beyond"]) if row["beyond"] else None),
+            tuple(row["measures"].split()),
+            films.get(row["film"]),
+        )
+        for row in parse_rows(data_text(TRENDS_FILE), TRENDS_FILE).rows
+    )
+
+
+TRENDS_FILE = "trends_4_4_1.csv"
+TRENDS = _trends()
 """Trends of section 4.4.1, in its order; that of Fig. 4.9 once for each unit."""
 
 EXAMPLE_CLAIM = "the body oscillates much more on ground (a) than on (b)"

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from tarsus.base.arrays import Floats
 from tarsus.base.spec import with_values
 from tarsus.calibrate.prediction import Miss
 from tarsus.calibrate.skill import naive_errors, naive_predictions, skill_of
@@ -24,6 +23,7 @@ from tarsus_reproduce.forecast import (
     PREDICTED,
     Forecast,
     Member,
+    RowReadings,
     WeightedValues,
     forecast,
     medians,
@@ -55,16 +55,6 @@ _MODELS = {
 
 Observed = Mapping[str, float | None]
 """Numbers of a row by key of the table's quantities; None where nothing is known."""
-
-
-@dataclass(frozen=True)
-class RowReadings:
-    """What is read of the runs of a scene: values (n,) [SI] by measure, of each drive period or window; how many runs
-    reached their end, and sentences of those that did not."""
-
-    values: Mapping[str, Floats]
-    runs: int
-    problems: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

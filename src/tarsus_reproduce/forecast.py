@@ -63,6 +63,16 @@ def role_of(members: Sequence[Member], packaged: bool, measured: bool) -> str:
 
 
 @dataclass(frozen=True)
+class RowReadings:
+    """What is read of the runs of a scene: values (n,) [SI] by measure, of each drive period or window; how many runs
+    reached their end, and sentences of those that did not."""
+
+    values: Mapping[str, Floats]
+    runs: int
+    problems: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class WeightedValues:
     """Values (n,) of one number by period or window, with the weight (n,) of each; NaN where it has none."""
 

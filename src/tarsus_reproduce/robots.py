@@ -12,9 +12,9 @@ from tarsus.base.errors import InputError
 from tarsus.files.library import changed
 from tarsus.model.drive.waveforms import Sine, Square
 from tarsus.model.scene import Scene
-from tarsus_reproduce.compared import ComparedRow, RowReadings, TableComparison, summary_of
+from tarsus_reproduce.compared import ComparedRow, TableComparison, summary_of
 from tarsus_reproduce.ensembles import packaged_errors, packaged_members, packaged_misses
-from tarsus_reproduce.forecast import Member, members_of
+from tarsus_reproduce.forecast import Member, RowReadings, members_of
 from tarsus_reproduce.impacts import MapRow, ModeRow, map_rows, mode_rows
 from tarsus_reproduce.reproduction import Progress
 from tarsus_reproduce.rows import HEIGHTS, PrintedRow, packaged_rows, read_rows
@@ -159,8 +159,7 @@ def heights(robot: str, seeds: int) -> TableComparison:
         return row_scene(scene, printed, printed.freq_hz or drive_frequency(robot, scene, printed.wave))
 
     def by_window(scene: Scene, printed: PrintedRow) -> RowReadings:
-        found = foot_statistics(scene, seeds, duration=OBSERVED, settle=SETTLE, window=WINDOW)
-        return RowReadings(found.values, seeds - len(found.failed), found.failed)
+        return foot_statistics(scene, seeds, duration=OBSERVED, settle=SETTLE, window=WINDOW)
 
     return TableComparison(
         HEIGHTS, driven, by_window, ("bounces_per_second", 0.5 / WINDOW), "windows with a bounce",

@@ -14,7 +14,7 @@ from tarsus.orbits.motion import FromRest, SettledMotion
 from tarsus.orbits.scored import scored
 from tarsus.solve.run import Shared
 from tarsus.study.studyfile import load_sweep
-from tarsus_reproduce.claims import DIRECTIONAL, PAYLOAD, TRENDS, FilmUnit, examples, scored_trends
+from tarsus_reproduce.claims import DIRECTIONAL, TRENDS, FilmUnit, examples, scored_trends
 from tarsus_reproduce.millipede import (
     DeviceTrends,
     Score,
@@ -55,7 +55,7 @@ def test_a_device_is_scored_on_episodes_alone():
     assert not over.problems and (over.film, over.lasting) == (FilmUnit.MICRO, None)
     assert over.score.total == 16 and over.score.directional_total == DIRECTIONAL == 11
     assert [one.trend for one in over.trends] == scored_trends(FilmUnit.MICRO)
-    heave = swept(over, PAYLOAD).values["max_heave"]
+    heave = swept(over, "millipede-payload").values["max_heave"]
     assert (np.diff(heave, axis=0) < 0.0).all() and verdict(over, "4.11", "max_heave") is AGREES
     no, still = CONTRADICTS, TrendVerdict.INSENSITIVE
     assert Score.of([(AGREES, True), (AGREES, False), (no, True), (still, False)]) == Score(2, 1, 1, 0, 1, 2)
@@ -89,7 +89,7 @@ def test_a_device_is_judged_in_its_own_unit_of_the_film(found):
 def test_what_does_not_change_is_insensitive_and_not_contradicted(found):
     """Each line of physics is checked against the curve itself, not against the verdict's own rules."""
     over = found[0]
-    heave, stride = (swept(over, PAYLOAD).values[name] for name in ("max_heave", "stride"))
+    heave, stride = (swept(over, "millipede-payload").values[name] for name in ("max_heave", "stride"))
     assert (np.diff(heave, axis=0) < 0.0).all() and verdict(over, "4.11", "max_heave") is AGREES
     assert (np.diff(stride, axis=0) > 0.0).all() and verdict(over, "4.11", "stride") is CONTRADICTS
     film = swept(over, FilmUnit.MICRO.study).values["stride"]
@@ -107,7 +107,7 @@ def test_every_payload_of_a_standing_device_starts_in_its_own_equilibrium(found)
     sag = 9.80665 / (2.0 * rings.robot.structure.legs["L1"].stiffness_v)
     heave = np.array([batch.run(k).marks["body"][:, 1] for k in range(2)])
     np.testing.assert_allclose(heave, -sag * np.array([[0.05e-6], [0.5e-6]]) * np.ones_like(heave), rtol=1e-3)
-    assert np.isfinite(swept(found[1], PAYLOAD).values["max_heave"]).all()
+    assert np.isfinite(swept(found[1], "millipede-payload").values["max_heave"]).all()
 
 
 @pytest.mark.slow
@@ -130,7 +130,7 @@ def test_measures_of_a_period_are_judged_over_the_settled_motion(found):
         lasting = [one for one in device.trends if one.lasting and device.scores(one.trend)]
         assert [one.trend for one in lasting] == scored_trends(device.film)
         assert device.lasting is not None and device.lasting.total == 16 and device.lasting != device.score
-    scene, curve = found[1].scene, swept(found[1], PAYLOAD)
+    scene, curve = found[1].scene, swept(found[1], "millipede-payload")
     values = {curve.path: curve.x[[2]], "ground.restitution.coefficient": curve.replicates[[1]]}
     alone = scored(SettledMotion(1.0, 4), scene, values, ("stride",), Shared())
     assert curve.values["stride"][2, 1] == alone.value[0, 0]
@@ -214,4 +214,4 @@ def test_packaged_variants_are_judged_over_the_whole_studies():
     assert [device.name for device in whole] == ["millipede", "millipede-table", "millipede-printed"]
     for device in whole:
         assert not device.problems and device.score.total == 16 and "no validation" in device.about
-        assert swept(device, PAYLOAD).values["max_heave"].shape == (37, 5)
+        assert swept(device, "millipede-payload").values["max_heave"].shape == (37, 5)
