@@ -1,0 +1,150 @@
+"""Plain English in the docs and in messages: short sentences, short pages, the field's words and not our own."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from statistics import fmean
+
+import pytest
+
+import tarsus
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+PAGES = [
+    *sorted(DOCS.glob("*.md")),
+    *(ROOT / f"{name}.md" for name in ("README", "CONTRIBUTING", "SUPPORT", "CODE_OF_CONDUCT")),
+]
+SOURCES = [file for room in ("tarsus", "tarsus_reproduce") for file in sorted((ROOT / "src" / room).rglob("*.py"))]
+
+LONGEST = 30
+"""Words of a sentence: longer ones are read twice (plain-language guides say 25 to 30)."""
+MEAN = 16.0
+"""Words of a sentence on average, on the pages that somebody reads with a task in hand."""
+PAGE = 1500
+"""Words of a page, with code and tables but those that a tool writes: five minutes of reading."""
+REFERENCE = {"file-format.md"}
+"""Pages that are looked things up in, key by key, and may be longer."""
+
+GONE = {
+    r"told": "determined, measured, reported, stated",
+    r"beside": "with, compared with, next to",
+    r"put down": "placed, released",
+    r"felt|feels": "sensed, acts on",
+    r"drawn along": "propagated",
+    r"taken off": "corrected",
+    r"hangs? on|hang together": "depends on, correlated",
+    r"nudged": "perturbed",
+    r"impact maps?": "impact law",
+    r"latch(es)?": "adhesive hold",
+    r"let go|lets go": "released",
+    r"blows?": "impact",
+    r"one's own": "your own",
+}
+"""Words that are not used any more -> what the field says."""
+NAMED = {"glossary.md": {"latch", "impact map"}}
+"""Pages that say what a word means elsewhere."""
+
+_CODE = re.compile(r"^```.*?^```$", re.DOTALL | re.MULTILINE)
+_END = re.compile(r"(?<=[.!?:])\)? +(?=[\"(]?[A-Z0-9])|(?<=:) ")
+_SHORT = re.compile(r"\b(Figs?|Eqs?|No|e\.g|i\.e|cf|vs|Sec|al)\.")
+
+
+def plain(page: Path) -> str:
+    """A page without code, tables, headings, formulas and addresses of links."""
+    text = _CODE.sub("\n\n", page.read_text(encoding="utf-8"))
+    text = re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
+    text = re.sub(r"\$\$.*?\$\$", " E ", text, flags=re.DOTALL)
+    text = re.sub(r"^(\|.*|#.*)$", "\n", text, flags=re.MULTILINE)
+    text = re.sub(r"!\[[^\]]*\]\([^)]*\)", "", re.sub(r"\$[^$]+\$", "E", re.sub(r"`[^`]+`", "Code", text)))
+    return re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", text)
+
+
+def lengths(text: str) -> Iterator[tuple[int, str]]:
+    """Sentences with their numbers of words; an item of a list is at least one."""
+    items = re.sub(r"^ *(?:[-*:]|\d+\.) +", "\n\n", _SHORT.sub(r"\1", re.sub(r"\*+", "", text)), flags=re.MULTILINE)
+    for block in re.split(r"\n\s*\n", items):
+        for sentence in _END.split(" ".join(block.split())):
+            if count := sum(bool(re.search(r"\w", word)) for word in sentence.split()):
+                yield count, sentence
+
+
+def gone(text: str) -> list[str]:
+    """Words that are not used any more, each with what is said instead."""
+    return [
+        f"{found[0].lower()}: {instead}"
+        for words, instead in GONE.items()
+        for found in re.finditer(rf"\b(?:{words})\b", text, re.IGNORECASE)
+    ]
+
+
+def messages(file: Path) -> Iterator[tuple[int, str]]:
+    """Texts of four words and more in a source, with their lines: messages, labels and help, no docstrings."""
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    parts, said = set[int](), set[int]()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            said.add(id(node.value))
+        if isinstance(node, ast.JoinedStr):
+            parts.update(map(id, node.values))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.JoinedStr):
+            text = "".join(str(one.value) if isinstance(one, ast.Constant) else "X" for one in node.values)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in parts | said:
+            text = node.value
+        else:
+            continue
+        if len(text.split()) >= 4:
+            yield node.lineno, text
+
+
+def tasks() -> set[str]:
+    """Pages of the index's tutorials and tasks."""
+    trees = re.findall(r":caption: (.*?)\n\n(.*?)```", (DOCS / "index.md").read_text(encoding="utf-8"), re.DOTALL)
+    return {f"{name}.md" for caption, names in trees if caption in ("Tutorials", "How to") for name in names.split()}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_a_page_is_short_and_its_sentences_are(page: Path) -> None:
+    counted = list(lengths(plain(page)))
+    assert [sentence for count, sentence in counted if count > LONGEST] == []
+    if page.name in tasks() | {"README.md"}:
+        assert fmean(count for count, _ in counted) <= MEAN
+    if page.parent == DOCS and page.name not in REFERENCE:
+        typed = re.sub(r"<!-- figures:.*?<!-- end -->", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+        assert len(typed.split()) <= PAGE
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_a_page_uses_the_field_s_words(page: Path) -> None:
+    found = gone(plain(page))
+    assert [one for one in found if one.split(":")[0] not in NAMED.get(page.name, ())] == []
+
+
+def test_messages_are_short_and_use_the_field_s_words() -> None:
+    wrong = [
+        f"{file.relative_to(ROOT)}:{line}: {fault}"
+        for file in SOURCES
+        for line, text in messages(file)
+        for fault in (*gone(text), *(one for count, one in lengths(re.sub(r"[;\n]", "\n\n", text)) if count > LONGEST))
+    ]
+    assert wrong == []
+
+
+def test_public_names_use_the_field_s_words() -> None:
+    assert [name for name in tarsus.__all__ if gone(name.replace("_", " "))] == []
+
+
+def test_a_long_sentence_and_a_word_of_our_own_are_found(tmp_path: Path) -> None:
+    page, source = tmp_path / "page.md", tmp_path / "source.py"
+    page.write_text(f"# Put down\n\n{31 * 'word '}end. It is short.\n\n`told` told\n\n| felt |\n", encoding="utf-8")
+    assert [count for count, _ in lengths(plain(page))] == [32, 3, 2]
+    assert gone(plain(page)) == ["told: determined, measured, reported, stated"]
+    source.write_text(
+        '"""Told in a docstring, which is another thing."""\nx = f"{1} was put down here"\n', encoding="utf-8"
+    )
+    ((line, text),) = messages(source)
+    assert line == 2 and gone(text) == ["put down: placed, released"]
