@@ -60,8 +60,8 @@ robot.feet.tip.gap = ["50 um", "60 um", "70 um"]
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of page: its template, or the file of its sections, and what makes one in a folder that is there and
-    empty; the path of the page."""
+    """A kind of page: the file of its sections, and what makes one in a folder that is there and empty; the path of
+    the page."""
 
     source: str
     make: Callable[[Path], Path]
@@ -145,14 +145,14 @@ def _validations(folder: Path) -> Path:
 
 _RESPONSES = {f"p{point}": _response(point) for point in (1, 2, 3)}
 KINDS = {
-    "cantilever": Kind("run.html", verb("simulate", "cantilever")),
-    "hexapod": Kind("run.html", verb("simulate", "hexapod")),
-    "walker": Kind("run.html", verb("simulate", "hamr-like")),
-    "turning": Kind("run.html", verb("simulate", "turning-hexapod")),
-    "millipede-30": Kind("run.html", verb("simulate", "millipede-30")),
-    "explorer": Kind("explore.html", verb("explore", "cantilever", "--duration", "60 ms")),
-    "explorer-walker": Kind("explore.html", verb("explore", "millipede", "--duration", "60 ms")),
-    "explorer-hexapod": Kind("explore.html", verb("explore", "hexapod-walker", "--duration", "60 ms")),
+    "cantilever": Kind("run_page.py", verb("simulate", "cantilever")),
+    "hexapod": Kind("run_page.py", verb("simulate", "hexapod")),
+    "walker": Kind("run_page.py", verb("simulate", "hamr-like")),
+    "turning": Kind("run_page.py", verb("simulate", "turning-hexapod")),
+    "millipede-30": Kind("run_page.py", verb("simulate", "millipede-30")),
+    "explorer": Kind("explorer.py", verb("explore", "cantilever", "--duration", "60 ms")),
+    "explorer-walker": Kind("explorer.py", verb("explore", "millipede", "--duration", "60 ms")),
+    "explorer-hexapod": Kind("explorer.py", verb("explore", "hexapod-walker", "--duration", "60 ms")),
     "sweep": Kind("sweep_page.py", verb("sweep", "{study}", study=_study)),
     "yield": Kind("yield_page.py", verb("yield", CREEPING, *_YIELD)),
     "calibrate": Kind("calibrate_page.py", verb("calibrate", "{ball}", ball=_ball)),

@@ -27,12 +27,12 @@ from tarsus.plan.lowering import REFUSALS
 from tarsus.report.figures import GROUND, MOST_FEET
 from tarsus.report.motion import Motion
 from tarsus.report.packing import script_text
-from tarsus.report.pages import asset, page, rendered, write_page
+from tarsus.report.pages import Fold, Section, asset, marked, rendered, sections_page, sources, write_page
 from tarsus.report.panels import DrawnLine, Sign, TimePanel, panels_html
 from tarsus.report.player import distinct_drives, drive_label, walk_section
 from tarsus.report.style import BLUE, CONTACT, CYCLE, GREEN, INK, MUTED, PURPLE, VERMILION
 from tarsus.solve import Explored, Run, compiled_engine, engine_bytes, simulate
-from tarsus.tables.numbers import spaced
+from tarsus.tables.numbers import amount, spaced
 
 if TYPE_CHECKING:
     from tarsus.report.widget import ExplorerWidget
@@ -41,6 +41,9 @@ POINTS, POINTS_OF_MANY = 1000, 600
 """Samples of the figures, and of those of a robot with more feet than figures show."""
 FILM = 240
 """Frames of the moving picture before the first run."""
+OTHERS = """These are no sliders here. A number of a drive becomes one with
+<code>tarsus explore {} -o explore.html --drive PATH</code>, three at most; all others are set with
+<code>--set PATH=VALUE</code> before the page is made, as those that enter tables of the structure."""
 Range = tuple[float | str, float | str]
 
 
@@ -160,11 +163,22 @@ class Explorer:
         """The page. The first one compiles the engine for pages where nobody has, which takes a minute or two; raises
         InputError with the command to type where it cannot."""
         one = self.explored
-        body = rendered(
-            "explore.html", scene=one.scene, seconds=one.seconds, explorer=self.fragment(), left=one.left,
-            line=f"tarsus explore {self.name or 'SCENE'} -o explore.html",
-        )  # fmt: skip
-        return page(f"{one.scene.name} – explorer", body)
+        seconds = amount(one.seconds, "s")
+        about = f"{seconds} of it, run anew by the engine in this page for every number that is turned."
+        sections = [self._left(), sources(one.scene.citations)]
+        name, footer = one.scene.name, "Nothing is asked of any network."
+        return sections_page(name, [about, self.fragment()], sections, footer, head=f"{name} – explorer")
+
+    def _left(self) -> Section | None:
+        """The numbers that are no sliders, and how they are set."""
+        left, scene = self.explored.left, self.name or "SCENE"
+        if not left:
+            return None
+        paths = Markup(" ").join(Markup("<code>{}</code>").format(path) for path in left)
+        said = f"<code>tarsus explore {scene} -o explore.html --drive PATH</code>"
+        return Section(
+            "Other numbers", marked(OTHERS, Markup(said)), Fold(f"{len(left)} numbers", marked("{}", paths))
+        )
 
     def fragment(self, *, small: bool = False) -> Markup:
         """The explorer as a part of a page. small: of one that shows more below."""

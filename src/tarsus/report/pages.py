@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Fold", "Foldable", "Markup", "Plate", "Section", "asset", "bullets", "marked", "page", "rendered", "said",
-    "sections_page", "sentence_case", "terms", "whole", "write_page",
+    "sections_page", "sentence_case", "sources", "terms", "whole", "write_page",
 ]  # fmt: skip
 
 UPLOT = "vendor/uplot-1.6.32"
@@ -89,6 +89,11 @@ def terms(meanings: Mapping[str, str]) -> Markup:
     """Words, each with what it means."""
     pairs = (Markup("<dt>{}</dt><dd>{}</dd>").format(*one) for one in meanings.items())
     return Markup("<dl>{}</dl>").format(Markup("").join(pairs))
+
+
+def sources(citations: Sequence[str]) -> Section | None:
+    """Where a scene's numbers are from; None where it says nothing."""
+    return Section("Sources of this scene", bullets(citations)) if citations else None
 
 
 def whole(table: Any) -> Markup:

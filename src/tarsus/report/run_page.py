@@ -21,12 +21,12 @@ from tarsus.report import figures, walk_figures
 from tarsus.report.above import path_above
 from tarsus.report.explorer import small_explorer
 from tarsus.report.motion import motion_of, whole_motion
-from tarsus.report.pages import Plate, page, rendered, write_page
+from tarsus.report.pages import Fold, Plate, Section, marked, said, sections_page, sources, terms, write_page
 from tarsus.report.panels import Window
 from tarsus.report.player import walk_section
 from tarsus.report.points import points_section
 from tarsus.report.series import RunSeries, joined, series_of
-from tarsus.tables.numbers import MISSING, amount, spaced
+from tarsus.tables.numbers import MISSING, amount, number, spaced
 from tarsus.tables.table import Column, Table
 
 if TYPE_CHECKING:
@@ -66,19 +66,62 @@ def report_html(
 ) -> str:
     """The page as text; see `write_report`."""
     series = series_of(run)
-    other = None if companion is None else series_of(companion)
     detail = series.last_periods(CLOSE_UP)
     walker = isinstance(run.scene.robot.structure, Walker)
     motion, forces = _walk(run, detail) if walker else _motion(run, series, detail)
-    body = rendered(
-        "run.html", run=run, signals=_signals(run.scene), landing=_landing(run.scene), warnings=_warnings(run),
-        wall=run.wall_s if math.isfinite(run.wall_s) else 0.0, key=_key_figures(run), settled=settled(run),
-        others=None if others is None else others.beside(run), walker=walker, motion=motion,
-        measures=measures_summary(run.measures, ""), forces=forces, explorer="" if static else small_explorer(run),
-        energies=figures.energies(series, other, detail), ledger=figures.ledger(series), account=account(run),
-        events=_events(run), values=_values(run),
-    )  # fmt: skip
-    return page(f"{run.scene.name} – run report", body)
+    explorer = "" if static else small_explorer(run)
+    sections = [
+        Section("The walk" if walker else "Motion", *motion),
+        Section("Measures", measures_summary(run.measures, ""), _definitions(run), SPREAD),
+        Section("Turn it", Fold(TURN, marked(MORE), explorer)) if explorer else None,
+        Section("Forces", *forces) if forces else None,
+        _energy(run, series, None if companion is None else series_of(companion), detail),
+        Section("Events", *_events(run)),
+        Section("Values of this run", VALUES, _values(run)),
+        sources(run.scene.citations),
+    ]
+    others_table = None if others is None else others.beside(run)
+    about = [*_about(run), others_table, _key_figures(run)]
+    return sections_page(run.scene.name, about, sections, CONVENTIONS, head=f"{run.scene.name} – run report")
+
+
+SPREAD = """Spread is the standard deviation over the n values the measure was taken from; names that begin with max,
+total or longest are of the whole run."""
+
+TURN = "The engine is in this page: sliders of the ground and the drive run the scene anew"
+MORE = "<code>tarsus explore</code> makes a page with all of its numbers."
+
+VALUES = """Every number that entered the simulation, with its origin; a dash marks a value set by the user or left at
+its default."""
+
+CONVENTIONS = """Conventions: z is up, a gap is positive when open, forces on the structure are positive along the
+ground's normal."""
+
+
+def _about(run: Run) -> list[Any]:
+    """The run in sentences: its drive, how it ended, what a reader must not miss, how it settled."""
+    landing, repeats = _landing(run.scene), settled(run)
+    wall = f", computed in {amount(run.wall_s, 's', 3)}" if math.isfinite(run.wall_s) and run.wall_s else ""
+    return [
+        _signals(run.scene) or "no drive signal",
+        said(run.code.value, failed=not run.ok),
+        f"A foot that lands: {landing}." if landing else "",
+        *(said(sentence, failed=True) for sentence in _warnings(run)),
+        f"{amount(run.duration, 's')} simulated{wall}; {len(run.events)} contact events; energy ledger closes to "
+        f"{number(run.ledger.closure, 2)}.",
+        said(str(repeats), failed=repeats.multiple == 0) if repeats else None,
+    ]
+
+
+def _definitions(run: Run) -> Fold:
+    definitions = {spaced(name): measure.definition for name, measure in run.measures.items()}
+    return Fold("What each measure is", terms(definitions))
+
+
+def _energy(run: Run, series: RunSeries, companion: RunSeries | None, detail: Window) -> Section:
+    """Where the energy went, in figures and numbers."""
+    pair = [figures.energies(series, companion, detail), figures.ledger(series)]
+    return Section("Energy", pair, Fold("The account in numbers", account(run)))
 
 
 def _warnings(run: Run) -> list[str]:
@@ -152,21 +195,24 @@ def _signal(signal: Any) -> str:
     return f"{name}, {', '.join(parts)}" if parts else name
 
 
-def _key_figures(run: Run) -> list[tuple[str, str, str]]:
+def _key_figures(run: Run) -> Markup | None:
     """The first measures: name, value, and of what."""
     found = []
     for name, measure in list(run.measures.items())[:4]:
         spread = amount(deviation(measure), measure.unit, 2)
         whose = about(measure) if spread.split()[0] in (MISSING, "0") else f"± {spread}; {about(measure)}"
-        found.append((spaced(name), amount(measure.value, measure.unit), whose))
-    return found
+        found.append(FIGURE.format(spaced(name), amount(measure.value, measure.unit), whose))
+    return Markup('<dl class="key">{}</dl>').format(Markup("").join(found)) if found else None
 
 
-def _events(run: Run) -> dict[str, Any]:
-    """The events as a table, and what is said above it; nothing without any."""
+FIGURE = Markup('<div><dt>{}</dt><dd>{}</dd><dd class="about">{}</dd></div>')
+
+
+def _events(run: Run) -> list[Any]:
+    """The events as a table, below what is said of it."""
     events = run.events
     if not len(events):
-        return {}
+        return ["No foot touched the ground."]
     columns = [Column("time", "s", 8, shared=True), "foot", "event"] + [
         Column(name, unit, shared=True)
         for name, unit in (
@@ -183,11 +229,19 @@ def _events(run: Run) -> dict[str, Any]:
         for event in events[:MOST_EVENTS]
     ]  # fmt: skip
     kinds, counts = np.unique(events["kind"], return_counts=True)
-    tally = [f"{n} × {EVENT_WORDS[int(kind)]}" for kind, n in zip(kinds, counts, strict=True)]
-    return {
-        "table": Table("", columns, rows), "tally": joined(tally), "listed": len(rows), "file": EVENTS_FILE,
-        "rest": len(events) - len(rows), "sliding": bool(np.isin(SLIDING, kinds).any()),
-    }  # fmt: skip
+    told = [f"{joined([f'{n} × {EVENT_WORDS[int(kind)]}' for kind, n in zip(kinds, counts, strict=True)])}."]
+    if len(events) > len(rows):
+        told.append(f"The first {len(rows)} are listed; {len(events) - len(rows)} more are in {EVENTS_FILE}.")
+    told.append(EVENTS)
+    if np.isin(SLIDING, kinds).any():
+        told.append(SLIDES)
+    return [" ".join(told), Table("", columns, rows)]
+
+
+EVENTS = """Arrives and leaves are speeds towards and away from the ground, pull is the structure's net force on the
+foot away from it, strength what adhesion could hold at that moment, apex the highest point of the flight before."""
+
+SLIDES = "Where slip or stick begins, pull is the force along the ground, strength the most friction bears."
 
 
 def _values(run: Run) -> Table:

@@ -334,6 +334,6 @@ def test_equal_members_are_shown_once() -> None:
 def test_headings_are_listed_and_the_page_has_a_dark_side(page_text: str, page: Page) -> None:
     targets = [value for tag, name, value in page.attributes if (tag, name) == ("h2", "id")]
     links = [value for tag, name, value in page.attributes if (tag, name) == ("a", "href")]
-    assert len(targets) == 6 and [f"#{one}" for one in targets] == links[1:7]
+    assert len(targets) == 7 and [f"#{one}" for one in targets] == links[1:8]
     assert "prefers-color-scheme: dark" in page_text and 'id="theme"' in page_text
     assert "prefers-reduced-motion" in page_text
