@@ -17,12 +17,6 @@ from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.scene import Scene
 from tarsus.model.standing import rest_state
 
-ATTRACTED_AT = 10.0
-"""Volts [V] for which an attraction is given: a few to a hundred are in use."""
-BEYOND = (0.1, 0.3, 1.0)
-"""Gaps, as parts of the foot's own, that an attraction which the model has not may act across in contact: air films and
-insulators on an electrode; others are nearly a sum of neighbours."""
-
 
 @dataclass(frozen=True)
 class FootModel:
@@ -116,12 +110,6 @@ class FootModel:
         """Damper on the foot [N s/m] that damps the first mode by a hundredth: a first guess of a film."""
         compliance = float(self.row @ np.linalg.solve(self.stiffness, self.row))
         return 0.02 / (self.slowest * compliance)
-
-    def like_attraction(self, beyond: float) -> float:
-        """Coefficient [N m^2/V^2] of an attraction ``V^2 / (g + beyond)^2`` that in contact at `ATTRACTED_AT` pulls the
-        foot with a hundredth of the force that bends it by its gap."""
-        compliance = float(self.row @ np.linalg.solve(self.stiffness, self.row))
-        return 0.01 * self.gap / compliance * (beyond / ATTRACTED_AT) ** 2
 
     @cached_property
     def mobility(self) -> float:

@@ -17,7 +17,7 @@ from tarsus.identify.adhesion import identify_adhesion
 from tarsus.identify.contact_film import film_by_impacts
 from tarsus.identify.electrostatics import identify_close, wide_attraction
 from tarsus.identify.film import identify_film, wide_film
-from tarsus.identify.film_hypotheses import film_checked
+from tarsus.identify.film_exponent import film_checked
 from tarsus.identify.flight import ATTRACTION, FILM
 from tarsus.identify.hysteresis import Shares, identify_hysteresis
 from tarsus.identify.impact_column import Pair, from_pairs, identify_impact_column, map_from_pairs
@@ -170,7 +170,7 @@ def _film(chain: StepRunner) -> StepResult:
     model, seed = chain.known.model(), chain.seed + 2
     film = identify_film(model, chain.known, traces, chain.evidence.level, seed, chain.film)
     # the steps again: of hypotheses the first time
-    chain.film = film if chain.film is not None else film_checked(model, film, seed)
+    chain.film = film if chain.film is not None else film_checked(film, seed)
     return chain.film.step
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from copy import copy
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,11 +19,11 @@ from tarsus.identify.afterwards import _nudged
 from tarsus.identify.airborne import air_records
 from tarsus.identify.campaign import Campaign, Opened
 from tarsus.identify.chain import StepRunner
-from tarsus.identify.checks import GAP, SHIFTED, SURE, air_checks, gap_check, step_checks
+from tarsus.identify.checks import GAP, air_checks, gap_check, step_checks
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.film_hypotheses import attraction_of, exponent_of, with_attraction, with_exponent
-from tarsus.identify.foot import ATTRACTED_AT, FootModel
+from tarsus.identify.film_exponent import exponent_of, with_exponent
+from tarsus.identify.foot import FootModel
 from tarsus.identify.prediction import AirFit, fit_air
 from tarsus.identify.step import Check, Residual, StepResult, Used, failures
 from tarsus.identify.traces import Trace
@@ -223,7 +222,7 @@ def test_a_failed_check_takes_the_word_determined_and_names_its_cause():
 def test_the_exponent_of_the_film_is_found_and_an_undecided_one_widens_its_draws():
     chain = identified()
     assert chain.film is not None
-    found = exponent_of(chain.model, chain.film, 3)
+    found = exponent_of(chain.film, 3)
     assert found is not None and abs(found.value - 3.0) < 3.0 * found.error
     own = chain.film.step.samples[:, 1]
     even = with_exponent(chain.film, replace(found, value=2.5, error=0.5), 3).step
@@ -243,31 +242,6 @@ def test_the_exponent_of_the_film_is_found_and_an_undecided_one_widens_its_draws
     assert sure.alternatives[-1].word == "preferred" and sure.alternatives[-1].weight > 0.99
     wild = with_exponent(chain.film, replace(found, value=-78.0, error=0.9), 3).step
     assert not wild.checks[-1].passed and "not damped by a film alone" in wild.checks[-1].cause
-
-
-def test_flights_tell_an_attraction_by_the_volts_that_is_added_to_them():
-    """Flights of a sound device show none; with what one adds to every flight it is found, and the film is in doubt."""
-    chain = identified()
-    assert chain.film is not None
-    model, film = chain.model, chain.film
-    none = attraction_of(model, film, 3)
-    assert none is None or none.strength < SURE or none.shift(film) < SHIFTED
-    beyond, size = 0.3 * model.gap, 2.0
-    offs, law = copy(film.offs), film.fitted.sought.law(model, film.fitted.place)
-    offs.squares = offs.squared()
-    flights = []
-    for pull in (0.0, size * model.like_attraction(beyond)):
-        value = np.array([*law.value[:2], pull, beyond, law.value[4]])
-        flights.append(offs.flown(film.fitted.unknowns, replace(law, value=value))[2])
-    offs.squares = None
-    offs.measured = [one + more - less for one, less, more in zip(offs.measured, *flights, strict=True)]
-    found = attraction_of(model, replace(film, offs=offs), 3)
-    assert found is not None and found.strength > SURE
-    assert abs(found.value - size) < 3.0 * found.error < 0.2 * size
-    assert found.shift(film) > SHIFTED
-    doubted = with_attraction(film, found).step
-    assert not doubted.checks[-1].passed and doubted.unsound() == []
-    assert f"in contact at {ATTRACTED_AT:g} V with 2" in doubted.checks[-1].cause
 
 
 def test_what_the_device_file_states_with_an_interval_is_moved_by_its_standard_error():
