@@ -246,7 +246,7 @@ def other_rows(lowered: Lowered, solution: Solution) -> tuple[tuple[Prediction, 
     return tuple(
         predict_row(
             ensembles, solution.fit.weights, [one[:, n] for one in readings], problem.objective.cells,
-            lowered.other_absolute[n], solution.discrepancy, problem.peak, problem.resolution,
+            lowered.other_cells.absolute[n], solution.discrepancy, problem.peak, problem.resolution,
         )
         for n in range(len(rows))
     )  # fmt: skip

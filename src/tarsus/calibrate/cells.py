@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tarsus.base.units import parse_quantity
 from tarsus.calibrate.description import MeasureColumn, Study
@@ -18,28 +16,19 @@ from tarsus.files.rows import TableRows, number_of
 from tarsus.measure.periods import scene_period
 
 
-@dataclass(frozen=True)
-class OtherCells:
-    """Cells of rows that are only predicted: observed (nr, nk) [SI], NaN where unknown, and absolute tolerances."""
-
-    observed: NDArray[np.float64]
-    absolute: NDArray[np.float64]
-
-
 def cells_of(
     study: Study,
     table: TableRows,
-    trained: Sequence[int],
-    others: Sequence[int],
+    numbers: Sequence[int],
     variant: Variant,
     middle: Mapping[str, float],
     faults: Faults,
-) -> tuple[Cells, OtherCells]:
-    """Cells of the rows that are fitted, and of the others; rows of the variant are in that order."""
+) -> Cells:
+    """Cells of the table's rows of these numbers; rows of the variant are in that order."""
     measures = list(study.measures.items())
-    observed = np.full((len(trained) + len(others), len(measures)), np.nan)
+    observed = np.full((len(numbers), len(measures)), np.nan)
     absolute = np.zeros(observed.shape)
-    for place, number in enumerate((*trained, *others)):
+    for place, number in enumerate(numbers):
         period = scene_period(variant.scene_of(middle, variant.rows[place]), np.inf)
         for k, (name, one) in enumerate(measures):
             unit = unit_of(one.measure)
@@ -62,13 +51,11 @@ def cells_of(
                 faults.add(f"measures.{name}: a value of zero needs an absolute tolerance ({where})")
             elif absolute[place, k] == 0.0 and one.relative == 0.0:
                 faults.add(f"measures.{name}: expected an absolute or a relative tolerance above 0")
-    n = len(trained)
-    cells = Cells(
-        tuple(study.measures), tuple(one.unit for _, one in measures), observed[:n], absolute[:n],
+    return Cells(
+        tuple(study.measures), tuple(one.unit for _, one in measures), observed, absolute,
         np.array([one.relative for _, one in measures]), np.array([one.weight for _, one in measures]),
         np.array([one.existence for _, one in measures]),
     )  # fmt: skip
-    return cells, OtherCells(observed[n:], absolute[n:])
 
 
 def absolute_of(study: Study, one: MeasureColumn, period: float, where: str, faults: Faults) -> float:

@@ -147,18 +147,6 @@ class Search(Description):
         default="6 is a likelihood ratio of 20 to 1", description="why `within` is what it is"
     )
 
-    @model_validator(mode="before")
-    @classmethod
-    def _new_names(cls, given: Any) -> Any:
-        old = [key for key in RENAMED if isinstance(given, dict) and key in given]
-        if old:
-            raise PathErrors([(key, f"is called '{RENAMED[key]}'") for key in old])
-        return given
-
-
-RENAMED = {"screening": "prescreening", "polish": "local_search", "hopeless": "rejected"}
-"""Former keys of a search, and what they are called."""
-
 
 class Study(Description):
     """A calibration as data: a scene, what of a table was done and seen, and what of the scene is not known."""

@@ -17,7 +17,7 @@ from tarsus.calibrate.cells import cells_of, limits_of
 from tarsus.calibrate.description import Study
 from tarsus.calibrate.faults import Faults
 from tarsus.calibrate.forward import Forward
-from tarsus.calibrate.objective import Hypothesis, Objective
+from tarsus.calibrate.objective import Cells, Hypothesis, Objective
 from tarsus.calibrate.problem import CalibrationProblem
 from tarsus.calibrate.readings import MOTION, known_measures
 from tarsus.calibrate.scenes import Cell, Key, Row, RowChanges, Template, Variant, in_si, key_of
@@ -45,8 +45,7 @@ class Lowered:
     problem: CalibrationProblem
     trained: tuple[int, ...]
     others: tuple[int, ...]
-    other_observed: np.ndarray
-    other_absolute: np.ndarray
+    other_cells: Cells
 
     def settings(self) -> list[dict[str, Any]]:
         """What the options of each variant of the runs set in the first row, by path: what differs between variants in
@@ -88,17 +87,17 @@ def lower_study(described: Described, threads: Workers = None) -> Lowered:
     everywhere = any(one.rows == "all" for one in study.constraints)
     fitted = len(chosen) if everywhere else len(trained)
     middle = unknowns.by_name(np.full(len(unknowns), 0.5))
-    cells, other = cells_of(study, table, trained, others, variants[0], middle, faults)
+    cells = cells_of(study, table, chosen, variants[0], middle, faults)
     limits = limits_of(study, channels, len(trained), fitted, faults)
     faults.stop()
     problem = CalibrationProblem(
         unknowns, tuple(_hypotheses(study, channels, numbers)), forward,
-        Objective(cells, tuple(limits), study.search.robust),
+        Objective(cells.at(range(len(trained))), tuple(limits), study.search.robust),
         (*range(fitted), *range(len(chosen), len(rows))), tuple(f"row {n + 1}" for n in trained),
         study.sampling.resolution, channels.index(PEAK),
         lambda run, one, numbers: forward.slopes(run, one, numbers, unknowns.high - unknowns.low),
     )  # fmt: skip
-    return Lowered(study, table, forward, problem, trained, others, other.observed, other.absolute)
+    return Lowered(study, table, forward, problem, trained, others, cells.at(range(len(trained), len(chosen))))
 
 
 def _split(study: Study, table: TableRows, faults: Faults) -> tuple[tuple[int, ...], tuple[int, ...]]:

@@ -247,7 +247,7 @@ def _other(result: Calibration, n: int) -> dict[str, Any]:
     return {
         **_head(result, lowered.others[n]),
         "fitted": False,
-        "predicted": _entries(lowered, result.others[n], lowered.other_observed[n]),
+        "predicted": _entries(lowered, result.others[n], lowered.other_cells.observed[n]),
     }
 
 
