@@ -205,17 +205,14 @@ def source_model() -> dict[str, Any]:
     return {one.studied: merits_of(one, measured, source) for one in CANTILEVER.quantities}
 
 
-def naive(key: str) -> dict[str, float]:
-    """Errors of predictors that know the other rows of Table A.1 alone."""
-    import numpy as np
+def naive(experiment: str, studied: str) -> dict[str, float]:
+    """Errors of predictors that know the other measured rows of an experiment's table alone."""
+    from tarsus_reproduce.compared import known_naively
+    from tarsus_reproduce.rows import CANTILEVER, HEIGHTS
 
-    from tarsus.calibrate.skill import naive_errors
-    from tarsus_reproduce.rows import CANTILEVER, packaged_rows
-
-    rows = packaged_rows(CANTILEVER)
-    (name,) = (one for one in rows[0].measured if one.startswith(key))
-    values = np.array([np.nan if row.measured[name] is None else row.measured[name] for row in rows], dtype=float)
-    return naive_errors(values, [{"wave": row.wave, "volts": row.volt_v, "hertz": row.freq_hz} for row in rows])
+    table = CANTILEVER if experiment == "cantilever" else HEIGHTS
+    (quantity,) = (one for one in table.quantities if one.studied == studied)
+    return known_naively(table, quantity)
 
 
 def cantilever() -> str:
@@ -238,7 +235,7 @@ def cantilever() -> str:
         for name, words in (("peak", "peak"), ("contact", "contact duration"))
     ]
     for key, words in (("peak", "peak"), ("contact", "contact duration")):
-        for name, error in naive(key).items():
+        for name, error in naive("cantilever", key).items():
             skill = "–" if left is None else f"skill {1.0 - left[key]['mean_relative_error'] / error:+.2f}"
             rows.append([f"{words}, by the {name.removeprefix('the ')} alone", f"{100.0 * error:.1f} %", "", skill])
     rows.append(
@@ -346,8 +343,14 @@ def hexapod() -> str:
         text += f"; of the best device {whole(size)} over all {count * len(best)} numbers"
     text += f" (source's model: {whole(source)} over all {count * len(fitted)} numbers)."
     if left is not None:
-        text += f" Each row left out: {each(left)} off."
+        text += f" Each row left out: {each(left)} off; the other row alone, taken for it: {by_other_row()} off."
     return text
+
+
+def by_other_row() -> str:
+    """Errors of the hexapod's measured row that is not predicted, taken for the other."""
+    words = {"bounces": "bounces", "peak": "peak", "mean": "height"}
+    return ", ".join(f"{word} {whole(min(naive('hexapod', key).values()))}" for key, word in words.items())
 
 
 # The millipede

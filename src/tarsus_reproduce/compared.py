@@ -322,7 +322,7 @@ def _excluded_table(table: PrintedTable, calibration: Mapping[str, Any]) -> Tabl
     columns = ["measure", *(Column(words, unit, 3, over=title) for title, _ in known for _, words, unit in keys)]
     rows = []
     for one in table.quantities:
-        naive, cells = _naive(table, one), [one.studied]
+        naive, cells = known_naively(table, one), [one.studied]
         for _, part in known:
             found = part["measures"][one.studied]
             own = {**found, "skill": skill_of(found["mean_relative_error"], naive)}
@@ -336,7 +336,7 @@ def _excluded_table(table: PrintedTable, calibration: Mapping[str, Any]) -> Tabl
     return Table("The ensemble by its calibration", columns, rows, (note, *calibration.get("told", ())))
 
 
-def _naive(table: PrintedTable, one: PrintedQuantity) -> dict[str, float]:
+def known_naively(table: PrintedTable, one: PrintedQuantity) -> dict[str, float]:
     """Errors of predictors that know the other measured rows of a printed table alone."""
     rows = [row for row in packaged_rows(table) if row.measured is not None]
     values = [math.nan if (value := row.measured[one.key]) is None else value for row in rows if row.measured]
