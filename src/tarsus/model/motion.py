@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from enum import Enum
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -86,7 +86,8 @@ class GroundShift(Description):
     def faults(self, until: float) -> list[tuple[str, str]]:
         """Jumps of the velocity before a time [s], which would be blows to all that is on the ground, as (field,
         sentence)."""
-        return [(self.word, text) for text in jumps(self.wave, self.told, until)]
+        kept = (pieces_of(self.wave, order) for order in range(2 - self.told))  # pyright: ignore[reportArgumentType]
+        return [(self.word, text) for text in jumps(self.wave, self.told, until, kept)]
 
 
 class GroundMotion(Description):
@@ -142,11 +143,12 @@ def pieces_of(wave: Signal, times: int) -> Pieces:
     return pieces
 
 
-def jumps(wave: Signal, told: int, until: float) -> list[str]:
+def jumps(wave: Signal, told: int, until: float, pieces: Iterable[Pieces] | None = None) -> list[str]:
     """A sentence where the velocity of what a waveform moves jumps between 0 and a time [s]: the waveform is told = 0
-    of a displacement, 1 of a velocity; an acceleration may jump."""
-    found = (jump for order in range(2 - told) for run in rates_of(wave, order) if (jump := _jump(run, until)))
-    first = min(found, default=None)
+    of a displacement, 1 of a velocity; an acceleration may jump. pieces: of its derivatives up to the velocity, where
+    they are known."""
+    runs = (run for order in range(2 - told) for run in rates_of(wave, order)) if pieces is None else pieces
+    first = min((jump for run in runs if (jump := _jump(run, until))), default=None)
     if first is None:
         return []
     lines = getattr(wave, "interpolation", None) is Interpolation.LINEAR

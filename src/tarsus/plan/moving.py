@@ -111,7 +111,8 @@ def refuse_jumps(scene: Scene, until: float, waves: Mapping[str, Any] | None = N
     by direction."""
     problems = []
     for direction, shift in shifts_of(scene).items():
-        wave = (waves or {}).get(direction, shift.wave)
-        problems += [f"ground.motion.{direction}.{shift.word}: {text}" for text in jumps(wave, shift.told, until)]
+        wave = (waves or {}).get(direction)
+        texts = (text for _, text in shift.faults(until)) if wave is None else jumps(wave, shift.told, until)
+        problems += [f"ground.motion.{direction}.{shift.word}: {text}" for text in texts]
     if problems:
         raise InputError(problems)
