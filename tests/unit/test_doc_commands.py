@@ -25,6 +25,8 @@ SMALLER = {
     " --request from_rest=50ms -o",
     "objective=speed,transport -o gaits": "objective=speed,transport --request from_rest=50ms"
     " --request candidates=64 --request look=2 -o gaits",
+    "from_rest=150ms": "from_rest=50ms",
+    "candidates=72 --request look=24 -o faster": "candidates=64 --request look=2 -o faster",
     'um/s" -o out': 'um/s" --count 4:2:50ms -o out',
     'adhesion.rate --budget "2 s"': 'adhesion.rate --budget "2 s" --vary hz="50, 100"',
     'hz="15, 50, 100" --vary gap="70 um, 90 um"': 'hz="50, 100" --vary gap="70 um"',
@@ -84,6 +86,7 @@ HERE: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
     "sweeps.md": (sweep_study, ("out/sweep.nc", "mine/sweep.nc")),
     "tutorial-gait.md": (nothing, ("gaits/gait.h",)),
     "tutorial-landing.md": (nothing, ("soft/landing.h",)),
+    "tutorial-transfer.md": (examples, ("found/draws.npz", "faster/gait.h")),
     "tutorial-two-robots.md": (nothing, ("gaits/attractors.json", "gaits/attractor-3.html")),
     "validation.md": (nothing, ("drop/report.html", "pages/index.html")),
     "walking.md": (nothing, ("walker.toml", "walk/report.html")),

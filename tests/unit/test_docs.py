@@ -19,6 +19,7 @@ from doc_pages import ROOT
 
 import tarsus as ts
 from tarsus.base.messages import alternatives, kind_of
+from tarsus.base.spec import get_value
 from tarsus.files.toml import parse_scene
 
 PAGES = doc_pages.PAGES | {"README.md": (ROOT / "README.md").read_text(encoding="utf-8")}
@@ -38,6 +39,13 @@ def blocks(page: str, language: str = "python") -> list[str]:
 
 
 def nothing(folder: Path) -> Names:
+    return {}
+
+
+def clone(folder: Path) -> Names:
+    """The folders of a clone that a page uses."""
+    for name in ("examples", "benchmarks", "tests"):
+        (folder / name).symlink_to(ROOT / name)
     return {}
 
 
@@ -445,6 +453,21 @@ def two_robots(names: Names) -> None:
         assert np.multiply(1e6, names["speeds"][factor]) == pytest.approx(row, abs=0.6)
 
 
+def transferred(names: Names) -> None:
+    """The speed that was stated of a gait is that of the robot, which another program walks."""
+    found, robot = names["found"], names["robot"]
+    walking = found.steps["walking"]
+    true = {path: get_value(robot, path) for path in walking.paths if path not in walking.taken}
+    assert len(true) == 13
+    assert sum(low <= true[path] <= high for path in true for low, high in [walking.interval(path)]) >= 12
+    assert walking.value("ground.friction.coefficient") == pytest.approx(0.437, abs=2e-3)
+    assert names["gait"].values["gait.frequency"] == pytest.approx(105.0, abs=5.0)
+    assert (names["low"], names["high"]) == pytest.approx((1.662e-3, 1.680e-3), rel=0.03)
+    assert names["before"] == pytest.approx(0.168e-3, rel=0.01)
+    assert names["after"] == pytest.approx(1.677e-3, rel=0.03)
+    assert names["low"] <= names["after"] <= names["high"]
+
+
 def over_a_step(names: Names) -> None:
     assert names["level"].measures.stride.value == pytest.approx(0.9825e-6, abs=2e-9)
     assert names["after"] - names["before"] == pytest.approx(2e-6, rel=1e-6)
@@ -533,6 +556,7 @@ CASES = [
     Case("tutorial-landing.md", first_landing, count=4),
     Case("tutorial-landing.md", whole_landing, slow=True),
     Case("tutorial-ground.md", over_a_step, slow=True),
+    Case("tutorial-transfer.md", transferred, clone, slow=True),
     Case("tutorial-two-robots.md", two_robots, slow=True),
     Case("validation.md", compared, drops),
     Case("walking.md", walks),
@@ -556,6 +580,7 @@ def test_every_page_with_python_is_run():
 def test_the_python_of_a_page_runs(case, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "agg")
+    monkeypatch.setattr(sys, "path", [*sys.path])  # pages may add to it
     names = case.prepare(tmp_path)
     for text in blocks(case.page)[: case.count][:: -1 if case.page == "sweeps.md" else 1]:
         exec(compile(text, case.page, "exec", dont_inherit=True), names)
