@@ -17,7 +17,7 @@ from tarsus.base.spec import with_values
 from tarsus.calibrate.prediction import Miss
 from tarsus.calibrate.skill import naive_errors, naive_predictions, skill_of
 from tarsus.model.scene import Scene
-from tarsus.tables import Column, Table
+from tarsus.tables import Column, Section, Table
 from tarsus_reproduce.forecast import (
     CALIBRATED,
     PREDICTED,
@@ -33,7 +33,6 @@ from tarsus_reproduce.reproduction import (
     OURS,
     FigureCall,
     NumberRow,
-    ReproductionSection,
     number_rows,
     numbers_table,
 )
@@ -197,7 +196,11 @@ def merits_of(
         "mean_error": None if one.count else _mean(values),
         "mean_absolute_error": _mean([abs(value) for value in values]),
         "close": sum(abs(value) < (HALF if one.count else GOOD) for value in values),
-        **({"existence_right": sum((ref >= HALF) == (sim >= HALF) for ref, sim in known)} if one.count else {}),
+        **(
+            {"existence_right": sum((ref >= HALF) == (sim >= HALF) for ref, sim in known)}
+            if one.count
+            else {}
+        ),
     }
 
 
@@ -227,7 +230,9 @@ def skill_in(
 
 def _alike(row: PrintedRow, rows: Sequence[PrintedRow]) -> dict[str, Any]:
     """Conditions of a row that all of the rows have."""
-    return {name: row.conditions[name] for name in row.conditions if all(name in one.conditions for one in rows)}
+    return {
+        name: row.conditions[name] for name in row.conditions if all(name in one.conditions for one in rows)
+    }
 
 
 def _mean(values: Sequence[float]) -> float | None:
@@ -265,7 +270,7 @@ def summary_of(table: PrintedTable, rows: Sequence[ComparedRow]) -> dict[str, An
 def compared_section(
     how: TableComparison, title: str, rows: Sequence[ComparedRow], notes: Sequence[str],
     calibration: Mapping[str, Any] | None, caption: str,
-) -> ReproductionSection:  # fmt: skip
+) -> Section:  # fmt: skip
     """Figures of merit, what the calibration says of each row that was excluded, every number, and their figure."""
     numbers = [one for row in rows for one in _number_rows(how, row)]
     files = dict.fromkeys(row.printed.origin for row in rows if row.printed.origin != "packaged")
@@ -273,9 +278,8 @@ def compared_section(
     excluded = () if calibration is None else (_excluded_table(how.table, calibration),)
     merits = merits_table(how.table, summary_of(how.table, rows))
     shown = numbers_table(f"{title}, row by row", numbers, [*notes, *stars])
-    return ReproductionSection(
-        title, (merits, *excluded, shown), (FigureCall("numbers_figure.numbers_figure", numbers, caption),)
-    )
+    figure = FigureCall("numbers_figure.numbers_figure", numbers, caption)
+    return Section(title, figure, merits, *excluded, shown)
 
 
 def _number_rows(how: TableComparison, row: ComparedRow) -> list[NumberRow]:
@@ -300,7 +304,9 @@ def merits_table(table: PrintedTable, summary: Mapping[str, Any]) -> Table:
             for one in table.quantities:
                 found = part[model][one.key]
                 if found["cases"]:
-                    rows.append((f"{words} ({part['rows']})", _MODELS[model], one.words, *map(found.get, keys)))
+                    rows.append(
+                        (f"{words} ({part['rows']})", _MODELS[model], one.words, *map(found.get, keys))
+                    )
                     units.append("1" if one.count else "%")
     notes = (
         "Close: an error below 30 %, of a number of bounces below one half. Mean errors are signed, and by their size.",
@@ -319,7 +325,10 @@ def _excluded_table(table: PrintedTable, calibration: Mapping[str, Any]) -> Tabl
         ("mean_relative_error", "relative error", "%"), ("skill", "skill", "1"), ("held", "in 80 %", "%"),
         ("brier", "Brier score", "1"),
     )  # fmt: skip
-    columns = ["measure", *(Column(words, unit, 3, over=title) for title, _ in known for _, words, unit in keys)]
+    columns = [
+        "measure",
+        *(Column(words, unit, 3, over=title) for title, _ in known for _, words, unit in keys),
+    ]
     rows = []
     for one in table.quantities:
         naive, cells = known_naively(table, one), [one.studied]

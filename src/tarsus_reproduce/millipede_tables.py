@@ -11,7 +11,7 @@ import numpy as np
 from tarsus.files.library import load_scene
 from tarsus.measure import STANDSTILL
 from tarsus.measure.walking import OF_EPISODES
-from tarsus.tables import Column, Table, amount, spaced
+from tarsus.tables import Column, Section, Table, amount, spaced
 from tarsus.tables.numbers import percent
 from tarsus_reproduce.claims import DIRECTIONAL, TRENDS, examples
 from tarsus_reproduce.interpretations import (
@@ -24,7 +24,7 @@ from tarsus_reproduce.interpretations import (
     packaged_interpretations,
 )
 from tarsus_reproduce.millipede import VARIANTS, DeviceTrends, Example, GroundComparison, judge_devices
-from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction, ReproductionSection
+from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction
 from tarsus_reproduce.scatter import scatter_scores, scatter_table
 from tarsus_reproduce.trends import CRITERION, TrendVerdict
 
@@ -102,10 +102,10 @@ def millipede_reproduction(
             for one in variant["trends"]
         ],
         sections=(
-            ReproductionSection("Trends", (_scores(devices, drawn), _trends(devices))),
+            Section("Trends", _scores(devices, drawn), _trends(devices)),
             _distribution(devices, drawn, scatter or {}),
-            ReproductionSection("Over ground and payload", figures=tuple(_over(devices))),
-            ReproductionSection("Two grounds in time", _grounds(devices), tuple(_walks(devices))),
+            Section("Over ground and payload", *_over(devices)),
+            Section("Two grounds in time", *_walks(devices), *_grounds(devices)),
         ),
         problems=problems,
     )
@@ -193,11 +193,11 @@ def _shown(value: float, unit: str) -> str:
 
 def _distribution(
     devices: Sequence[DeviceTrends], drawn: Interpretations, scatter: Mapping[str, dict[str, Any]]
-) -> ReproductionSection:
+) -> Section:
     title = "Random interpretations of what is not printed"
     judged = len(drawn.judged)
     if not judged:
-        return ReproductionSection(title, (Table("", (), (), ("No interpretation could be judged.",)),))
+        return Section(title, Table("", (), (), ("No interpretation could be judged.",)))
     most = drawn.to_dict()["agree"]["quantile_95"]
     notes = [
         f"{len(drawn.scores)} interpretations drawn from the ranges below (seed {drawn.seed}), {judged} of which could "
@@ -217,19 +217,17 @@ def _distribution(
                 f"{name}, unprinted numbers scattered by {near['spread']:.0%} ({near['judged']} draws): {spans}."
             )
     ranges = [(one.name, (one.low, one.high), one.meaning) for one in UNPRINTED]
-    return ReproductionSection(
+    return Section(
         title,
-        (
-            Table(
-                "Numbers that are not printed", ("number", Column("from, to", "row", 3), "because"), ranges, notes,
-                units=[one.unit or "1" for one in UNPRINTED],
-            ),
-            Table(
-                "Choices that are not stated", ("choice", "one of", "because"),
-                [(one.name, " or ".join(one.options), one.why) for one in CHOICES],
-            ),
+        FigureCall("millipede_figures.interpretations_figure", drawn, devices),
+        Table(
+            "Numbers that are not printed", ("number", Column("from, to", "row", 3), "because"), ranges, notes,
+            units=[one.unit or "1" for one in UNPRINTED],
         ),
-        (FigureCall("millipede_figures.interpretations_figure", drawn, devices),),
+        Table(
+            "Choices that are not stated", ("choice", "one of", "because"),
+            [(one.name, " or ".join(one.options), one.why) for one in CHOICES],
+        ),
     )  # fmt: skip
 
 

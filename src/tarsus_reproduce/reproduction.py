@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from tarsus.files.jsontext import json_text
 from tarsus.files.whole import write_text
+from tarsus.tables.section import Section
 from tarsus.tables.table import Column, Table, Tabled
 from tarsus_reproduce.forecast import Forecast
 from tarsus_reproduce.rows import PrintedRow, PrintedTable, relative_error
@@ -135,18 +136,9 @@ class FigureCall:
     def __init__(self, function: str, *arguments: Any) -> None:
         self.function, self.arguments = function, arguments
 
-    def __call__(self) -> Plate:
+    def __call__(self, number: int) -> Plate:
         module, _, name = self.function.partition(".")
         return getattr(import_module(f"tarsus_reproduce.pages.{module}"), name)(*self.arguments)
-
-
-@dataclass(frozen=True)
-class ReproductionSection:
-    """A part of a reproduction: heading, tables and figures."""
-
-    title: str
-    tables: tuple[Table, ...] = ()
-    figures: tuple[FigureCall, ...] = ()
 
 
 def found_at(table: Mapping[str, Any] | None, place: Sequence[str]) -> Any:
@@ -172,7 +164,7 @@ class Reproduction(Tabled):
     data: Mapping[str, Any]
     columns: Mapping[str, Sequence[str]]
     lines: Sequence[Mapping[str, Any]]
-    sections: tuple[ReproductionSection, ...]
+    sections: tuple[Section, ...]
     problems: tuple[str, ...] = ()
     cautions: tuple[str, ...] = ()
     footer: str = ""
@@ -188,7 +180,7 @@ class Reproduction(Tabled):
 
     def table(self) -> Table:
         """All rows and summaries: one table, the parts of which are those of the sections."""
-        parts = tuple(table for section in self.sections for table in section.tables)
+        parts = [part for section in self.sections for part in section.parts if isinstance(part, Table)]
         return Table(f"{self.title}: {self.about}", (), (), self.cautions, parts)
 
     def csv(self) -> str:
@@ -201,14 +193,13 @@ class Reproduction(Tabled):
 
     def html(self) -> str:
         """The page, one self-contained HTML file: every section with its figures and tables."""
-        from tarsus.report.pages import Section, said, sections_page
+        from tarsus.report.pages import said, sections_page
 
         faults = [said(one, failed=True) for one in (*self.cautions, *self.problems)]
-        sections = [
-            Section(one.title, *(draw() for draw in one.figures), *one.tables) for one in self.sections
-        ]
         about = [f"{self.about}.", *faults]
-        return sections_page(self.title, about, sections, self.footer, head=f"{self.name} – reproduction")
+        return sections_page(
+            self.title, about, self.sections, self.footer, head=f"{self.name} – reproduction"
+        )
 
     def write(self, folder: str | Path) -> list[Path]:
         """Write `PAGE_FILES` into a folder and return their paths. Raises InputError where they cannot be written."""

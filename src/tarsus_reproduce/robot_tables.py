@@ -10,11 +10,11 @@ import numpy as np
 
 from tarsus.files.library import load_scene
 from tarsus.impacts.energy import creation_warning
-from tarsus.tables import Column, Table
+from tarsus.tables import Column, Section, Table
 from tarsus_reproduce.compared import compared_section, csv_columns
 from tarsus_reproduce.forecast import Member
 from tarsus_reproduce.impacts import printed_column
-from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction, ReproductionSection
+from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction
 from tarsus_reproduce.robot_runs import AIR_GAP, RobotRuns, check_device, robot_runs, share_made
 from tarsus_reproduce.robots import (
     MEAN_HEIGHT,
@@ -78,10 +78,10 @@ def robot_reproduction(found: RobotRows, runs: RobotRuns) -> Reproduction:
     )
 
 
-def _heights(found: RobotRows) -> ReproductionSection:
+def _heights(found: RobotRows) -> Section:
     if not found.rows:
         nothing = f"The source prints no table of heights for the {found.robot}."
-        return ReproductionSection("Heights and bounces", (Table("", (), (), (nothing,)),))
+        return Section("Heights and bounces", _sentence(nothing))
     runs = max(row.runs for row in found.rows)
     notes = [
         f"Every number of ours is the median over windows of {1e3 * WINDOW:g} ms, as the table's counts in multiples "
@@ -101,14 +101,19 @@ def _heights(found: RobotRows) -> ReproductionSection:
     return compared_section(how, "Table 3.2", found.rows, notes, found.calibration, caption)
 
 
-def _over_ground(runs: RobotRuns) -> ReproductionSection:
+def _sentence(words: str) -> Table:
+    """What stands in place of a table."""
+    return Table("", (), (), (words,))
+
+
+def _over_ground(runs: RobotRuns) -> Section:
     """Motion over the last periods, and by drive period."""
     figures = [FigureCall(f"robot_figures.{name}", runs) for name in ("ground_motion", "ground_periods")]
     ended = any(near.run.ok for near in runs.near)
-    return ReproductionSection("Motion over the ground", figures=tuple(figures) if ended else ())
+    return Section("Motion over the ground", *(figures if ended else ()))
 
 
-def _in_air(runs: RobotRuns) -> ReproductionSection:
+def _in_air(runs: RobotRuns) -> Section:
     ended = [air for air in runs.air if not air.problem]
     rows = [
         (f"{air.volt_v:g} V square", air.freq_hz, point, float(size))
@@ -121,16 +126,16 @@ def _in_air(runs: RobotRuns) -> ReproductionSection:
     )
     columns = ("drive", Column("frequency", "Hz"), "point", Column("peak to peak", "m"))
     shown = Table("Steady motion in the air", columns, rows, (note,))
-    return ReproductionSection(
-        "Motion in the air", (shown,), (FigureCall("robot_figures.air_motion", runs),) if ended else ()
+    return Section(
+        "Motion in the air", FigureCall("robot_figures.air_motion", runs) if ended else None, shown
     )
 
 
-def _modes(found: RobotRows) -> ReproductionSection:
+def _modes(found: RobotRows) -> Section:
     title = "Modes and the printed impact matrix"
     if not found.modes:
         nothing = "The device's points are not those of the printed matrix, so no mode can be compared."
-        return ReproductionSection(title, (Table("", (), (), (nothing,)),))
+        return Section(title, _sentence(nothing))
     points, column = found.scene.robot.structure.points, printed_column(found.robot)
 
     columns = (
@@ -148,12 +153,10 @@ def _modes(found: RobotRows) -> ReproductionSection:
         "Shapes are relative to the struck foot."
     )
     shapes = FigureCall("robot_figures.mode_shapes", found.modes, column, points)
-    return ReproductionSection(
-        title, (Table("Modes and the printed CoR column", columns, rows, (note,)),), (shapes,)
-    )
+    return Section(title, shapes, Table("Modes and the printed CoR column", columns, rows, (note,)))
 
 
-def _maps(found: RobotRows, runs: RobotRuns) -> ReproductionSection:
+def _maps(found: RobotRows, runs: RobotRuns) -> Section:
     columns = (
         "map", Column("restitution"), Column("skew", digits=3),
         Column("as it is", digits=3, over="worst gain"), Column("made passive", digits=3, over="worst gain"),
@@ -182,8 +185,7 @@ def _maps(found: RobotRows, runs: RobotRuns) -> ReproductionSection:
     energies = runs.energies
     if not runs.struck.run.ok or not len(energies.time):
         why = "did not come to its end" if not runs.struck.run.ok else "has no impact"
-        tables.append(Table("", (), (), (f"The run at {runs.struck.title} {why}.",)))
-        return ReproductionSection("Impact maps", tuple(tables))
+        return Section("Impact maps", *tables, _sentence(f"The run at {runs.struck.title} {why}."))
 
     histograms = FigureCall("robot_figures.impact_histograms", energies, runs.struck.title)
     lists = {"as run": energies.actual} | {f"{k}, as it is": v for k, v in energies.by_map.items()}
@@ -200,7 +202,7 @@ def _maps(found: RobotRows, runs: RobotRuns) -> ReproductionSection:
         "under another map would meet other velocities."
     )
     title = f"{len(energies.time)} impacts at {runs.struck.title}"
-    return ReproductionSection("Impact maps", (*tables, Table(title, columns, body, (note,))), (histograms,))
+    return Section("Impact maps", histograms, *tables, Table(title, columns, body, (note,)))
 
 
 def _beyond(values: np.ndarray) -> float:

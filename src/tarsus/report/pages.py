@@ -22,6 +22,7 @@ from markupsafe import Markup
 from tarsus.files.version import package_version
 from tarsus.files.whole import write_text
 from tarsus.tables.numbers import MISSING, amount, number, percent, spaced
+from tarsus.tables.section import Section
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -48,13 +49,6 @@ class Plate:
 
     picture: Markup
     caption: str
-
-
-class Section:
-    """A part of a page: its heading, and what stands below it in its order."""
-
-    def __init__(self, heading: str, *parts: Any) -> None:
-        self.heading, self.parts = heading, parts
 
 
 class Fold(Section):
@@ -122,7 +116,8 @@ def asset(name: str, folder: str = "assets", package: str = "tarsus.report") -> 
 def rendered(template: str, **values: Any) -> Markup:
     """A template with its values; texts among them are escaped, `Markup` is used as it stands.
 
-    In a template ``figure(plate)`` is a plate with the next number below it, or what a function makes of that number.
+    In a template ``figure(plate)`` is a plate, or the one that a function of its number draws, with the next number
+    below it; or what such a function makes instead.
     """
     return Markup(_environment().get_template(template).render(numbers=count(1), **values))
 
@@ -160,8 +155,9 @@ def _environment() -> Environment:
     def figure(context: Any, plate: Any) -> Markup:
         index = next(context["numbers"])
         if callable(plate):
-            made: Any = plate(index)
-            return made
+            plate = plate(index)
+        if not isinstance(plate, Plate):
+            return plate
         caption = Markup("<figcaption><b>Figure {}.</b> {}</figcaption>").format(index, plate.caption)
         return Markup("<figure>{}{}</figure>").format(plate.picture, caption)
 

@@ -5,6 +5,7 @@ Every result of the library has a method ``table()``; `Table` has the four forms
 """
 
 from tarsus.tables.numbers import MISSING, amount, interval, number, percent, spaced
+from tarsus.tables.section import Section
 from tarsus.tables.table import Column, Table
 
-__all__ = ["MISSING", "Column", "Table", "amount", "interval", "number", "percent", "spaced"]
+__all__ = ["MISSING", "Column", "Section", "Table", "amount", "interval", "number", "percent", "spaced"]
