@@ -223,3 +223,36 @@ def test_a_momentum_is_counted_from_anywhere():
     momentum = [law.momentum(g, *law.parameters()) for g in states.gap[0]]
     whole = -3.5e-10 - law.momentum(5e-6, *law.parameters())
     np.testing.assert_allclose(3.5e-9 * states.v[0] - momentum, whole, rtol=1e-8)
+
+
+# --- laws with a pole at contact ------------------------------------------------------------------------------
+
+
+class Pole(ts.SmoothLaw):
+    """Attraction that has no bound where the gap closes."""
+
+    strength: float = ts.quantity("N m^2", "size", default=1e-15)
+    uses_rate = False
+
+    @staticmethod
+    def force(gap: float, gap_rate: float, volts: float, time: float, strength: float) -> float:
+        return -strength / (gap * gap)
+
+
+@pytest.mark.parametrize("film", [None, (1e-20, 1e-8), (1e-18, 1e-7), (1e-16, 1e-10)])
+@pytest.mark.parametrize("strength", [-1e-15, 1e-18, 1e-15, 3e-14])
+def test_a_force_without_bound_beside_a_film_ends_in_a_run_or_a_sentence(strength, film):
+    """The run reaches its end, or says that the law changes too fast; each takes milliseconds."""
+    structure = ts.Lumped(coordinates=("tip",), mass=(1e-8,), stiffness=(4.0,), damping=(1e-6,))
+    ground = {"laws": {"pole": Pole(strength=strength)}, "restitution": {"coefficient": 0.3}}
+    if film is not None:
+        ground["film"] = dict(zip(("coefficient", "thickness"), film, strict=True))
+    foot = ts.Foot(point="tip", gap=10e-6)
+    scene = ts.Scene(
+        name="pole", robot=ts.Robot(structure=structure, feet={"tip": foot}), ground=ts.Ground(**ground),
+        initial={"displacement": (8e-6,)}, duration=5e-3,
+    )  # fmt: skip
+    run = ts.simulate(scene)
+    assert run.ok or "a ground law changes too fast" in run.ended.value
+    if run.ok:
+        assert run.ledger.closure < 1e-6
