@@ -1,9 +1,9 @@
-"""Searching soft landings: the best switching times with 0, 1, ... pairs, on the scene's own ground and on many."""
+"""Searching soft landings: the best switching times on the scene's own ground, and on those grounds that hurt most."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +14,10 @@ from tarsus.design.grounds import Grounds, corners
 from tarsus.design.judge import NOMINAL, Judge, Look, Risk, Round
 from tarsus.design.landing_request import LandingRequest
 from tarsus.design.pulses import Family, families
-from tarsus.design.target import Target, touchdown_pieces
-from tarsus.design.transfer import GENTLE, STARTS, Transfer, transfers
+from tarsus.design.target import Target
 from tarsus.design.trials import Trials, settled_periods
-from tarsus.fit.minimax import descend_pieces
+from tarsus.fit.front import FrontSearch, search_front
+from tarsus.fit.unknowns import Unknowns
 from tarsus.fit.valleys import Budget, Visited, follow_down, search
 
 Floats = NDArray[np.float64]
@@ -26,32 +26,30 @@ Ints = NDArray[np.int64]
 SAMPLE = 48
 """Signals that the time to settle is measured on: of so many 95 % are all but two."""
 MEAN_GROUNDS = 48
-"""Grounds that stand for a box where a risk averages over it: a search runs every candidate on all of them."""
-BETWEEN, DENSE = Look(256, 10, 6), Look(2048, 10, 6)
+"""Grounds that stand for a box where a risk averages over it."""
+FEW = 4
+"""Grounds beside the scene's own that a search begins with: what is best on many is found by what is good on these,
+at a tenth of the runs. Of a box with two sides they are its corners."""
+ON_ONE, ON_FEW = FrontSearch(3200, 96, 100), Budget(3000, 32, 144)
+"""Searches on the scene's own ground, and on a few. There one population finds a landing of 1 mm/s in a quarter of the
+runs that strategies side by side need; on a few it settles in the first valley, at three times their speed."""
+TWICE = 2
+"""Populations on the scene's own ground where nothing else is asked for: one of three ends in a valley of 0.03 m/s."""
+AGAIN = Budget(256, 8, 36)
+"""The search on more grounds: of the last one's valleys the best so many are judged on all, the best of those followed
+down."""
+NEAR, STEP = 0.03, 0.05
+"""Points of so different valleys are judged anew, and the first step from them: a third and two thirds of a valley's
+size, for what is best on more grounds lies beside what was best on fewer."""
+BETWEEN, DENSE = Look(96, 5, 2), Look(384, 10, 3)
 """Attacks between rounds of cutting planes, and the last, dense one: ten steps uphill end below a thousandth of the
-box's sides, and six regions are more than any box of the cantilever has peaks. Whole designs are compared by a quarter
-of the dense one."""
-COMPARED = Look(DENSE.count // 4, DENSE.steps, DENSE.islands)
-ROUNDS = 6
-"""Rounds of cutting planes at most; the cantilever needs one or two."""
+box's sides."""
+COMPARED = Look(DENSE.count // 4, BETWEEN.steps, BETWEEN.islands)
+"""The attack on the nominal design, which is compared by its worst."""
+ROUNDS = 4
+"""Rounds of cutting planes at most."""
 ATTACKED = 3
 """Designs that are attacked in a round: the best, and two more for what hurts those that come after it."""
-NARROW, ABOUT_TRANSFERS = 0.01, 12
-"""First step of the strategies about transfers, and how many of them: an eighth of a valley's size, for what stands
-behind a foot that is not let go is at rest within a few hundredths of the plateaus only."""
-VALLEYS = 24
-"""Valleys of the nominal ground that a search on many grounds judges for each that it follows: what is best on many
-lies far down the nominal order."""
-APART, AGAIN = 0.03, 0.05
-"""Points of so different valleys are judged anew on other grounds, and the first step of the strategies about the best
-of them: a third and two thirds of a valley's size, for what is best on many grounds lies beside what is best on one."""
-FIRST_SHARE, FIRST_VALLEYS, MORE_SHARE, MORE_VALLEYS = 0.8, 32, 0.4, 8
-"""Share of a search's length, and valleys that are followed, in the first round of cutting planes and in further ones,
-which begin beside what the first one found."""
-FIXED_SHARE, FIXED_VALLEYS = 0.5, 24
-"""The same of a search on fixed grounds, which has no further rounds."""
-POLISHED, POLISHING = 2, 12
-"""Valleys whose lowest points are sought by slopes at the end of a search, and how often slopes are asked for there."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +66,7 @@ class LandingSignal:
 
 class LandingSearch:
     """The searches of one request, and what candidates are judged by. visited: by pairs, the families and every point
-    that was asked for.
+    that the last search asked for.
 
     Raises InputError where the foot does not land with the plain step.
     """
@@ -102,17 +100,13 @@ class LandingSearch:
     def _each(self, rows: Floats, grounds: Mapping[str, Floats]) -> Floats:
         return self.target.scores(self.trials.each(rows, grounds))[:, None]
 
-    def budget(self, pairs: int, share: float = 1.0) -> Budget:
-        """A search's length: the more unknowns the longer, up to six of them."""
-        unknowns = self.request.step.unknowns(pairs)
-        effort = self.request.options.effort * share * min(unknowns, 6) / 4.0
-        return Budget(
-            max(int(4000 * effort), 64), max(int(32 * effort), 2), max(int(48 * min(effort, 1.0)), 6)
-        )
-
-    def _shortened(self, count: int) -> int:
-        """As many of something as a search of this effort has, two at least; no more where the effort is above 1."""
-        return max(int(count * min(self.request.options.effort, 1.0)), 2)
+    def _budget(self, whole: Budget) -> Budget:
+        """A search's length by the effort of the request."""
+        effort = self.request.options.effort
+        return replace(
+            whole, scan=max(int(whole.scan * effort), 64), islands=max(int(whole.islands * effort), 2),
+            generations=max(int(whole.generations * min(effort, 1.0)), 6),
+        )  # fmt: skip
 
     def scores(self, rows: Floats, grounds: Grounds, risk: Risk | None = None) -> Floats:
         """Scores (n,) of signals (n, 2S) by a risk, the request's unless given."""
@@ -130,108 +124,95 @@ class LandingSearch:
         placed = self.request.step.place(choices, visited.numbers[rows], visited.points[rows])
         return [LandingSignal(row, pairs) for row in placed]
 
+    def _told(self, pairs: int, grounds: Grounds) -> None:
+        self.progress(len(self.visited), 2 * self.request.pairs, f"{pairs} pairs, {len(grounds)} grounds")
+
+    def _on_one(self, pairs: int) -> LandingSignal:
+        """The best signal with so many pairs on the scene's own ground; the family is one more unknown."""
+        self._told(pairs, self.nominal)
+        choices, effort = families(self.request.step, pairs), self.request.options.effort
+        cost = self._cost(choices, self.nominal, NOMINAL)
+
+        def family(points: Floats) -> Ints:
+            return np.minimum((points[:, 0] * len(choices)).astype(np.int64), len(choices) - 1)
+
+        nu = 1 + self.request.step.unknowns(pairs)
+        length = FrontSearch(
+            max(int(ON_ONE.scan * effort), 64), int(np.clip(ON_ONE.population * effort, 24, ON_ONE.population)),
+            max(int(ON_ONE.generations * effort), 6),
+        )  # fmt: skip
+        visited = Visited.empty(nu - 1)
+        for _ in range(1 if self.judge.robust else TWICE):
+            points, costs = search_front(
+                lambda cube: cost(family(cube), cube[:, 1:])[:, None], nu, np.zeros(nu, dtype=bool), length,
+                int(self.rng.integers(2**31)),
+            )  # fmt: skip
+            visited.add(family(points), points[:, 1:], costs[:, 0])
+        self.visited[pairs] = choices, visited
+        return self._signals(pairs, 1)[0]
+
+    def _on_few(self, pairs: int, grounds: Grounds) -> None:
+        """Search valleys of the request's risk on a few grounds."""
+        self._told(pairs, grounds)
+        choices = families(self.request.step, pairs)
+        cost = self._cost(choices, grounds, self.request.risk)
+        unknowns = self.request.step.unknowns(pairs)
+        self.visited[pairs] = choices, search(cost, len(choices), unknowns, self._budget(ON_FEW), self.rng)
+
     def nominal_designs(self) -> list[LandingSignal]:
         """The best design for the nominal ground with 0, 1, ... pairs; none is worse than that with one pair less."""
         found = [self.plain]
         for pairs in range(1, self.request.pairs + 1):
-            self.progress(pairs - 1, 2 * self.request.pairs, f"{pairs} pairs, nominal ground")
-            self.visited[pairs] = self._searched(pairs)
-            self._polish(pairs, self.nominal, NOMINAL)
-            best = self._signals(pairs, 1)[0]
-            both = [self.scores(one.rows, self.nominal, NOMINAL)[0] for one in (best, found[-1])]
-            found.append(found[-1] if both[0] > both[1] else best)
+            found.append(self.best([found[-1], self._on_one(pairs)], self.nominal, NOMINAL))
         return found
 
-    def _searched(self, pairs: int) -> tuple[list[Family], Visited]:
-        """The scene's own ground: scanned, valleys followed down, those about transfers more closely."""
-        step, budget = self.request.step, self.budget(pairs)
-        choices = families(step, pairs)
-        cost = self._cost(choices, self.nominal, NOMINAL)
-        starts = None
-        if pairs - 1 in self.visited:
-            before, visited = self.visited[pairs - 1]
-            made = [
-                step.children(before[visited.numbers[row]], visited.points[row], choices)
-                for row in visited.best(3)
-            ]
-            starts = np.concatenate([n for n, _ in made]), np.concatenate([x for _, x in made])
-        visited = search(cost, len(choices), step.unknowns(pairs), budget, self.rng, starts)
-        speed = GENTLE * float(self.target.plain.speed[0, 0])
-        transfer = Transfer.of(self.request.scene, self.request.drive, self.request.foot, step, speed)
-        if transfer is not None:
-            begun = Visited.empty(step.unknowns(pairs))
-            starts = max(self._shortened(STARTS), 256)
-            numbers, points = transfers(transfer, step, choices, self.trials, self.rng, starts)
-            if len(numbers):
-                begun.add(numbers, points, cost(numbers, points))
-                rows = begun.best(max(int(ABOUT_TRANSFERS * self.request.options.effort), 2), near=NARROW)
-                follow_down(
-                    cost, visited, begun.numbers[rows], begun.points[rows], budget, self.rng, step=NARROW
-                )
-        return choices, visited
+    def best(self, rivals: list[LandingSignal], grounds: Grounds, risk: Risk | None = None) -> LandingSignal:
+        """That of least score; of equal ones the first."""
+        return min(rivals, key=lambda one: float(self.scores(one.rows, grounds, risk)[0]))
 
-    def _polish(self, pairs: int, grounds: Grounds, risk: Risk) -> None:
-        """The lowest points of the best valleys by slopes, which join the visited ones."""
-        choices, visited = self.visited[pairs]
-        effort, step = self.request.options.effort, self.request.step
-        cost = self._cost(choices, grounds, risk)
-        rounds = self._shortened(POLISHING)
-        for row in visited.best(max(int(POLISHED * effort), 1), near=APART):
-            number = visited.numbers[row : row + 1]
-            point, least, _ = descend_pieces(
-                lambda x, n=number: cost(np.repeat(n, len(x)), x),
-                lambda x, n=number: touchdown_pieces(
-                    self.trials, step, self.target, choices, (int(n[0]), x), grounds
-                ),
-                visited.points[row], rounds, risk.tail or 0.0, grounds.weights,
-            )  # fmt: skip
-            visited.add(number, point[None], np.array([least]))
+    def robust_design(self, nominal: list[LandingSignal]) -> tuple[LandingSignal, Grounds, tuple[Round, ...]]:
+        """The best design for the risk, the grounds it was judged on, and the rounds that made them."""
+        pairs, judge, over = self.request.pairs, self.judge, self.request.over
+        if not judge.robust or not pairs:
+            return nominal[-1], self.nominal, ()
+        if not judge.by_planes:
+            grounds = judge.fixed(MEAN_GROUNDS)
+            self._on_few(pairs, _few(grounds))
+            self._again(pairs, grounds)
+            return self.best([*nominal, *self._signals(pairs, 1)], grounds), grounds, ()
+        assert isinstance(over, Unknowns)
+        begun = False
 
-    def robust_designs(
-        self, nominal: list[LandingSignal]
-    ) -> tuple[list[LandingSignal], Grounds, tuple[Round, ...]]:
-        """The best design for the risk with 0, 1, ... pairs, the grounds it was judged on, and rounds of the last."""
-        if not self.judge.robust:
-            return nominal, self.nominal, ()
-        planes, over = self.judge.by_planes, self.request.over
-        grounds = self.nominal.with_more(corners(over)) if planes else self.judge.fixed(MEAN_GROUNDS)  # pyright: ignore[reportArgumentType]
-        found, rounds = [self.plain], []
-        for pairs in range(1, self.request.pairs + 1):
-            done = self.request.pairs + pairs - 1
-            self.progress(done, 2 * self.request.pairs, f"{pairs} pairs, {len(grounds)} grounds")
-            judged = [found[-1], nominal[pairs]]
-            if planes:
-                grounds, rounds, best = self._planes(pairs, grounds)
-                judged.append(best)
-                scores = [self.judge.attack(one.rows, COMPARED).costs[0, 0] for one in judged]
+        def improve(active: Grounds) -> Floats:
+            nonlocal begun
+            if begun:
+                self._again(pairs, active)
             else:
-                self._again(pairs, grounds, self.budget(pairs, FIXED_SHARE), FIXED_VALLEYS)
-                judged += self._signals(pairs, 1)
-                scores = [self.scores(one.rows, grounds)[0] for one in judged]
-            found.append(judged[int(np.argmin(scores))])
-        return found, grounds, tuple(rounds)
+                self._on_few(pairs, active)
+            begun = True
+            return np.stack([one.row for one in self._signals(pairs, ATTACKED)])
 
-    def _again(self, pairs: int, grounds: Grounds, budget: Budget, count: int) -> None:
+        first = _few(self.nominal.with_more(corners(over)))
+        grounds, rounds, row = judge.close_gap(improve, None, first, BETWEEN, ROUNDS, f"{pairs} pairs")
+        return self.best([*nominal, LandingSignal(row, pairs)], grounds), grounds, tuple(rounds)
+
+    def _again(self, pairs: int, grounds: Grounds) -> None:
         """The best of what was visited, judged on other grounds and followed down there."""
         choices, visited = self.visited[pairs]
-        cost, count = self._cost(choices, grounds, self.request.risk), self._shortened(count)
-        rows = visited.best(max(VALLEYS * count, 64), near=APART)
+        cost, budget = self._cost(choices, grounds, self.request.risk), self._budget(AGAIN)
+        rows = visited.best(budget.scan, near=NEAR)
         again = Visited.empty(visited.points.shape[1])
         numbers, points = visited.numbers[rows], visited.points[rows]
         again.add(numbers, points, cost(numbers, points))
-        first = again.best(count)
-        follow_down(cost, again, again.numbers[first], again.points[first], budget, self.rng, step=AGAIN)
+        first = again.best(budget.islands)
+        follow_down(cost, again, again.numbers[first], again.points[first], budget, self.rng, step=STEP)
         self.visited[pairs] = choices, again
-        self._polish(pairs, grounds, self.request.risk)
 
-    def _planes(self, pairs: int, grounds: Grounds) -> tuple[Grounds, list[Round], LandingSignal]:
-        """Cutting planes: the grounds, the rounds, and the design that was hurt least in all of them."""
-        shares = iter([(FIRST_SHARE, FIRST_VALLEYS)])
 
-        def improve(active: Grounds) -> Floats:
-            share, count = next(shares, (MORE_SHARE, MORE_VALLEYS))
-            self._again(pairs, active, self.budget(pairs, share), count)
-            return np.stack([one.row for one in self._signals(pairs, ATTACKED)])
-
-        grounds, rounds, row = self.judge.close_gap(improve, None, grounds, BETWEEN, ROUNDS, f"{pairs} pairs")
-        return grounds, rounds, LandingSignal(row, pairs)
+def _few(grounds: Grounds) -> Grounds:
+    """The first of grounds, and `FEW` of the others, as far apart in their order as there are."""
+    rows = (
+        np.unique(np.linspace(1, len(grounds) - 1, FEW).astype(int)) if len(grounds) > 1 else np.zeros(0, int)
+    )
+    kept = np.append(0, rows)
+    return Grounds(grounds.rows(kept), grounds.weights[kept])

@@ -114,33 +114,6 @@ class Step:
         """The step (1, 4) without pairs."""
         return np.array([[self.support, self.lift, self.supported, self.period - self.supported]])
 
-    def children(
-        self, parent: Family, cube: Floats, to: Sequence[Family]
-    ) -> tuple[NDArray[np.int64], Floats]:
-        """Points of families with one more pair that move almost as a parent's point (nu,): the new pair is as short as
-        can be, or, with free levels, repeats the level beside it."""
-        m, (a, _) = parent.plateaus, parent.sizes
-        numbers, points = [], []
-        for index, family in enumerate(to):
-            more = (family.sizes[0] - a, family.sizes[1] - parent.sizes[1])
-            if min(more) < 0:
-                continue
-            spans, volts = [cube[:a], cube[a:m]], [cube[m : m + a], cube[m + a :]]
-            held = [self._share(self.support), self._share(self.lift)]
-            for edge, extra in enumerate(more):
-                level = volts[edge][-1:] if len(volts[edge]) else np.full(1, held[edge])
-                spans[edge] = np.append(spans[edge], np.zeros(extra))
-                if self.levels.free:
-                    volts[edge] = np.append(volts[edge], np.repeat(level, extra))
-            if not self.levels.free and not _continues(parent, family):
-                continue
-            numbers.append(index)
-            points.append(np.concatenate([*spans, *(volts if self.levels.free else [])]))
-        return np.array(numbers, dtype=np.int64), np.array(points).reshape(len(numbers), -1)
-
-    def _share(self, level: float) -> float:
-        return (level - self.levels.low) / (self.levels.high - self.levels.low)
-
 
 @dataclass(frozen=True)
 class OwnStep(Step):
@@ -172,16 +145,6 @@ class OwnStep(Step):
         durations[:, moving] = spans
         durations[:, taker] = room + self.shortest - spans.sum(axis=1)
         return signals
-
-    def children(
-        self, parent: Family, cube: Floats, to: Sequence[Family]
-    ) -> tuple[NDArray[np.int64], Floats]:
-        return np.zeros(0, dtype=np.int64), np.zeros((0, len(self.moving)))
-
-
-def _continues(parent: Family, family: Family) -> bool:
-    a, b = parent.sizes
-    return family.landing[:a] == parent.landing and family.release[:b] == parent.release
 
 
 def families(step: Step, pairs: int) -> list[Family]:

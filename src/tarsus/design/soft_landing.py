@@ -15,13 +15,23 @@ from tarsus.design.headers import neighbours
 from tarsus.design.landing_design import FrontPoint, LandingDesign
 from tarsus.design.landing_percents import landing_percents
 from tarsus.design.landing_request import LandingSettings, Sensor, landing_request
-from tarsus.design.landing_search import COMPARED, DENSE, LandingSearch, LandingSignal
+from tarsus.design.landing_search import (
+    ATTACKED,
+    BETWEEN,
+    COMPARED,
+    DENSE,
+    ROUNDS,
+    LandingSearch,
+    LandingSignal,
+)
 from tarsus.design.learning import Learning, learn_on_hidden_grounds
+from tarsus.design.pulses import OwnStep
 from tarsus.design.request import Given, settings_of
 from tarsus.design.trials import regime_of
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.fit.front import undominated
 from tarsus.fit.unknowns import Unknowns
+from tarsus.fit.valleys import shorter_steps
 
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers
@@ -32,6 +42,11 @@ Floats = NDArray[np.float64]
 
 SHOWN = 12
 """Signals of the search's front for each number of pairs that are run again for the front of the design."""
+RETUNED, TRIED = 6, 8
+"""Roundings to ticks whose levels are tuned again, and how many levels are tried about each in a step."""
+RETUNING = tuple(3e-3 * 0.7**i for i in range(12))
+"""Steps of that, parts of the range of the levels: from what half a tick of a plateau of 100 us is worth to a
+millivolt of 16 V."""
 STARTS = 48
 """Other starts that a design is put down from: a motion that a twentieth of them lead to is missed once in ten."""
 
@@ -117,8 +132,8 @@ def _designed(search: LandingSearch) -> LandingDesign:
     """The whole design: both searches, rounding, and what is reported of the best."""
     request, trials, plain = search.request, search.trials, search.plain
     nominal = search.nominal_designs()
-    robust, grounds, rounds = search.robust_designs(nominal)
-    rounded = _rounded(search, robust[-1], grounds)
+    robust, grounds, rounds = search.robust_design(nominal)
+    rounded, grounds = _on_timer(search, robust, grounds)
     attack, nominal_worst = None, np.nan
     if isinstance(request.over, Unknowns):
         attack = search.judge.attack(rounded.rows, DENSE)
@@ -126,15 +141,15 @@ def _designed(search: LandingSearch) -> LandingDesign:
         other = search.judge.attack(nominal[-1].rows, COMPARED)
         nominal_worst = float(trials.on(nominal[-1].rows, grounds.with_more(other.grounds[0])).speed.max())
     on_grounds = trials.on(rounded.rows, grounds)
-    exact, whole = (trials.on(one.rows, grounds).speed for one in (robust[-1], rounded))
+    exact, whole = (trials.on(one.rows, grounds).speed for one in (robust, rounded))
     loss = request.risk(whole, grounds.weights)[0] - request.risk(exact, grounds.weights)[0]
     signal = request.step.waveform(rounded.row)
     return LandingDesign(
-        request, signal, request.step.waveform(robust[-1].row), rounded.pairs,
+        request, signal, request.step.waveform(robust.row), rounded.pairs,
         search.target.plain, trials.on(rounded.rows, search.nominal), regime_of(trials, rounded.rows, search.nominal),
         grounds, on_grounds, trials.on(plain.rows, grounds),
         np.nan if request.over is None else float(on_grounds.speed.max()), nominal_worst, attack, rounds, float(loss),
-        _front(search, nominal, robust), trials.put_down(signal, STARTS),
+        _front(search, [*nominal, robust]), trials.put_down(signal, STARTS),
         landing_percents(trials, rounded.row, with_values(request.scene, {f"signals.{request.drive}": signal})),
         trials.runs, trials.periods,
     )  # fmt: skip
@@ -146,23 +161,53 @@ def _learned(search: LandingSearch, signal: OnOff, steps: int) -> Learning:
     return learn_on_hidden_grounds(search.trials, search.request, search.target, row, steps)
 
 
-def _rounded(search: LandingSearch, one: LandingSignal, grounds: Grounds) -> LandingSignal:
-    """The best neighbour in whole ticks and whole millivolts."""
-    request = search.request
+def _on_timer(search: LandingSearch, one: LandingSignal, grounds: Grounds) -> tuple[LandingSignal, Grounds]:
+    """The best neighbour in whole ticks and whole millivolts, and the grounds that it was judged on: for the worst of a
+    box with those that hurt what is rounded."""
+    judge = search.judge
+    if not judge.by_planes:
+        return replace(one, row=_rounded(search, one, grounds)[0]), grounds
+
+    def improve(active: Grounds) -> Floats:
+        return _rounded(search, one, active)[:ATTACKED]
+
+    grounds, _, row = judge.close_gap(improve, None, grounds, BETWEEN, ROUNDS, "timer")
+    return replace(one, row=row), grounds
+
+
+def _rounded(search: LandingSearch, one: LandingSignal, grounds: Grounds) -> Floats:
+    """Signals (k, 2S) near one in whole ticks and whole millivolts, the best first; free levels make up for what the
+    ticks take."""
+    request, step = search.request, search.request.step
     levels, durations = np.split(one.row, 2)
     ticks = neighbours(durations, request.ticks, search.rng)
-    spans = np.asarray(ticks * (request.step.period / request.ticks), dtype=np.float64)
+    spans = np.asarray(ticks * (step.period / request.ticks), dtype=np.float64)
     rows = np.concatenate([np.tile(np.round(levels, 3), (len(ticks), 1)), spans], axis=1)
-    return replace(one, row=rows[int(np.argmin(search.scores(rows, grounds)))])
+    scores = search.scores(rows, grounds)
+    order = np.argsort(scores, kind="stable")[:RETUNED]
+    rows, scores = rows[order], scores[order]
+    held = int(np.argmin(np.abs(np.cumsum(durations) - step.supported)))
+    moving = [i for i in range(len(levels) - 1) if i != held]
+    if step.levels.free and moving and not isinstance(step, OwnStep):
+        low, size = step.levels.low, step.levels.high - step.levels.low
+
+        def placed(points: Floats) -> Floats:
+            made = np.repeat(rows, points[..., 0].size // len(rows), axis=0)
+            made[:, moving] = np.round(low + size * points.reshape(len(made), -1), 3)
+            return made
+
+        def cost(points: Floats) -> Floats:
+            return search.scores(placed(points), grounds).reshape(points.shape[:2])
+
+        start = (rows[:, moving] - low) / size
+        found, scores = shorter_steps(cost, start, scores, RETUNING, TRIED, search.rng)
+        rows = placed(found[:, None])
+    return rows[np.argsort(scores, kind="stable")]
 
 
-def _front(
-    search: LandingSearch, nominal: list[LandingSignal], robust: list[LandingSignal]
-) -> tuple[FrontPoint, ...]:
-    """Designs that no other beats in both speed and energy: the best with each number of pairs, and those that the
-    search met on its way."""
-    step = search.request.step
-    signals = [*nominal, *robust]
+def _front(search: LandingSearch, signals: list[LandingSignal]) -> tuple[FrontPoint, ...]:
+    """Designs that no other beats in both speed and energy: some signals, and those that the search met on its way."""
+    step, signals = search.request.step, list(signals)
     for pairs, (choices, visited) in search.visited.items():
         placed = step.place(choices, visited.numbers, visited.points)
         best = _cheapest(_rises(placed), visited.costs)[:SHOWN]

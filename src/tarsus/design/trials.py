@@ -6,7 +6,7 @@ A signal of S plateaus is a row (2S,): the levels [V], then the durations [s].
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING
 
@@ -18,7 +18,7 @@ from tarsus.base.spec import with_values
 from tarsus.model.drive.waveforms import OnOff
 from tarsus.orbits.starts import Box
 from tarsus.plan.lowering import lower_scene
-from tarsus.solve import GradientBatch, GradientRun, Session
+from tarsus.solve import Session
 
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers
@@ -142,33 +142,6 @@ class Trials:
         turn = np.clip(np.ceil(rows["time"] / self.period) - 1.0, 0.0, periods - 1.0).astype(np.int64)
         np.maximum.at(found, (run, turn), np.abs(rows["speed_before"]))
         return np.where(batch.done[:, None], found, np.nan)
-
-    def sloped(
-        self, signal: Floats, grounds: Mapping[str, Floats], moving: Sequence[int]
-    ) -> tuple[GradientRun, ...]:
-        """Runs (nr,) of one signal (2S,) on grounds, values (nr,) by path, with derivatives by some of its numbers."""
-        names = self._paths(len(signal) // 2)
-        count = len(next(iter(grounds.values()))) if grounds else 1
-        vary = {path: np.full(count, value) for path, value in zip(names, signal, strict=True)}
-        found = self._session(len(signal) // 2).batch(
-            vary | dict(grounds), self.periods * self.period, threads=self.threads,
-            gradients=[names[i] for i in moving],
-        )  # fmt: skip
-        assert isinstance(found, GradientBatch)
-        self.runs += len(found)
-        return found.made
-
-    def approach(self, signal: Floats, until: float) -> tuple[float, Floats]:
-        """An instant [s] of the last period, ``until`` or just before the foot first touches where that comes first,
-        and the structure's displacements and velocities (2n,) then."""
-        self.runs += 1
-        own = dict(zip(self._paths(len(signal) // 2), signal.tolist(), strict=True))
-        run = self._session(len(signal) // 2).run(own, self.periods * self.period)
-        hits = run.events[self.numbers_of(run.events)]["time"]
-        hits = hits[hits <= self.since + until]
-        time = float(hits[0]) * (1.0 - 1e-12) if len(hits) else self.since + until
-        found = run.states(np.array([time]))
-        return time - self.since, np.concatenate([found.x[:, 0], found.v[:, 0]])
 
     def numbers_of(self, events: NDArray[np.void]) -> Ints:
         """Numbers of the foot's touchdowns of the last period among the events of one run."""

@@ -121,19 +121,6 @@ def test_every_point_is_a_signal_of_the_period_that_holds_half_of_each_half(step
         assert row[a] >= 0.005 - 1e-12 and row[-1] >= 0.005 - 1e-12
 
 
-@pytest.mark.parametrize("step", [TWO, FREE])
-def test_a_child_differs_from_its_parent_by_the_shortest_plateaus_only(step):
-    one, two = families(step, 1), families(step, 2)
-    parent, point = one[-1], np.full(step.unknowns(1), 0.6)
-    numbers, points = step.children(parent, point, two)
-    assert len(numbers)
-    before = step.waveform(step.place([parent], np.zeros(1, dtype=int), point[None])[0])
-    times = np.linspace(0.0, 0.02, 4001, endpoint=False)
-    for number, child in zip(numbers, points, strict=True):
-        after = step.waveform(step.place(two, np.array([number]), child[None])[0])
-        assert np.mean(after.volts(times) != before.volts(times)) <= 4.0 * step.shortest / 0.02 + 1e-3
-
-
 @pytest.mark.parametrize(
     ("design", "names"),
     [

@@ -18,8 +18,9 @@ from tarsus.design.grounds import Grounds, over_of, spread
 from tarsus.design.headers import header_text
 from tarsus.design.landing_design import signal_text
 from tarsus.design.landing_request import LandingSettings, Sensor, landing_request
-from tarsus.design.landing_search import LandingSearch
+from tarsus.design.landing_search import LandingSearch, LandingSignal
 from tarsus.design.learning import learn_on_hidden_grounds
+from tarsus.design.soft_landing import _rounded
 from tarsus.design.trials import Trials, regime_of, settled_periods
 from tarsus.files.toml import parse_scene, read_scene, scene_text
 from tarsus.model.scene import Provenance, Source
@@ -184,7 +185,7 @@ def test_a_risk_over_few_grounds_is_judged_on_all_of_them(scene):
     assert np.allclose(design.on_grounds.speed[0], again, rtol=1e-4)
 
 
-@pytest.mark.slow  # two designs; what a pair more can do is in test_landing_parts.py
+@pytest.mark.slow  # two designs; each of a whole search
 def test_a_pair_more_is_never_worse(scene):
     designs = [
         ts.design.landing(scene, "tip", pairs=n, effort=0.012, seed=3, risk="nominal") for n in (0, 1, 2)
@@ -265,6 +266,34 @@ def test_of_a_given_signal_only_the_free_switching_times_move(scene):
     first, moved, held, last = design.signal.durations
     assert abs(first - 2e-4) < 3e-6 and abs(held - 9.4e-3) < 3e-6 and abs(moved + last - 1.04e-2) < 3e-6
     assert moved != pytest.approx(4e-4, rel=1e-3) and design.speed < design.before.speed[0, 0]
+
+
+def test_levels_that_are_free_make_up_for_what_ticks_take(scene):
+    """Ten microseconds are felt: the signal on ticks is no harder than plain rounding, and softer with free levels."""
+    asked = {"foot": "tip", "pairs": 1, "tick": 1e-5, "risk": "nominal", "seed": 1}
+    search = LandingSearch(landing_request(scene, LandingSettings(**asked)))
+    exact = np.array([[-2.0, 8.0, 5.0, -8.0, 8.137e-4, 9.1863e-3, 4.456e-4, 9.5544e-3]])
+    plain = exact.copy()
+    plain[0, 4:] = 1e-5 * np.array([81, 919, 45, 955])
+    found = _rounded(search, LandingSignal(exact[0], 1), search.nominal)
+    ticks = found[:, 4:] / 1e-5
+    assert np.abs(ticks - np.rint(ticks)).max() < 1e-6 and np.allclose(found[:, 4:].sum(axis=1), 0.02)
+    assert np.array_equal(found[:, :4], np.round(found[:, :4], 3)) and (found[:, [1, 3]] == [8.0, -8.0]).all()
+    scores = search.scores(np.concatenate([found, plain]), search.nominal)
+    assert scores[0] == scores[:-1].min() < scores[-1] and (found[0, [0, 2]] != [-2.0, 5.0]).any()
+
+
+@pytest.mark.slow
+def test_the_default_design_bears_both_frequencies(scene):
+    """A percent to either side of both: what is stated holds on thirty own grounds, in plain runs."""
+    design = ts.design.landing(scene, "tip", seed=1)
+    box = design.request.over
+    points = box.values(np.random.default_rng(4).random((30, len(box))))
+    batch = ts.simulate_batch(
+        design.scene, {path: points[:, i] for i, path in enumerate(box.names)}, 0.02 * (design.settle + 1)
+    )
+    hardest = batch.measure("hardest_impact", skip=design.settle)
+    assert design.worst <= 0.06 and hardest.max() <= 1.02 * design.worst
 
 
 @pytest.mark.slow
