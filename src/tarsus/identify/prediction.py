@@ -29,6 +29,9 @@ _WIDE = 30.0
 ALIKE = 2.0**0.5
 """Root mean square over the noise of what the best of all such devices leaves, up to which a difference is a small one:
 it is no larger than the noise. Of a larger one no record tells how far numbers are off."""
+_BOTH = 2.0
+"""Times their difference that both readings of a number may be off one way: of the foreign laboratory's spring that
+stiffens by 0.3 % both have the first frequency off, its own data by 3.4 times the difference."""
 _FREE = 1e3
 """The same where it is asked how far they are off: beyond, a number that the air does not feel would run away."""
 _UNFELT = 1e-12
@@ -210,8 +213,8 @@ def fit_air(records: Sequence[AirRecord], known: Estimates) -> AirFit | None:
     left = float(np.sqrt((plain if named is None else rest[best]) / count))
     apart, off, error = sums.apart(named, scale)
     beyond = np.abs(off)
-    if named is None:  # beside what is wrong anywhere
-        beyond = np.hypot(beyond, max(apart, predicted))
+    if named is None:  # beside what is wrong anywhere, of which either reading may be off by as much as they differ
+        beyond = np.hypot(_BOTH * beyond, max(apart, predicted))
     missed = {known.paths[k]: float(by) for k, by in zip(own, beyond, strict=True)}
     if named is not None:
         cause, record = _said(sums, named)

@@ -18,6 +18,8 @@ FURTHER = (
     "foot remounted", "another device in one file", "spot off the foot", "adhesion that reaches", "plays that lag",
     "converter that holds", "volts in the velocities", "volts in the displacements", "zeros that wander",
     "coupled velocity", "table that vibrates", "gain of the velocities", "light of the tip at the centre",
+    "colder in the sweeps", "spot that roams", "head that rings", "samples lost on the way", "clamp that creeps",
+    "bending along the ground", "dust under the foot", "amplifier that sags", "cables swapped in one file",
 )  # fmt: skip
 
 
