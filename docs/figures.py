@@ -90,7 +90,7 @@ def kept_millipede(found: Table, folder: Path) -> dict[str, Any]:
 
 def kept_validation(found: Table, folder: Path) -> dict[str, Any]:
     """Claims of every experiment, without rows."""
-    keys = ("name", "rows", "median_error", "bias", "seen", "outcome")
+    keys = ("name", "rows", "median_error", "bias", "seen", "after_run", "outcome")
     return {
         "numbers": found["numbers"],
         "experiments": {
@@ -401,7 +401,7 @@ def validation() -> str:
     found = result("validation")
     rows = [
         [f"`{name}`", claim["name"].replace("_", " "), claim["of"], str(claim["rows"]), tiny(claim["median_error"]),
-         tiny(claim["bias"]), claim["seen"], claim["outcome"]]
+         tiny(claim["bias"]), claim["seen"] + "; written after a run" * claim["after_run"], claim["outcome"]]
         for name, one in found["experiments"].items() for claim in one["claims"]
     ]  # fmt: skip
     fitted = sum(one["fitted"] for one in found["experiments"].values())

@@ -53,9 +53,17 @@ class StatedClaim(Description):
         default=None, le=1.0, description="least coefficient of determination, without a fit"
     )
     written: date = Field(description="day on which the claim was written, before the run that judges it")
+    after_run: bool = Field(
+        default=False, description="whether it was written after a run, to keep what came out: no prediction"
+    )
     seen: SeenBefore
     should_fail: bool = Field(default=False, description="whether the claim is known to fail; it stays")
     note: str = Field(default="", description="a sentence")
+
+    @property
+    def when(self) -> str:
+        """The day on which it was written, and whether a run came before."""
+        return f"{self.written.isoformat()}, after a run" if self.after_run else self.written.isoformat()
 
     @field_validator("rows")
     @classmethod

@@ -141,7 +141,7 @@ def claims_table(found: Validation) -> Table:
     for one in found.verdicts:
         words = found.experiment.claims.measured[one.column].words
         for place, criterion in enumerate(one.criteria):
-            head = (one.name, words, one.figures.rows, one.claim.seen.value, one.claim.written.isoformat())
+            head = (one.name, words, one.figures.rows, one.claim.seen.value, one.claim.when)
             shown, claimed = _criterion(criterion)
             verdict = one.outcome.value if place == 0 else ""
             rows.append(

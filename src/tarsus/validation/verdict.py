@@ -154,7 +154,8 @@ class ClaimVerdict:
             "name": self.name, "column": self.column, "where": self.claim.rows, "rows": self.figures.rows,
             "outcome": self.outcome.value, "expected": self.outcome.expected, "seen": self.claim.seen.value,
             "closes": self.figures.closes, "median_error": self.figures.median_error, "bias": self.figures.bias,
-            "written": self.claim.written.isoformat(), "should_fail": self.claim.should_fail, "note": self.claim.note,
+            "written": self.claim.written.isoformat(), "after_run": self.claim.after_run,
+            "should_fail": self.claim.should_fail, "note": self.claim.note,
             "criteria": [
                 {
                     "words": one.words, "found": one.found, "least": one.least, "most": one.most, "unit": one.unit,

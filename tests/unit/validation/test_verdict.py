@@ -94,3 +94,8 @@ def test_a_claim_without_rows_is_not_judged():
 def test_a_claim_that_is_none(table, said):
     with pytest.raises(InputError, match=said):
         claim(**table)
+
+
+@pytest.mark.parametrize(("after", "said"), [(False, "2026-11-28"), (True, "2026-11-28, after a run")])
+def test_a_claim_says_whether_a_run_came_before_it(after, said):
+    assert claim(closes=1.0, after_run=after).when == said
