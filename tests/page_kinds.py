@@ -41,8 +41,8 @@ _GAIT = (
 _GROUNDS = ("--over", "ground.friction.coefficient=4:12")
 _BOX = ("--over", "robot.feet.tip.gap=69um:71um", "--over", "ground.restitution.coefficient=0.2:0.5")
 _YIELD = (
-    "--scatter", "robot.drives.*.law.gain=10%", "--scatter", "ground.friction.coefficient=0.3:0.5",
-    "--scatter", "dead=0:1", "--require", "mean_speed", "--require", "foot_slip", "--count", "64:8",
+    "--scatter", "robot.drives.*.law.gain=10%", "--over", "ground.friction.coefficient=0.3:0.5",
+    "--dead", "0:1", "--require", "mean_speed", "--require", "foot_slip", "--robots", "64", "--draws", "8",
     "--set", "duration=60 ms",
 )  # fmt: skip
 _STUDY = """scene = "cantilever"

@@ -16,7 +16,7 @@ from tarsus.report.explorer import explore as explore
 from tarsus.report.movie import movie as movie
 from tarsus.report.verb import report as report
 from tarsus.solve import simulate as simulate
-from tarsus.study.bench import run_bench as bench
+from tarsus.study.bench import bench as bench
 from tarsus.study.yields import yield_ as yield_
 from tarsus.synthesis.verb import synthesize as synthesize
 from tarsus.validation.verb import validate as validate

@@ -75,6 +75,6 @@ def test_a_packaged_study_is_a_map(tmp_path, capsys):
 def test_half_a_map_is_refused(tmp_path, capsys):
     out = str(tmp_path / "out")
     assert main(["atlas", "cantilever", "--x", "robot.feet.tip.gap=80um:90um", "-o", out]) != 0
-    assert "give both, or neither and a study of two numbers" in capsys.readouterr().err
+    assert "an atlas has two axes" in capsys.readouterr().err
     assert main(["atlas", "cantilever", "-o", out]) != 0
-    assert "cantilever: is a device; say --x PATH=a:b and --y PATH=a:b" in capsys.readouterr().err
+    assert "expected both axes of the scene's map" in capsys.readouterr().err

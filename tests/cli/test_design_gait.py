@@ -77,6 +77,6 @@ def test_bad_requests_are_sentences_and_write_nothing(tarsus, tmp_path):
     done = tarsus(
         "design", "gait", "millipede-printed", "--free", "gait.duty=1", "-o", str(tmp_path / "none")
     )
-    assert done.code == 2 and "--free takes PATH or PATH=a:b" in done.err
+    assert done.code == 2 and "--free gait.duty=a:b takes" in done.err
     done = tarsus("design", "gait", "cantilever", "--free", "gait.duty", "-o", str(tmp_path / "none"))
     assert done.code == 2 and "does not walk" in done.err

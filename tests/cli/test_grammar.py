@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import importlib
+import inspect
 import re
 from pathlib import Path
 
@@ -9,6 +12,8 @@ import pytest
 
 from cli_options import options_by_verb
 from tarsus.cli import app, former
+from tarsus.cli.declared import NO_DEFAULT
+from tarsus.cli.verbs import COMMANDS
 
 OPTIONS = options_by_verb()
 SAME = (
@@ -21,7 +26,6 @@ SAME = (
     "--resume",
     "--report",
     "--json",
-    "--duration",
 )
 """Words that mean the same wherever they stand."""
 
@@ -38,7 +42,12 @@ def test_words_come_with_those_that_belong_to_them(verb):
     assert ("--json" in words) != (verb in ("completion", "design request"))  # which print a file
     assert ("--output" in words) == ("--overwrite" in words) >= ("--resume" in words)
     assert ("--law" in words) >= ("--set" in words)
-    assert ("--threads" in words) == ("--on" in words) or verb in ("reproduce", "attractors", "branch", "validate")
+    assert ("--threads" in words) == ("--on" in words) or verb in (
+        "reproduce",
+        "attractors",
+        "branch",
+        "validate",
+    )
     assert all(words.values()), "every word is explained"
 
 
@@ -54,6 +63,74 @@ def test_the_page_of_the_command_line_names_every_verb_and_its_words():
             assert (word in line) == (word in words), f"{verb}: {word}"
         for word in re.findall(r"--[a-z-]+", line.replace("--no-", "--")):
             assert word in words, f"{verb}: {word}"
+
+
+LINES = [
+    ("branch cantilever --along volts=8V:7.5V --starts 0", {"along": {"volts": ("8V", "7.5V")}, "starts": 0}),
+    (
+        "attractors millipede --over height=0:5um --no-edges",
+        {"over": {"height": ("0", "5um")}, "edges": False},
+    ),
+    ("atlas cantilever --x volts=4V:8V -o out", {"x": ("volts", "4V", "8V"), "output": Path("out")}),
+    ("atlas cantilever --y hz=5:50:log -o out", {"y": ("hz", "5", "50", "log"), "resume": False}),
+    ("yield millipede --dead 0:2 --weakness 60%", {"dead": (0, 2), "weak": (0, 0), "weakness": "60%"}),
+    ("yield millipede --over hz=1:2 --robots 8", {"over": {"hz": ("1", "2")}, "robots": 8, "draws": 0}),
+    ("yield millipede --require peak --require slip=3", {"require": {"peak": None, "slip": "3"}}),
+    ("yield millipede", {"scatter": None, "output": Path("millipede.yield"), "seed": 0, "starts": None}),
+    ("modes a.uff b.uff --band 1Hz:2Hz --read Ch1=m/s", {"band": ("1Hz", "2Hz"), "read": {"Ch1": "m/s"}}),
+    ("recommend cantilever --budget 2s --vary hz=5,15", {"budget": "2s", "vary": {"hz": "5,15"}}),
+    ("sweep gaps.toml --array 3 --sbatch=-p", {"array": 3, "sbatch": "-p", "output": Path("gaps.sweep")}),
+    ("calibrate cantilever --seed 3", {"output": Path("cantilever.calibration"), "seed": 3}),
+    ("identify lab --track june july", {"campaign": Path("lab"), "track": [Path("june"), Path("july")]}),
+    ("export cantilever --to c --step=10ns -o out", {"to": "c", "step": "10ns", "output": Path("out")}),
+    ("report out --draw a.csv --branch 8 --no-browser", {"draw": ["a.csv"], "branch": 8}),
+    ("show a.csv --channel Ch1=V --record 2", {"name": "a.csv", "channel": ["Ch1=V"], "record": 2}),
+    ("new device mine.toml --legs 4", {"kind": "device", "path": Path("mine.toml"), "legs": 4}),
+    ("plot out gap -o gap.svg --only tip", {"name": "gap", "only": ["tip"], "output": Path("gap.svg")}),
+    ("synthesize cantilever-capture -o lab --perturb 0.2", {"perturb": 0.2, "rate": "20 kHz", "seed": 1}),
+    ("validate --all", {"name": None, "threads": None}),
+]
+
+
+class Called(Exception):
+    """The function was called."""
+
+
+@pytest.mark.parametrize(("line", "given"), LINES, ids=[line for line, _ in LINES])
+def test_a_command_line_is_a_call_of_the_function(monkeypatch, line, given):
+    """With the words as Python has them; what was not said is left to the function's own defaults."""
+    from tarsus.cli import asked
+
+    whole = asked.loaded
+
+    def loaded(home):
+        def function(*words, **options):
+            called.append(options | ({"sources": words} if words else {}))
+            raise Called
+
+        return function if home == COMMANDS[line.split()[0]].function else whole(home)
+
+    called: list[dict[str, object]] = []
+    monkeypatch.setattr(asked, "loaded", loaded)
+    monkeypatch.setattr(asked.Asked, "writing", lambda *_, **__: contextlib.nullcontext())
+    monkeypatch.setattr(asked.Asked, "check", lambda *_: None)
+    assert app.run(line.split()) == 1
+    (options,) = called
+    assert {name: options.get(name) for name in given} == given
+
+
+@pytest.mark.parametrize("verb", COMMANDS)
+def test_defaults_that_are_shown_are_those_of_the_function(verb):
+    """They are read from the file of a function, which is not loaded for it."""
+    declared = COMMANDS[verb].declared
+    module, name = declared.home.split(":")
+    real = inspect.signature(getattr(importlib.import_module(module), name)).parameters
+    taken = {one.name: one for one in declared.arguments}
+    assert list(taken) == [one.name for one in real.values() if one.kind is not one.VAR_KEYWORD]
+    for argument in taken.values():
+        default = NO_DEFAULT if argument.many else argument.default
+        assert default in (None, real[argument.name].default) or default is NO_DEFAULT
+        assert argument.said, f"{verb}: {argument.name} is not explained"
 
 
 def test_quiet_leaves_results_and_errors(tarsus):
@@ -99,6 +176,7 @@ def test_less_and_more_at_once_is_refused(tarsus):
     [
         *((name, now) for name, now in former.COMMANDS.items()),
         *former.OPTIONS.items(),
+        *((f"{verb or 'atlas'} {option} {value}", now) for verb, option, value, now in former.VALUES),
     ],
 )
 def test_a_former_word_is_answered_with_the_present_one(tarsus, words, now):

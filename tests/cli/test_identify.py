@@ -14,7 +14,7 @@ def test_bad_words_are_sentences(tarsus, tmp_path):
     assert (
         tarsus("synthesize", "cantilever", "-o", str(tmp_path / "a"), "--rate", "20 kg")
         .sentences[0]
-        .startswith("--rate: ")
+        .startswith("rate: ")
     )
     refused = tarsus("synthesize", "cantilever", "-o", str(tmp_path / "a"), "--perturb", "1.5")
     assert refused.code == 2 and refused.sentences == ["expected a perturbation from 0 to below 1, got 1.5"]

@@ -32,7 +32,7 @@ WRITING = {
 FURTHER = {
     "atlas": ("--x", "robot.feet.tip.gap=60um:80um", "--y", "signals.pzt.amplitude=6V:8V"),
     "branch": ("--along", "signals.pzt.amplitude=8V:7V"),
-    "yield": ("--scatter", "dead=0:1"),
+    "yield": ("--dead", "0:1"),
 }
 
 

@@ -75,7 +75,9 @@ def test_files(written, opened):
 def test_tables_for_people(tarsus):
     result = tarsus("reproduce", "cantilever-1", "-q")
     assert result.code == 0 and not result.err and " nan" not in result.out
-    assert all(words in result.out for words in ("Table 2.3", "Table A.1, row by row", "80 % interval", "our error"))
+    assert all(
+        words in result.out for words in ("Table 2.3", "Table A.1, row by row", "80 % interval", "our error")
+    )
     assert all(len(line) <= 125 for line in result.out.splitlines())
 
 

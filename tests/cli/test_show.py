@@ -154,7 +154,7 @@ def test_a_value_is_compared_with_the_interval_of_the_other(tarsus, tmp_path):
 def test_a_page_is_made_again_without_simulating(tarsus, runs, monkeypatch):
     monkeypatch.setattr(ts, "simulate", lambda *_, **__: pytest.fail("simulated"))
     found = tarsus("report", runs / "b", "--no-browser", "--json").json()
-    assert found == {"page": str(runs / "b" / "report.html"), "made_again": True}
+    assert found == {"page": str(runs / "b" / "report.html")}
     assert "cantilever" in (runs / "b" / "report.html").read_text()
 
 
@@ -181,7 +181,10 @@ def test_a_file_that_is_no_record_yet_is_listed_and_not_good(tarsus, tmp_path):
     shown = tarsus("show", str(file))
     assert shown.code == 0 and "3 series, not read as a record yet" in shown.out
     assert "nothing says what channel 'velocity' measures; give it with --channel NAME=UNIT" in shown.err
-    assert [one["name"] for one in tarsus("show", str(file), "--json").json()["series"]][:2] == ["time", "velocity"]
+    assert [one["name"] for one in tarsus("show", str(file), "--json").json()["series"]][:2] == [
+        "time",
+        "velocity",
+    ]
     checked = tarsus("check", str(file))
     assert checked.code == 2 and "nothing says what channel 'velocity' measures" in checked.err
 

@@ -14,7 +14,6 @@ import pytest
 import xarray as xr
 from study.sweep_case import files
 
-from tarsus.cli.sweep import array_words
 from tarsus.cli.task import task
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "studies"
@@ -203,7 +202,7 @@ def test_another_seed_draws_other_values(tarsus, tmp_path):
 
 def test_a_sweep_in_tasks_says_how_to_go_on_and_has_a_page_at_the_end(tarsus, study, tmp_path):
     folder = tmp_path / "out"
-    assert tarsus("sweep", study(count=1), "-o", folder, "--on", "array:tasks=2").code == 0
+    assert tarsus("sweep", study(count=1), "-o", folder, "--array", "2").code == 0
     assert task(folder, 1, 1) == 0
     told = tarsus("show", folder)
     assert (
@@ -218,25 +217,5 @@ def test_a_sweep_in_tasks_says_how_to_go_on_and_has_a_page_at_the_end(tarsus, st
     assert task(folder, 2, 1) == 0
     assert "to go on" not in tarsus("show", folder).out
     opened = tarsus("report", folder, "--no-browser", "--json").json()
-    assert opened == {"page": str(folder / "report.html"), "made_again": True}
+    assert opened == {"page": str(folder / "report.html")}
     assert (folder / "report.html").stat().st_size > 10_000
-    assert not tarsus("report", folder, "--no-browser", "--json").json()["made_again"]
-
-
-@pytest.mark.parametrize(
-    ("words", "options", "tasks"),
-    [
-        ("partition=main,time=2:00:00,tasks=100", "--partition=main --time=2:00:00", 100),
-        ("--partition=main --nodelist=a,b tasks=3", "--partition=main --nodelist=a,b", 3),
-        ("p=main,exclusive", "-p main --exclusive", 1),
-        ("", "", 1),
-    ],
-)
-def test_words_for_slurm_become_options_of_sbatch(words, options, tasks):
-    assert array_words(words, "slurm") == (options, tasks)
-
-
-@pytest.mark.parametrize("on", ["slurm:tasks=0", "slurm:tasks=x", "array:tasks=2,time=1", "moon:x"])
-def test_a_place_that_is_none_is_refused(tarsus, study, tmp_path, on):
-    said = tarsus("sweep", study(), "-o", tmp_path / "out", "--on", on)
-    assert said.code == 2 and "--on" in said.sentences[0]

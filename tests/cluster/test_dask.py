@@ -35,7 +35,7 @@ def test_threads_of_a_dask_cluster_give_the_same_bytes(alone, tmp_path):
         LocalCluster(n_workers=1, threads_per_worker=2, processes=False, dashboard_address=":0") as cluster,
         Client(cluster, set_as_default=False) as client,
     ):
-        result = ts.sweep(SWEEP, tmp_path, client=client)
+        result = ts.sweep(SWEEP, tmp_path, threads=client)
     assert files(tmp_path) == files(alone)
     assert sum(result.workers.values()) == 80 and result.units == 40
 
@@ -75,7 +75,7 @@ def test_workers_that_are_killed_and_added_change_nothing(alone, tmp_path):
         killer = threading.Thread(target=kill)
         killer.start()
         try:
-            result = ts.sweep(SWEEP, tmp_path, client=client)
+            result = ts.sweep(SWEEP, tmp_path, threads=client)
         finally:
             pool.remote_unit = whole
             over.set()

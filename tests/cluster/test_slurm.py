@@ -92,7 +92,7 @@ def own_processes(folder: Path) -> list[int]:
 
 def test_an_array_gives_the_bytes_of_one_machine(study, alone, tmp_path, capsys):
     folder = tmp_path / "out"
-    assert main(["sweep", str(study), "-o", str(folder), "--on", f"slurm:{ASKED} tasks=4"]) == 0
+    assert main(["sweep", str(study), "-o", str(folder), "--array", "4", f"--sbatch={ASKED}"]) == 0
     assert "30 units in 4 tasks" in capsys.readouterr().out
     until(lambda: status_of(folder).runs_done > 0)
     with pytest.raises(ts.InputError, match="tasks in the queue: wait for it, or `scancel"):
@@ -100,14 +100,16 @@ def test_an_array_gives_the_bytes_of_one_machine(study, alone, tmp_path, capsys)
     until(lambda: status_of(folder).finished)
     assert (folder / "sweep.nc").read_bytes() == alone
     until(lambda: not queued())
-    assert submit(load_sweep(study), folder, ASKED, 4, resume=True) == (None, None)
+    assert submit(load_sweep(study), folder, ASKED, 4, resume=True) is None
     assert main(["show", str(folder)]) == 0
     assert "60 of 60 runs done (100.0 %), 30 of 30 units\nfinished" in capsys.readouterr().out
 
 
 def test_killed_requeued_and_cancelled_tasks_lose_nothing(study, alone, tmp_path):
     folder = tmp_path / "out"
-    first, job = submit(load_sweep(study), folder, ASKED, 3, resume=False)
+    first = submit(load_sweep(study), folder, ASKED, 3, resume=False)
+    assert first is not None
+    job = first.job
     assert first is not None and job is not None
     until(lambda: len(own_processes(folder)) >= 2 and status_of(folder).units_done >= 2)
     kept = {path: path.read_bytes() for path in folder.glob("units/*/*.npz")}
@@ -122,7 +124,7 @@ def test_killed_requeued_and_cancelled_tasks_lose_nothing(study, alone, tmp_path
     until(lambda: not queued())
     missing = status_of(folder)
     if not missing.finished:  # what was killed and cancelled
-        again, _ = submit(load_sweep(study), folder, ASKED, 3, resume=True)
+        again = submit(load_sweep(study), folder, ASKED, 3, resume=True)
         assert again is not None and again.units == missing.units - missing.units_done
         until(lambda: status_of(folder).finished)
     assert (folder / "sweep.nc").read_bytes() == alone

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.errors import InputError
+from tarsus.base.errors import InputError, InputProblem
 from tarsus.base.spec import get_value, with_values
 from tarsus.base.workers import Workers, spread
 from tarsus.files.rows import number_of, parse_rows
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-BRANCH = "branch:"
-
 
 @dataclass(frozen=True)
 class Overlay:
@@ -36,10 +34,9 @@ class Overlay:
     marks: bool = False
 
 
-def overlays_of(found: Atlas, what: str | os.PathLike[str], threads: Workers = None) -> list[Overlay]:
-    """Overlays by a word: ``branch:N`` follows the periodic motion along N lines of the map (`tarsus.branch`); a table
-    (.csv, two columns [SI]) is a curve; a packaged study or study file is what it says is drawn, or else the lines
-    along which it ran.
+def overlays_of(found: Atlas, what: str | os.PathLike[str]) -> list[Overlay]:
+    """Overlays by a name: a table (.csv, two columns [SI]) is a curve; a packaged study or study file is what it says
+    is drawn, or else the lines along which it ran.
 
     Raises
     ------
@@ -47,20 +44,17 @@ def overlays_of(found: Atlas, what: str | os.PathLike[str], threads: Workers = N
         For tables that cannot be read, studies of another robot, and ones that vary neither number of the map.
     """
     word = os.fspath(what)
-    if word.startswith(BRANCH):
-        count = word.removeprefix(BRANCH)
-        if not (count.isdecimal() and int(count)):
-            raise InputError(f"{word}: expected branch:N with a number of lines of at least 1")
-        return _boundaries(found, int(count), threads)
     if Path(word).suffix == ".csv":
         return [Overlay(Path(word).stem, (_curve(word),))]
     study = load_sweep(word)
-    return [one for part in study.draw for one in overlays_of(found, part, threads)] or [_cuts(found, study)]
+    return [one for part in study.draw for one in overlays_of(found, part)] or [_cuts(found, study)]
 
 
-def _boundaries(found: Atlas, count: int, threads: Workers) -> list[Overlay]:
-    """What happens to the periodic motion along lines of constant y, both ways: a mark each, by its kind. A line on
-    which no motion is found has none."""
+def branches_over(found: Atlas, count: int, threads: Workers = None) -> list[Overlay]:
+    """What happens to the periodic motion along so many lines of constant y, both ways (`tarsus.branch`): a mark each,
+    by its kind. A line on which no motion is found has none. Raises InputError for fewer than 1 line."""
+    if count < 1:
+        raise InputError(InputProblem.at("branch", f"expected a number of lines of 1 or more, got {count}"))
     from tarsus.orbits import branch
 
     x, y = found.x, found.y

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tarsus.atlas.axis import MapAxis
 from tarsus.atlas.cells import MEASURES
 from tarsus.atlas.classes import words
-from tarsus.atlas.overlays import Overlay, overlays_of
+from tarsus.atlas.overlays import Overlay, branches_over, overlays_of
 from tarsus.atlas.quadtree import Quadtree
 from tarsus.base.workers import Workers
 from tarsus.files.jsontext import json_text
@@ -84,13 +84,14 @@ class Atlas(Tabled):
         i, j = (round(float(a.share(v)) * (self.size - 1)) for a, v in ((self.x, x), (self.y, y)))
         return words(int(self.grid.code[i, j]))
 
-    def overlaid(self, *what: str | os.PathLike[str] | Overlay, threads: Workers = None) -> Atlas:
-        """This map with more drawn over it: overlays, or words for them: ``branch:8`` for what `tarsus.branch` finds
-        along eight lines, a .csv of two columns [SI], a study whose cuts are lines. Raises InputError for others."""
-        more = [
-            one for w in what for one in ([w] if isinstance(w, Overlay) else overlays_of(self, w, threads))
-        ]
-        return replace(self, overlays=(*self.overlays, *more))
+    def overlaid(
+        self, *what: str | os.PathLike[str] | Overlay, branch: int | None = None, threads: Workers = None
+    ) -> Atlas:
+        """This map with more drawn over it: overlays, a .csv of two columns [SI], a study whose cuts are lines; and
+        what `tarsus.branch` finds along so many lines. Raises InputError for others."""
+        more = [one for w in what for one in ([w] if isinstance(w, Overlay) else overlays_of(self, w))]
+        found = [] if branch is None else branches_over(self, branch, threads)
+        return replace(self, overlays=(*self.overlays, *more, *found))
 
     def table(self) -> Table:
         """Classes with their shares of the map, and ranges of the measures in each."""

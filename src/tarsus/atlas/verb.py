@@ -18,7 +18,9 @@ from tarsus.atlas.axis import MapAxis, axes_of
 from tarsus.atlas.cells import MOST_PERIODS, Arrays, CellRuns
 from tarsus.atlas.quadtree import Ints, Quadtree
 from tarsus.atlas.result import ATLAS_FILES, Atlas
+from tarsus.base.arguments import Axis
 from tarsus.base.errors import InputError
+from tarsus.base.progress import Progress
 from tarsus.base.spec import with_values
 from tarsus.base.workers import Workers
 from tarsus.files.jsontext import read_json
@@ -31,6 +33,7 @@ from tarsus.orbits.returns import drive_period
 from tarsus.plan.lowering import ahead_only
 from tarsus.solve import Trajectories
 from tarsus.study.studyfile import load_sweep
+from tarsus.study.sweep import Sweep
 
 REQUEST = "atlas-request.json"
 """What is asked, beside the scene, in the folder."""
@@ -52,10 +55,10 @@ UNIT = 2048
 
 
 def atlas(
-    scene: SceneLike,
+    scene: SceneLike | Sweep,
     *,
-    x: tuple[Any, ...] | None = None,
-    y: tuple[Any, ...] | None = None,
+    x: Axis | None = None,
+    y: Axis | None = None,
     depth: int = 8,
     starts: int = 1,
     coarse: int | None = None,
@@ -63,7 +66,7 @@ def atlas(
     output: str | os.PathLike[str] | None = None,
     resume: bool = False,
     threads: Workers = None,
-    progress: OnProgress | None = None,
+    progress: Progress | None = None,
 ) -> Atlas:
     """Map what a driven robot does over two of its numbers: classes of settled motions, refined where they change.
 
@@ -116,8 +119,10 @@ def atlas(
     if x is None or y is None:
         if isinstance(scene, Scene):
             raise InputError("x, y: expected both axes of the scene's map")
-        study = load_sweep(scene)
+        study = scene if isinstance(scene, Sweep) else load_sweep(scene)
         scene, draw, (x, y) = study.scene, study.draw, axes_of(study)
+    elif isinstance(scene, Sweep):
+        scene = scene.scene
     plan = AtlasPlan.of(as_scene(scene), x, y, depth=depth, starts=starts, coarse=coarse, periods=periods)
     return plan.run(output, resume=resume, threads=threads, progress=progress).overlaid(*draw)
 

@@ -16,7 +16,7 @@ from decimal import Decimal
 from functools import lru_cache
 from typing import NamedTuple
 
-from tarsus.base.errors import InputError
+from tarsus.base.errors import InputError, InputProblem
 
 Dimension = tuple[int, int, int, int, int, int]
 """Integer powers of kg, m, s, A, rad and K (angles are kept apart so that Hz and rad/s cannot be mixed up)."""
@@ -241,6 +241,14 @@ def parse_quantity(text: str | float, unit: str) -> float:
     if not math.isfinite(value):
         raise InputError(f"expected {describe_unit(unit)} that is finite, got '{text}'")
     return value
+
+
+def quantity_of(name: str, value: float | str, unit: str) -> float:
+    """As `parse_quantity` of an argument, whose name stands before what is wrong."""
+    try:
+        return parse_quantity(value, unit)
+    except InputError as error:
+        raise InputError([InputProblem.at(name, one) for one in error.problems]) from None
 
 
 @lru_cache(maxsize=256)

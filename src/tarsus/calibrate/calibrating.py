@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,12 +18,12 @@ from tarsus.calibrate.prediction import Discrepancy, Prediction, predict_row
 from tarsus.calibrate.problem import Archive, CalibrationProblem
 from tarsus.calibrate.studyfile import Described, frozen_texts, load_study
 from tarsus.files.runstore import RunStore
+from tarsus.model.laws.userfile import laws_of
 from tarsus.tables.table import Table, Tabled
 
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers
     from tarsus.calibrate.description import Search
-    from tarsus.model.laws import Law
 
 
 @dataclass(frozen=True)
@@ -169,14 +169,17 @@ def solve(
     return Solution(problem, fit, trained, tuple(refits), excluded, discrepancy)
 
 
+CalibrationStudy = str | os.PathLike[str] | Described
+
+
 def calibrate(
-    study: str | os.PathLike[str] | Described,
-    out: str | os.PathLike[str] | None = None,
+    study: CalibrationStudy,
+    output: str | os.PathLike[str] | None = None,
     *,
     seed: int | None = None,
     threads: Workers = None,
     resume: bool = False,
-    laws: Mapping[str, type[Law]] | None = None,
+    law: Sequence[str | os.PathLike[str]] = (),
     progress: Progress | None = None,
 ) -> Calibration:
     """Fit a device to a table of measures.
@@ -185,7 +188,7 @@ def calibrate(
     ----------
     study
         A packaged study by name, a study file by path, or a study with its table.
-    out
+    output
         Folder for the result: visited sets, `calibration.json`, `mixture.json`, a device file for every hypothesis;
         `report.html` is added by the command. New or empty unless `resume`. Without a folder nothing is written.
     seed
@@ -194,8 +197,8 @@ def calibrate(
         Worker threads; by default one for each processor that this process may use. The result does not depend on them.
     resume
         Continue what the folder holds.
-    laws
-        Classes of user laws by name, where the scene has them.
+    law
+        Python files with laws of your own, where the scene has them.
     progress
         Called as ``progress(sets done, most sets, what)``.
 
@@ -219,18 +222,18 @@ def calibrate(
     >>> found = ts.calibrate("cantilever", "fit")  # doctest: +SKIP
     >>> ensemble = ts.load_ensemble("fit")  # doctest: +SKIP
     """
-    described = study if isinstance(study, Described) else load_study(study, laws)
+    described = study if isinstance(study, Described) else load_study(study, laws_of(law))
     if seed is not None:
         search = described.study.search.model_copy(update={"seed": seed})
         described = replace(described, study=described.study.model_copy(update={"search": search}))
     lowered = lower_study(described, threads)
-    store = RunStore.open(out, frozen_texts(described), resume=resume, what="calibration")
+    store = RunStore.open(output, frozen_texts(described), resume=resume, what="calibration")
     solution = solve(lowered.problem, described.study.search, store, progress, threads)
     result = Calibration(
-        described, lowered, solution, other_rows(lowered, solution), None if out is None else Path(out)
+        described, lowered, solution, other_rows(lowered, solution), None if output is None else Path(output)
     )
-    if out is not None:
-        result.write(out)
+    if output is not None:
+        result.write(output)
     return result
 
 

@@ -6,10 +6,11 @@ import os
 import shlex
 import sys
 from collections.abc import Callable, Sequence
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from tarsus.cli import console, former, front
+from tarsus.cli.declared import Declaration
+from tarsus.cli.verbs import VERBS, declared, line_of
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -18,20 +19,10 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-COMMANDS = "tarsus.commands"
-"""Entry point group of further verbs: name = a function, as those of `VERBS`."""
+GROUP = "tarsus.commands"
+"""Entry point group of further verbs: name = a function that cyclopts takes."""
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
-
-VERBS = (
-    "devices", "show", "new", "check", "simulate", "explore", "report", "plot", "movie", "sweep", "yield", "branch",
-    "attractors", "atlas", "synthesize", "identify", "modes", "calibrate", "validate", "recommend", "design", "export",
-    "bench", "doctor", "completion",
-)  # fmt: skip
-"""In the order of the help page; each is a function, or verbs of their own, in the module of `tarsus.cli` that has its
-name; `MODULES` has those whose name is a word of Python."""
-
-MODULES = {"yield": "yields"}
 
 VOICES = {
     "-q": console.Voice.QUIET, "--quiet": console.Voice.QUIET,
@@ -60,9 +51,7 @@ def build(words: list[str]) -> App:
     )
     own = words[:1] if words and words[0] in VERBS else VERBS
     for verb in own:
-        name = MODULES.get(verb, verb)
-        found = getattr(import_module(f"tarsus.cli.{name}"), name)
-        app.command(found, name=verb) if name != verb else app.command(found)
+        app.command(line_of(verb), name=verb)
     for command in _installed(lambda entry: entry.load()).values() if own is VERBS else ():
         app.command(command)
     return app
@@ -73,7 +62,7 @@ def _installed(found_by: Callable[[EntryPoint], T]) -> dict[str, T]:
     from importlib.metadata import entry_points
 
     found: dict[str, T] = {}
-    for entry in sorted(entry_points(group=COMMANDS), key=lambda entry: entry.name):
+    for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name):
         if entry.name in (*VERBS, *found):
             console.complain([f"the verb '{entry.name}' of {entry.value} is left out: tarsus has it already"])
             continue
@@ -86,9 +75,8 @@ def _installed(found_by: Callable[[EntryPoint], T]) -> dict[str, T]:
 
 def _front_page() -> str:
     """The help of the whole, for which no verb is loaded."""
-    modules = {verb: MODULES.get(verb, verb) for verb in VERBS}
-    own = {verb: front.first_sentence(f"tarsus.cli.{name}", name) for verb, name in modules.items()}
-    return front.front_page(own | _installed(lambda entry: front.first_sentence(entry.module, entry.attr)))
+    own = {verb: declared(verb).sentence for verb in VERBS}
+    return front.front_page(own | _installed(lambda entry: Declaration(entry.value).sentence))
 
 
 def _version() -> str:

@@ -6,14 +6,13 @@ import contextlib
 import os
 import shutil
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-from tarsus.base.progress import Progress
 from tarsus.cli.lines import Lines
 from tarsus.files.jsontext import json_text
 
@@ -143,7 +142,7 @@ def files(written: Sequence[Path], data: dict[str, Any] | None) -> int:
 
 
 @contextmanager
-def progress_bar(title: str, *, time_left: bool = False) -> Iterator[Progress]:
+def progress_bar(title: str, *, time_left: bool = False) -> Iterator[Callable[[int, int, Any], None]]:
     """A progress bar on stderr for the length of the block; plain lines where stderr is no terminal.
 
     Yields a function `progress(done, total, what)`. `time_left` shows the time left beside the time taken.
@@ -153,7 +152,9 @@ def progress_bar(title: str, *, time_left: bool = False) -> Iterator[Progress]:
         return
     if not sys.stderr.isatty():
         with Lines(title, time_left) as lines:
-            yield lines.say
+            yield lambda done, total, what: lines.say(
+                done, total, what if isinstance(what, str) else workers_line(what)
+            )
         return
     from rich.console import Console
     from rich.progress import (
@@ -178,10 +179,21 @@ def progress_bar(title: str, *, time_left: bool = False) -> Iterator[Progress]:
     with Bar(*columns, console=Console(stderr=True), transient=True, speed_estimate_period=600.0) as bar:
         task = bar.add_task(title, total=None)
 
-        def progress(done: int, total: int, what: str) -> None:
+        def progress(done: int, total: int, what: str | Mapping[str, int]) -> None:
+            what = what if isinstance(what, str) else workers_line(what)
             bar.update(task, completed=done, total=total, description=f"{title}: {what}" if what else title)
 
         yield progress
+
+
+SHOWN = 6
+"""Workers named beside a bar: as many as a line takes."""
+
+
+def workers_line(runs: Mapping[str, int]) -> str:
+    """Runs by who makes them, where there are several."""
+    shown = "  ".join(f"{name} {count}" for name, count in sorted(runs.items())[:SHOWN])
+    return "" if len(runs) < 2 else f"{len(runs)} workers: {shown}"
 
 
 @contextmanager

@@ -191,22 +191,27 @@ def _asked(
     """The file of settings, and those that are words of the command line, options of their own among them."""
     from tarsus.base.errors import InputError
     from tarsus.cli import requests
+    from tarsus.cli.words import ranges_or_file
 
     files = [word for word in words or () if "=" not in word]
     if len(files) > 1:
         raise InputError(f"--request: expected one file, got {' and '.join(files)}")
     given = requests.settings([word for word in words or () if "=" in word], "--request")
     if over:
-        given["over"] = requests.grounds_of(over)
+        given["over"] = ranges_or_file(over, "--over")
     given |= {name: value for name, value in named.items() if value is not None}
     return Path(files[0]) if files else None, given
 
 
 def _free(words: list[str] | None) -> dict[str, Any] | None:
     """``PATH`` and ``PATH=a:b`` words as paths with their ranges."""
-    from tarsus.cli import requests
+    from tarsus.cli.words import range_of, values_of
 
-    return requests.spans_of(words or (), "--free", bare=True) or None
+    parts = [part for word in words or () for part in word.split(",")]
+    free = values_of(parts, "--free")
+    return {
+        path: None if ends is None else range_of(ends, f"--free {path}=a:b") for path, ends in free.items()
+    } or None
 
 
 def _shown(found: Any, folder: Path, pages: Pages) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 COMMANDS = {
     "next": "`tarsus recommend`",
@@ -24,19 +25,14 @@ OPTIONS = {
     "recommend --volts": '`--vary volts="4, 6"`',
     "recommend --ramp": '`--vary ramp="0, 0.25"`',
     "recommend --gap": '`--vary gap="70 um, 90 um"`',
-    "sweep --slurm": "`--on slurm:partition=main,time=1:00:00,tasks=100`",
-    "sweep --tasks": "`--on array:tasks=N`, or `--on slurm:...,tasks=N`",
+    "sweep --slurm": '`--array N --sbatch "--partition=main --time=1:00:00"`',
+    "sweep --tasks": "`--array N`",
     "sweep --status": "`tarsus show DIR`",
     "sweep --task": "`python -m tarsus.cli.task DIR NUMBER ARRAY`, as the array's script does",
     "sweep --submission": "`python -m tarsus.cli.task DIR NUMBER ARRAY`, as the array's script does",
-    "yield --dead": "`--scatter dead=0:5`",
-    "yield --weak": "`--scatter weak=0:5@60%`",
-    "yield --over": "`--scatter PATH=a:b`",
     "yield --measure": "`--require MEASURE`",
-    "yield --draws": "`--count ROBOTS:DRAWS`",
+    "yield --count": "`--robots N`, and of it `--draws N`, `--starts N` or `--from-rest T`",
     "yield --chunk": "`chunk` of `tarsus.yield_`",
-    "yield --report": "no option: the page is always written",
-    "yield --no-report": "no option: the page is always written",
 }
 OPTIONS |= {
     f"design {verb} --{name}": f"`--request {name}=VALUE`"
@@ -44,10 +40,20 @@ OPTIONS |= {
     for name in names.split()
 }
 OPTIONS |= {
-    f"{verb} --dask": "`--on dask:ADDRESS`, or `--on dask:local`"
+    f"{verb} --dask": "`--on ADDRESS`, or `--on local`"
     for verb in ("sweep", "yield", "calibrate", "recommend", *(f"design {one}" for one in DESIGNS))
 }
 """What to use in place of an option of a command."""
+
+VALUES = (
+    ("sweep", "--on", "slurm", '`--array N --sbatch "--partition=main --time=1:00:00"`'),
+    ("sweep", "--on", "array", "`--array N`"),
+    ("", "--on", "dask:", "`--on ADDRESS`, or `--on local`"),
+    ("yield", "--scatter", "dead=", "`--dead 0:5`"),
+    ("yield", "--scatter", "weak=", '`--weak 0:5 --weakness "60 %"`'),
+    ("report", "--draw", "branch:", "`--branch N`"),
+)
+"""Beginnings of values of an option: of a verb, or of any; and what to use in their place."""
 
 
 def sentence(words: Sequence[str]) -> str | None:
@@ -56,8 +62,11 @@ def sentence(words: Sequence[str]) -> str | None:
         return None
     if words[0] in COMMANDS:
         return f"`tarsus {words[0]}` is gone: use {COMMANDS[words[0]]}"
-    for word in words[1:]:
-        name = word.partition("=")[0]
+    for word, after in pairwise((*words[1:], "")):
+        name, equals, value = word.partition("=")
+        for verb, option, begin, now in VALUES:
+            if name == option and verb in ("", words[0]) and (value if equals else after).startswith(begin):
+                return f"{option} {begin} is gone: use {now}"
         for key in (f"{words[0]} {name}", f"{' '.join(words[:2])} {name}"):
             if key in OPTIONS:
                 return f"{name} is gone: use {OPTIONS[key]}"

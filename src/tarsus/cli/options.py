@@ -5,9 +5,11 @@ from __future__ import annotations
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
+
+from tarsus.base.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -40,7 +42,9 @@ def at_least(least: int) -> Parameter:
     return Parameter(validator=check, converter=_whole)
 
 
-Count = Annotated[int, at_least(1)]
+WHOLE = Annotated[int, Parameter(converter=_whole)]
+"""A whole number; whether it is a good one is the function's to say."""
+
 MaybeCount = Annotated[int | None, at_least(1)]
 LawFiles = Annotated[
     list[Path] | None, Parameter(negative=(), help="a Python file with laws of your own; may be repeated.")
@@ -58,10 +62,6 @@ Report = Annotated[bool, Parameter(help="write report.html.")]
 _SEED = Parameter(help="of everything that is drawn at random; without it the verb's or the study's own.")
 Seed = Annotated[int, at_least(0), _SEED]
 MaybeSeed = Annotated[int | None, at_least(0), _SEED]
-Duration = Annotated[
-    str | None,
-    Parameter(allow_leading_hyphen=True, help='how long, e.g. "200 ms"; the scene\'s own when left out.'),
-]
 Many = Annotated[list[str] | None, Parameter(negative=())]
 Threads = Annotated[
     int | None,
@@ -102,6 +102,19 @@ class Changes:
 
         return requests.scene_for(name, requests.settings(self.set_ or ()), self.law or ())
 
+    def named(self, name: str, kind: str) -> Any:
+        """What a name stands for, changed: a scene; of "SceneLike | Sweep" also a study, of "Run | SceneLike" a run's
+        folder."""
+        from tarsus.cli import requests
+
+        if kind == "Run | SceneLike" and Path(name).is_dir():
+            if self.set_:
+                raise InputError("--set is for a device or scene: a folder's run is over")
+            return Path(name)
+        if kind == "SceneLike | Sweep" and requests.is_study(name):
+            return requests.study_for(name, requests.settings(self.set_ or ()), self.law or ())
+        return self.scene(name)
+
 
 UNCHANGED = Changes()
 
@@ -115,9 +128,8 @@ class Work:
     on: Annotated[
         str | None,
         Parameter(
-            help="where the runs are made: dask:ADDRESS of a scheduler or its scheduler file, dask:local for processes "
-            "here; of a sweep also slurm:partition=main,time=1:00:00,tasks=100 (words for sbatch), or array:tasks=100, "
-            "a script for any scheduler."
+            help="where the runs are made, on a Dask cluster: address of its scheduler (tcp://host:8786), a scheduler "
+            "file, or local for processes here."
         ),
     ] = None
 
@@ -144,7 +156,6 @@ class Pages:
         self, folder: Path, verb: str, files: Sequence[str], *, resume: bool | None = None
     ) -> OutputFolder:
         """The folder, which was checked: nothing of another's is in the way. ``resume`` of verbs that can continue."""
-        from tarsus.base.errors import InputError
         from tarsus.files.output import OutputFolder
 
         if resume and self.overwrite:
@@ -161,7 +172,6 @@ PAGES = Pages()
 
 def check_new_file(file: Path, endings: Sequence[str], overwrite: bool) -> None:
     """`InputError` where a file cannot be written: another ending, a folder, or one that is not to be replaced."""
-    from tarsus.base.errors import InputError
     from tarsus.files.output import check_writable
 
     problems = []

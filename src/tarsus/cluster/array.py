@@ -10,6 +10,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from tarsus.base.errors import InputError
 from tarsus.base.workers import workers
@@ -20,6 +21,7 @@ from tarsus.study.progress import Progress
 from tarsus.study.studyfile import frozen_sweep, stored_texts
 from tarsus.study.sweep import Sweep
 from tarsus.study.sweeping import do_units, finish
+from tarsus.tables.table import Table, Tabled
 
 ARRAY_FOLDER = "array"
 
@@ -44,13 +46,31 @@ done
 
 
 @dataclass(frozen=True)
-class Submission:
-    """An array of tasks: its number in the folder, its script, tasks, and the units that they share."""
+class Submission(Tabled):
+    """An array of tasks: its number in the folder, its script, tasks, the units that they share, and the name of its
+    job where it was submitted."""
 
     number: int
     script: Path
     tasks: int
     units: int
+    job: str | None = None
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the sweep."""
+        return self.script.parents[1]
+
+    def table(self) -> Table:
+        """The script, and how to see how it goes."""
+        job = f"job {self.job}: " if self.job else ""
+        title = f"{job}{self.units} units in {self.tasks} tasks, {self.script}"
+        return Table(f"{title}\nhow it goes: tarsus show {self.folder}", (), ())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        data = {"folder": str(self.folder), "units": self.units, "tasks": self.tasks, "script": str(self.script)}
+        return data | {"job": self.job}
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@ def executor_of(client: Any) -> Executor:
     if hasattr(client, "get_executor") and hasattr(client, "nthreads"):
         return DaskExecutor(client)
     raise InputError(
-        f"client: expected a dask.distributed.Client or an executor of concurrent.futures, got {type(client).__name__}"
+        f"threads: expected a dask.distributed.Client or an executor of concurrent.futures, got {type(client).__name__}"
     )
 
 
@@ -76,7 +76,7 @@ def dask_executor(address: str, threads: int | None = None) -> Iterator[Executor
     try:
         import distributed
     except ImportError:
-        raise InputError("--on dask:ADDRESS needs dask.distributed: pip install dask distributed") from None
+        raise InputError("--on needs dask.distributed: pip install dask distributed") from None
     with contextlib.ExitStack() as stack:
         if address == "local":
             from tarsus.base.workers import workers

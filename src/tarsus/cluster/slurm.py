@@ -6,9 +6,10 @@ import contextlib
 import json
 import shlex
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
-from tarsus.base.errors import InputError
+from tarsus.base.errors import InputError, InputProblem
 from tarsus.cluster.array import ARRAY_FOLDER, Submission, prepare
 from tarsus.files.whole import write_text
 from tarsus.study.sweep import Sweep
@@ -17,11 +18,9 @@ PATIENCE = 60.0
 """Seconds that SLURM's commands are given: a busy controller answers late."""
 
 
-def submit(
-    sweep: Sweep, folder: Path, options: str, tasks: int, *, resume: bool
-) -> tuple[Submission | None, str | None]:
-    """Write a sweep's plan and submit an array over what is missing of it: the array and
-    SLURM's name of its job, or None and None if nothing is missing.
+def submit(sweep: Sweep, folder: Path, options: str, tasks: int, *, resume: bool) -> Submission | None:
+    """Write a sweep's plan and submit an array over what is missing of it: the array with SLURM's name of its job, or
+    None if nothing is missing.
 
     Parameters
     ----------
@@ -41,6 +40,10 @@ def submit(
     InputError
         When SLURM is not there or refuses, and when an array of this folder is still in its queue.
     """
+    try:
+        words = shlex.split(options)
+    except ValueError as error:
+        raise InputError(InputProblem.at("sbatch", f"'{options}' cannot be read: {error}")) from None
     waiting = [(job, count) for job in _jobs(folder) if (count := _queued(job))]
     if waiting:
         job, count = waiting[0]
@@ -50,7 +53,7 @@ def submit(
         )
     array = prepare(sweep, folder, tasks, resume=resume)
     if array is None:
-        return None, None
+        return None
     place = array.script.parent
     own = [
         f"--array=0-{array.tasks - 1}",
@@ -59,11 +62,9 @@ def submit(
         "--open-mode=append",
         f"--output={place}/{array.number}-%a.out",
     ]
-    job = (
-        _command("sbatch", "--parsable", *own, *shlex.split(options), str(array.script)).split(";")[0].strip()
-    )
+    job = _command("sbatch", "--parsable", *own, *words, str(array.script)).split(";")[0].strip()
     write_text(place / f"{array.number}.json", json.dumps({"job": job}) + "\n")
-    return array, job
+    return replace(array, job=job)
 
 
 def _jobs(folder: Path) -> list[str]:
@@ -91,11 +92,11 @@ def _command(*words: str) -> str:
         done = subprocess.run(words, capture_output=True, text=True, timeout=PATIENCE, check=False)
     except FileNotFoundError:
         raise InputError(
-            f"--on slurm: there is no `{words[0]}` here: submit from a node that has SLURM's commands; --on "
-            "array:tasks=N writes the array for any scheduler"
+            f"sbatch: there is no `{words[0]}` here: submit from a node that has SLURM's commands; without sbatch "
+            "the array is written for any scheduler"
         ) from None
     except subprocess.TimeoutExpired:
-        raise InputError(f"--on slurm: `{words[0]}` gave no answer within {PATIENCE:.0f} s") from None
+        raise InputError(f"sbatch: `{words[0]}` gave no answer within {PATIENCE:.0f} s") from None
     if done.returncode:
-        raise InputError(f"--on slurm: `{words[0]}` refused: {' '.join(done.stderr.split())}")
+        raise InputError(f"sbatch: `{words[0]}` refused: {' '.join(done.stderr.split())}")
     return done.stdout

@@ -120,7 +120,7 @@ def status_lines(status: Status) -> list[str]:
         lines.append("nothing is missing: the next task, or `tarsus sweep` of this folder, collects it")
     elif status.lost or not status.working:
         lines.append(
-            "to go on with what is missing: `tarsus sweep` of this folder, here or with --on slurm or --on array"
+            "to go on with what is missing: `tarsus sweep` of this folder, here or with --array"
         )
     lines.append(f"{status.working} processes work, {status.lost} are lost, {status.ended} have ended")
     if status.seconds_left is not None:

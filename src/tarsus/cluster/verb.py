@@ -3,55 +3,68 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
+from tarsus.base.arguments import ProgramOptions
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
+from tarsus.base.workers import Workers
+from tarsus.cluster.array import Submission, prepare
 from tarsus.cluster.dask import executor_of
+from tarsus.cluster.slurm import submit
 from tarsus.files.library import device_names, load_scene
+from tarsus.files.runstore import PLAN_FILE
+from tarsus.model.laws.userfile import laws_of
 from tarsus.model.scene import Scene
 from tarsus.study.progress import OnProgress
-from tarsus.study.studyfile import load_sweep
+from tarsus.study.studyfile import frozen_sweep, load_sweep
 from tarsus.study.sweep import Sweep
 from tarsus.study.sweeping import SweepResult, run_sweep
 
+Study = Sweep | str | os.PathLike[str]
+
 
 def sweep(
-    study: Sweep | str | os.PathLike[str],
+    study: Study,
     output: str | os.PathLike[str] | None = None,
     *,
     seed: int | None = None,
-    client: Any = None,
+    array: int | None = None,
+    sbatch: ProgramOptions | None = None,
+    law: Sequence[str | os.PathLike[str]] = (),
     resume: bool = False,
-    threads: int | None = None,
+    threads: Workers = None,
     progress: OnProgress | None = None,
-) -> SweepResult:
-    """Run a sweep into a folder, here or on a cluster.
+) -> SweepResult | Submission:
+    """Run a study: a scene over many values of its floats, every run scored.
 
     Parameters
     ----------
     study
-        A `Sweep`, a packaged study's name, or a study file.
+        A packaged study, a study file (TOML), the folder of a sweep, which is continued, or a `Sweep`.
     output
-        The folder; by default the study's name with `.sweep`.
+        Folder for the study, its finished parts and sweep.nc; by default the study's name with `.sweep`.
     seed
         Of what is drawn at random; the study's own when left out.
-    client
-        Who does the work: a ``dask.distributed.Client`` of any cluster, or any executor of ``concurrent.futures``.
-        Threads of this process without one. The results are the same, byte for byte.
+    array
+        Instead of running write a script that makes the runs in so many tasks of an array, for any scheduler.
+    sbatch
+        Submit that array to SLURM, with these options of sbatch, e.g. "--partition=main --time=1:00:00".
+    law
+        Python files with laws of your own.
     resume
         Continue what the folder holds.
     threads
-        Threads of this process; by default one for each processor that it may use.
+        Threads of this process; by default one for each processor that it may use. Or who does the work instead: any
+        executor of ``concurrent.futures``, or a ``dask.distributed.Client``. Results are the same, byte for byte.
     progress
         Called as ``progress(runs done, runs, runs of this call by worker)``.
 
     Returns
     -------
-    SweepResult
-        How many runs were done, and the collected file with measures over all points.
+    SweepResult or Submission
+        How many runs were done, and the collected file with measures over all points; of an array its script.
 
     Raises
     ------
@@ -71,17 +84,27 @@ def sweep(
     (3, {'DONE': 3})
     """
     _check_study(study, output)
-    chosen = study if isinstance(study, Sweep) else load_sweep(study)
-    name = chosen.name if isinstance(study, Sweep) else Path(study).stem
+    if array is not None and array < 1:
+        raise InputError(f"array: expected a number of tasks of 1 or more, got {array}")
+    if sbatch is not None and array is None:
+        raise InputError("sbatch: these are options of an array; say with array how many tasks it has")
+    if not isinstance(study, Sweep) and output is None and (Path(study) / PLAN_FILE).exists():
+        chosen, folder, resume = frozen_sweep(Path(study)), Path(study), True
+    else:
+        chosen = study if isinstance(study, Sweep) else load_sweep(study, laws_of(law))
+        name = chosen.name if isinstance(study, Sweep) else Path(study).stem
+        folder = Path(output) if output is not None else Path(f"{name}.sweep")
     if seed is not None:
         chosen = redrawn(chosen, seed, resume)
-    return run_sweep(
-        chosen,
-        output if output is not None else f"{name}.sweep",
-        resume=resume,
-        threads=threads if client is None else executor_of(client),
-        progress=progress,
-    )
+    if array is not None:
+        found = prepare(chosen, folder, array, resume=resume) if sbatch is None else submit(
+            chosen, folder, sbatch, array, resume=resume
+        )
+        if found is not None:
+            return found
+        resume = True  # nothing is missing: it is collected
+    done_by = threads if isinstance(threads, int | None) else executor_of(threads)
+    return run_sweep(chosen, folder, resume=resume, threads=done_by, progress=progress)
 
 
 def _check_study(study: object, output: object) -> None:
@@ -102,7 +125,7 @@ def _check_study(study: object, output: object) -> None:
 def redrawn(sweep: Sweep, seed: int, resume: bool = False) -> Sweep:
     """The sweep with another seed. Raises InputError where it draws nothing, and of one that is continued."""
     if resume:
-        raise InputError("--seed: a sweep that is continued keeps the values it was begun with")
+        raise InputError("seed: a sweep that is continued keeps the values it was begun with")
     if "seed" not in type(sweep.design).model_fields:
-        raise InputError(f"--seed: a {sweep.design.kind} draws nothing at random")
+        raise InputError(f"seed: a {sweep.design.kind} draws nothing at random")
     return with_values(sweep, {"design.seed": seed})

@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 from tarsus.base.errors import InputError
+from tarsus.base.units import quantity_of
 from tarsus.export.subject import Subject
 from tarsus.files.library import SceneLike, as_scene, load_scene
 from tarsus.files.whole import write_text
@@ -47,6 +48,9 @@ TARGETS: Mapping[str, ExportTarget] = MappingProxyType(
 )
 """Tools by the name that `--to` has."""
 
+FILES = tuple(name for target in TARGETS.values() for name in target.files)
+"""Everything that an export may write."""
+
 
 @dataclass(frozen=True)
 class Exported:
@@ -69,7 +73,7 @@ def export(
     output: str | os.PathLike[str],
     *,
     duration: float | str | None = None,
-    step: float | None = None,
+    step: float | str | None = None,
     law: Sequence[str | os.PathLike[str]] = (),
 ) -> View:
     """Write a scene for another tool, with what is lost on the way.
@@ -88,7 +92,7 @@ def export(
     duration
         How long the run is [s] that goes along; the scene's own by default.
     step
-        Time step [s] of a model that has one; by default from the stiffness of its contacts, 1 us of a timer, or
+        Time step of a model that has one; by default from the stiffness of its contacts, 1 us of a timer, or
         1 ms between the communication points of a unit.
     law
         Python files with laws of your own.
@@ -104,8 +108,9 @@ def export(
         For an unknown target, and for what the target cannot hold, in a sentence.
     """
     target = target_of(to)
-    if step is not None and not step > 0.0:
-        raise InputError(f"step: expected a time above 0 s, got {step:g} s")
+    tick = None if step is None else quantity_of("step", step, "s")
+    if tick is not None and not tick > 0.0:
+        raise InputError(f"step: expected a time above 0 s, got {tick:g} s")
     made = (
         scene
         if isinstance(scene, Scene)
@@ -114,7 +119,7 @@ def export(
         else as_scene(scene)
     )
     folder = Path(output)
-    found = target.made(Subject.of(made, seconds_of(made, duration)), step)
+    found = target.made(Subject.of(made, seconds_of(made, duration)), tick)
     for name, content in found.files.items():
         if isinstance(content, bytes):
             folder.mkdir(parents=True, exist_ok=True)

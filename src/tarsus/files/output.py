@@ -10,7 +10,9 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-from collections.abc import Iterator
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -77,7 +79,8 @@ class OutputFolder:
         """The folder, made or cleared of what the verb wrote there before, for the length of the writing.
 
         At the end, however it comes, the manifest lists what the verb has written; should the process be killed, all
-        files of its names are taken for its own. With `resume` nothing is cleared.
+        files of its names are taken for its own. With `resume` nothing is cleared. Input that is found wrong before
+        anything is written leaves all as it was.
 
         Raises
         ------
@@ -85,18 +88,24 @@ class OutputFolder:
             As `check`, which is repeated: the folder may have changed since.
         """
         self.check(resume=resume)
-        continued = resume and not self.overwrite and bool(self._present())
-        if not continued:
-            self._clear()
+        if resume and not self.overwrite and self._present():
+            yield self.folder
+            self._remember(sorted(self._claimed()))
+            return
+        made = [one for one in (self.folder, *self.folder.parents) if not one.exists()]
+        known = self._manifest()
+        with self._set_aside() as aside:
             self.folder.mkdir(parents=True, exist_ok=True)
             self._remember(None)
-        try:
-            yield self.folder
-        except BaseException:
-            if not continued:
+            try:
+                yield self.folder
+            except BaseException as error:
                 with contextlib.suppress(InputError):  # a disk that is full: what went wrong is said already
-                    self._remember(sorted(self._claimed()))
-            raise
+                    if isinstance(error, InputError) and not self._claimed():
+                        self._restore(aside, known, made)
+                    else:
+                        self._remember(sorted(self._claimed()))
+                raise
         self._remember(sorted(self._claimed()))
 
     def _present(self) -> list[str]:
@@ -119,18 +128,35 @@ class OutputFolder:
         listed = known[self.verb]
         return self._claimed() if listed is None else self._claimed() & set(listed)
 
-    def _clear(self) -> None:
-        """Remove what the verb wrote before, and the folders that this leaves empty."""
-        if not self.overwrite:
+    @contextlib.contextmanager
+    def _set_aside(self) -> Iterator[Path | None]:
+        """What the verb wrote before lies elsewhere for the length of a block, and is removed then; folders that this
+        leaves empty are gone. None where there is nothing."""
+        own = self._own() if self.overwrite else set()
+        if not own:
+            yield None
             return
-        own = [self.folder / name for name in self._own()]
-        for path in own:
-            if path.is_file() or path.is_symlink():
-                path.unlink()
-        emptied = {parent for path in own for parent in path.relative_to(self.folder).parents} - {Path(".")}
-        for parent in sorted(emptied, key=lambda one: -len(one.parts)):
+        with tempfile.TemporaryDirectory(prefix=".tarsus-", dir=self.folder.parent) as place:
+            for name in own:
+                (Path(place) / name).parent.mkdir(parents=True, exist_ok=True)
+                shutil.move(self.folder / name, Path(place) / name)
+            emptied = {parent for name in own for parent in Path(name).parents} - {Path(".")}
+            for parent in sorted(emptied, key=lambda one: -len(one.parts)):
+                with contextlib.suppress(OSError):
+                    (self.folder / parent).rmdir()
+            yield Path(place)
+
+    def _restore(self, aside: Path | None, known: Mapping[str, list[str] | None], made: Sequence[Path]) -> None:
+        """The folder as it was: files that were set aside, what the manifest said, and no folder that was made."""
+        if known:
+            write_text(self.folder / MANIFEST, _manifest_text(known))
+        else:
+            (self.folder / MANIFEST).unlink(missing_ok=True)
+        if aside is not None:
+            shutil.copytree(aside, self.folder, symlinks=True, dirs_exist_ok=True)
+        for one in made:
             with contextlib.suppress(OSError):
-                (self.folder / parent).rmdir()
+                one.rmdir()
 
     def _manifest(self) -> dict[str, list[str] | None]:
         """What each verb wrote; None for one that did not come to its end."""
@@ -145,7 +171,11 @@ class OutputFolder:
 
     def _remember(self, files: list[str] | None) -> None:
         known = self._manifest() | {self.verb: files}
-        write_text(self.folder / MANIFEST, json.dumps(known, indent=1, sort_keys=True) + "\n")
+        write_text(self.folder / MANIFEST, _manifest_text(known))
+
+
+def _manifest_text(known: Mapping[str, list[str] | None]) -> str:
+    return json.dumps(known, indent=1, sort_keys=True) + "\n"
 
 
 def check_writable(folder: Path) -> None:

@@ -14,17 +14,17 @@ from tarsus.identify.chain import identify as identify_one
 if TYPE_CHECKING:
     from tarsus.identify.track import Tracking
 
-Named = Opened | str | os.PathLike[str]
+Recorded = Opened | str | os.PathLike[str]
 
 
 @overload
-def identify(campaign: Named, seed: int = 1, progress: Progress | None = None) -> Identification: ...
+def identify(campaign: Recorded, seed: int = 1, progress: Progress | None = None) -> Identification: ...
 @overload
 def identify(
-    campaign: Named, seed: int = 1, progress: Progress | None = None, *, track: Sequence[Named]
+    campaign: Recorded, seed: int = 1, progress: Progress | None = None, *, track: Sequence[Recorded]
 ) -> Tracking: ...
 def identify(
-    campaign: Named, seed: int = 1, progress: Progress | None = None, *, track: Sequence[Named] = ()
+    campaign: Recorded, seed: int = 1, progress: Progress | None = None, *, track: Sequence[Recorded] = ()
 ) -> Identification | Tracking:
     """Identify a device from the records of a campaign, or of a series of campaigns.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from importlib.resources import files as packaged
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import together
@@ -18,14 +18,11 @@ from tarsus.inspection.begin_walker import walker_text
 from tarsus.tables.table import Table
 from tarsus.tables.view import View
 
-Beginning = Literal["device", "law", "study", "campaign"]
-"""What can be begun."""
-
-TEMPLATES = {"device": "device.toml", "law": "law.py", "study": "study.toml"}
+TEMPLATES = {"device": "device.toml", "law": "law.py", "study": "study.toml", "campaign": "campaign.toml"}
 
 
 def new(
-    kind: Beginning,
+    kind: Literal["device", "law", "study", "campaign"],
     path: str | os.PathLike[str],
     *,
     device: str | None = None,
@@ -59,10 +56,10 @@ def new(
     InputError
         Where there is such a file already, or no records, or a device that cannot be read.
     """
-    if kind not in get_args(Beginning):
-        raise InputError(f"kind: expected one of {', '.join(get_args(Beginning))}, got '{kind}'")
+    if kind not in TEMPLATES:
+        raise InputError(f"kind: expected one of {', '.join(TEMPLATES)}, got '{kind}'")
     target = Path(path) / "campaign.toml" if kind == "campaign" else Path(path)
-    wanted = Path(TEMPLATES.get(kind, "campaign.toml")).suffix
+    wanted = Path(TEMPLATES[kind]).suffix
     if target.suffix != wanted:
         raise InputError(f"'{target}': a {kind} is a {wanted} file")
     if target.exists():

@@ -7,7 +7,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from tarsus.base.arguments import Range, Values
 from tarsus.base.errors import Fault, InputError
+from tarsus.base.units import quantity_of
 from tarsus.modes.gather import decays, merged, responses_of
 from tarsus.modes.modal import ModalFit, identify_modes
 from tarsus.records.measurement import FrequencyResponse, Measurement
@@ -19,12 +21,12 @@ Source = str | os.PathLike[str] | Measurement | FrequencyResponse
 
 def modes(
     *sources: Source,
-    band: tuple[float, float] | None = None,
+    band: Range | None = None,
     order: int = 40,
     drive: str | None = None,
-    segment: float | None = None,
+    segment: float | str | None = None,
     decay: bool = False,
-    read: Mapping[str, Any] | None = None,
+    read: Values | None = None,
 ) -> ModalFit:
     """Modes of a structure from one or several files: frequency responses, records with a drive, or free decays.
 
@@ -35,18 +37,19 @@ def modes(
     sources
         Files, or what was read from them; all frequency responses, or all time records.
     band
-        Lowest and highest frequency [Hz]; by default all lines of responses, or what the drive excites within 40 dB.
+        Lowest and highest frequency, e.g. 100Hz and 1500Hz; by default all lines of responses, or what the drive
+        excites within 40 dB.
     order
         Largest order of the models: two or three times the number of modes expected.
     drive
         Channel that recorded the drive, where the files do not say it.
     segment
-        Of records with a random drive: length of a segment [s]; by default a record makes sixteen averages.
+        Of records with a random drive: length of a segment, e.g. "2 s"; by default a record makes sixteen averages.
     decay
         Whether the records are free decays, without a drive.
     read
-        What the files do not say, as the choices of `tarsus.read_measurement`: ``channels``, ``axis``, ``step``,
-        ``frequency_step``, ``input_unit`` and so on.
+        What the files do not say: units of channels by name, such as Ch1 in m/s, and choices of
+        `tarsus.read_measurement`: step, frequency_step, axis, axis_unit, input_unit, record.
 
     Returns
     -------
@@ -62,9 +65,12 @@ def modes(
         raise InputError(
             "name at least one file of frequency responses, of records with a drive, or of free decays"
         )
-    if segment is not None and not segment > 0.0:
-        raise InputError(f"segment: expected a time above 0 s, got {amount(segment, 's')}")
-    found = [_read(one, read or {}, decay) for one in sources]
+    ends = None if band is None else _band(band)
+    length = None if segment is None else quantity_of("segment", segment, "s")
+    if length is not None and not length > 0.0:
+        raise InputError(f"segment: expected a time above 0 s, got {amount(length, 's')}")
+    reading = _reading(read or {})
+    found = [_read(one, reading, decay) for one in sources]
     names = [one.source for one in found]
     found = [
         one if names.count(one.source) == 1 else replace(one, source=f"({k}) {one.source}".strip())
@@ -81,9 +87,26 @@ def modes(
     if decay:
         frf = decays(records, drive)
     else:
-        frf = responses_of(records, drive, band, segment) if records else merged(responses)
+        frf = responses_of(records, drive, ends, length) if records else merged(responses)
     low, high = float(frf.frequency[0]), float(frf.frequency[-1])
-    return identify_modes(frf, band or (low, high), order)
+    return identify_modes(frf, ends or (low, high), order)
+
+
+def _band(band: Range) -> tuple[float, float]:
+    """Both ends [Hz]."""
+    low, high = (quantity_of("band", one, "Hz") for one in band)
+    if not 0.0 <= low < high:
+        ends = f"{amount(low, 'Hz')} and {amount(high, 'Hz')}"
+        raise InputError(f"band: expected a lower and a higher frequency, got {ends}")
+    return low, high
+
+
+def _reading(read: Mapping[str, Any]) -> dict[str, Any]:
+    """Choices of a reader: what has a field of its own there, and units of channels by their names."""
+    fields = ("channels", "step", "frequency_step", "axis", "axis_unit", "input_unit", "inputs", "record")
+    channels = {name: unit for name, unit in read.items() if name not in fields}
+    own = {name: value for name, value in read.items() if name in fields}
+    return own | ({"channels": {**own.get("channels", {}), **channels}} if channels else {})
 
 
 def _read(source: Source, reading: Mapping[str, Any], decay: bool) -> Measurement | FrequencyResponse:

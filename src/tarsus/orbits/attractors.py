@@ -6,7 +6,6 @@ one start is run again by itself a hundred times finer, and its orbit and multip
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -14,7 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arguments import Ranges
 from tarsus.base.errors import InputError
+from tarsus.base.progress import Progress
 from tarsus.base.workers import Workers
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.measure.shares import share_of
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
     from tarsus.solve import Run
 
 Floats = NDArray[np.float64]
-Span = tuple[float | str, float | str]
 
 SHOWN = 20
 """Drive periods of a settled motion that are played and measured."""
@@ -312,11 +312,11 @@ def attractors(
     scene: SceneLike,
     *,
     starts: int = 60,
-    over: Mapping[str, Span] | None = None,
+    over: Ranges | None = None,
     edges: bool = True,
     seed: int = 0,
     threads: Workers = None,
-    progress: Callable[[int, int, str], None] | None = None,
+    progress: Progress | None = None,
 ) -> Attractors:
     """Find what a driven robot does in the long run, from many starts.
 

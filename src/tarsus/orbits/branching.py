@@ -7,7 +7,7 @@ already is not followed again.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arguments import Ranges
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths, get_value, one_number, with_values
 from tarsus.base.workers import Workers
@@ -55,7 +56,7 @@ HALVED = "it meets a motion of half its period in a flip"
 
 def branch(
     scene: SceneLike,
-    along: Mapping[str, tuple[float | str, float | str]],
+    along: Ranges,
     *,
     starts: int = 60,
     multiple: int | None = None,
@@ -96,6 +97,8 @@ def branch(
     scene = as_scene(scene)
     if len(along) != 1:
         raise InputError(f"along: a branch follows one number, got {len(along)}")
+    if multiple is not None and multiple < 1:
+        raise InputError(f"multiple: expected a number of drive periods of 1 or more, got {multiple}")
     if starts < 0:
         raise InputError(f"starts: expected 0 or more, got {starts}")
     ((name, edges),) = along.items()

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from tarsus.orbits.branches import Branches
 
 BRANCH_FILES = ("branch.nc", "branch.json", "report.html")
+ATTRACTOR_FILES = ("attractors.json", "report.html", "attractor-*.toml", "attractor-*.html")
 
 
 def branch_variables(found: Branches) -> dict[str, Variable]:
@@ -58,12 +59,6 @@ def write_branch(found: Branches, folder: Path) -> tuple[Path, Path]:
     write_netcdf(branch_variables(found), attrs, folder / "branch.nc")
     write_text(folder / "branch.json", json_text(found.to_dict()) + "\n")
     return folder / "branch.nc", folder / "branch.json"
-
-
-def attractor_files(most: int) -> list[str]:
-    """Files that at most so many attractors may have in a folder."""
-    each = [f"attractor-{i}.{ending}" for i in range(1, most + 1) for ending in ("toml", "html")]
-    return ["attractors.json", "report.html", *each]
 
 
 def write_attractors(found: Attractors, folder: Path) -> list[Path]:

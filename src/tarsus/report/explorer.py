@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup
 
+from tarsus.base.arguments import FilePath, Ranges
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.events import EVENT_WORDS, IMPACTS, EventKind
@@ -44,7 +45,10 @@ FILM = 240
 OTHERS = """These are no sliders here. A number of a drive becomes one with
 <code>tarsus explore {} -o explore.html --drive PATH</code>, three at most; all others are set with
 <code>--set PATH=VALUE</code> before the page is made, as those that enter tables of the structure."""
-Range = tuple[float | str, float | str]
+
+
+ENDINGS = (".html",)
+"""Of the file of a page."""
 
 
 def explore(
@@ -52,7 +56,7 @@ def explore(
     output: str | os.PathLike[str] | None = None,
     *,
     duration: float | str | None = None,
-    over: Mapping[str, Range] | str | os.PathLike[str] | None = None,
+    over: Ranges | FilePath | None = None,
     drive: Sequence[str] | None = None,
 ) -> Explorer:
     """An explorer of a scene: one page that works offline, with the engine inside and a slider for every number that is
@@ -108,7 +112,7 @@ def explore(
 
 
 def _ranges(
-    scene: Scene, over: Mapping[str, Range] | str | os.PathLike[str] | None
+    scene: Scene, over: Ranges | FilePath | None
 ) -> dict[str, tuple[float, float]]:
     """Ends [SI] by path."""
     if over is None:

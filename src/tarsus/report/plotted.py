@@ -19,9 +19,11 @@ from tarsus.report import plot as figures
 from tarsus.report.saved import blank, figure_of, offered, write_figure
 from tarsus.solve import Batch, Run, load_run
 
+Saved = str | os.PathLike[str] | Run | Batch
+
 
 def plot(
-    saved: str | os.PathLike[str] | Run | Batch,
+    saved: Saved,
     name: str | None = None,
     output: str | os.PathLike[str] | None = None,
     *,

@@ -22,8 +22,9 @@ def report(
     *,
     law: Sequence[str | os.PathLike[str]] = (),
     draw: Sequence[str | os.PathLike[str]] = (),
+    branch: int | None = None,
 ) -> Path:
-    """The page of a folder that a verb wrote; of a run or a sweep it is made again from its files, nothing simulated.
+    """Find the page of a folder; that of a run or sweep is made again from its files, nothing simulated.
 
     Parameters
     ----------
@@ -32,7 +33,10 @@ def report(
     law
         Python files with laws of your own, where the run has them.
     draw
-        What the page of an atlas shows over its map, as `tarsus.atlas.result.Atlas.overlaid` takes it.
+        Over the map of an atlas: a packaged study or study file, the lines along which it ran; a .csv with two columns
+        of numbers, a curve.
+    branch
+        Over the map of an atlas: what happens to the periodic motion along so many lines of it.
 
     Returns
     -------
@@ -44,39 +48,35 @@ def report(
     InputError
         Where the folder holds no page and nothing to make one of; for overlays of what is no atlas.
     """
-    return page_of(Path(folder), laws_of(law), draw)[0]
-
-
-def page_of(
-    folder: Path, laws: Mapping[str, Any] | None = None, draw: Sequence[str | os.PathLike[str]] = ()
-) -> tuple[Path, bool]:
-    """The page, and whether it was made just now."""
+    folder, laws = Path(folder), laws_of(law)
     if not folder.is_dir():
         raise InputError(f"{folder}: is no folder; name one that a verb wrote with -o")
-    if draw:
-        return _map_page(folder, laws, draw), True
+    if draw or branch is not None:
+        return _map_page(folder, laws, draw, branch)
     if (folder / SUMMARY_FILE).is_file():
         from tarsus.report.run_page import write_report
         from tarsus.solve import load_run
 
-        return write_report(load_run(folder, laws), folder / REPORT_FILE), True
+        return write_report(load_run(folder, laws), folder / REPORT_FILE)
     if (folder / PLAN_FILE).is_file() and not (folder / REPORT_FILE).is_file():
-        return _sweep_page(folder), True
+        return _sweep_page(folder)
     for name in PAGES:
         if (folder / name).is_file():
-            return folder / name, False
+            return folder / name
     raise InputError(f"{folder}: holds no run and no page of tarsus ({', '.join(PAGES)})")
 
 
-def _map_page(folder: Path, laws: Mapping[str, Any] | None, draw: Sequence[str | os.PathLike[str]]) -> Path:
+def _map_page(
+    folder: Path, laws: Mapping[str, Any], draw: Sequence[str | os.PathLike[str]], branch: int | None
+) -> Path:
     """The page of an atlas with something drawn over it; its runs are those that the folder holds."""
     from tarsus.atlas.verb import REQUEST, read_atlas
     from tarsus.report.atlas_page import atlas_html
     from tarsus.report.pages import write_page
 
     if not (folder / REQUEST).is_file():
-        raise InputError(f"{folder}: holds no atlas; --draw draws over its map")
-    return write_page(atlas_html(read_atlas(folder, laws).overlaid(*draw)), folder / REPORT_FILE)
+        raise InputError(f"{folder}: holds no atlas; draw and branch draw over its map")
+    return write_page(atlas_html(read_atlas(folder, laws).overlaid(*draw, branch=branch)), folder / REPORT_FILE)
 
 
 def _sweep_page(folder: Path) -> Path:
@@ -96,3 +96,8 @@ def _sweep_page(folder: Path) -> Path:
             f"`tarsus sweep {folder}` makes what is missing, collects it and writes the page"
         )
     return write_page(sweep_html(frozen_sweep(folder), file), folder / REPORT_FILE)
+
+
+def write_sweep_page(_: object, folder: Path) -> list[Path]:
+    """The page of a collected sweep, from its files."""
+    return [_sweep_page(folder)]

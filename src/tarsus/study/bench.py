@@ -33,6 +33,8 @@ from tarsus.model.structure import Lumped
 from tarsus.plan.lowering import lower_scene
 from tarsus.plan.rows import rows_of
 from tarsus.solve import Accuracy, Engine, simulate_batch
+from tarsus.tables.table import Table
+from tarsus.tables.view import View
 
 SIZES = (2, 6, 32)
 TIME_TOLERANCE = 1e-6
@@ -201,6 +203,28 @@ def run_bench(progress: Progress | None = None, repeats: int = 25) -> dict[str, 
     report(len(stages), len(stages), "")
     versions = {name: metadata.version(name) for name in ("tarsus", "numpy")}
     return result | {"accuracy_gap": ACCURACY.gap, "python": platform.python_version(), **versions}
+
+
+def bench(progress: Progress | None = None) -> View:
+    """Time the engine on the reference problems; whole event sequences are checked before a time is printed.
+
+    Parameters
+    ----------
+    progress
+        Called as ``progress(done, total, what)``.
+
+    Returns
+    -------
+    View
+        The figures of `run_bench`, and a problem for each count of wrong events.
+    """
+    found = run_bench(progress)
+    wrong = [
+        f"{name.removesuffix('_wrong')}: {value:g} events or counts are wrong"
+        for name, value in found.items()
+        if name.endswith("_wrong") and value
+    ]
+    return View(found, Table("", ("figure", "value"), found.items()), problems=tuple(wrong))
 
 
 def fastest(work: Callable[[], Any], repeats: int) -> tuple[float, list[Any]]:

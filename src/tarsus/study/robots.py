@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from tarsus.base.arguments import Quantity, Range, Ranges
 from tarsus.base.errors import InputError, InputProblem
 from tarsus.base.messages import nearest
 from tarsus.base.spec import FloatInfo, by_path, float_paths
@@ -19,9 +20,8 @@ from tarsus.study.axes import Linspace, Normal, SweepAxis
 from tarsus.study.manufacture import Saltelli, Scattered
 from tarsus.study.sweep import Sweep
 
-Scatter = float | str | tuple[float | str, float | str]
-"""How a value scatters: its standard deviation (SI, a text with a unit, or a share of the scene's own value such as
-``"5%"``), or both ends of a range that is drawn from evenly."""
+Scatter = Quantity
+"""The standard deviation of a value: SI, a text with a unit, or a share of the scene's own value such as ``"5%"``."""
 
 GAINS = "robot.drives.*.law.gain"
 """What a leg is dead by: the gain of its drive."""
@@ -54,6 +54,7 @@ class Robots:
         cls,
         scene: Scene,
         scatter: Mapping[str, Scatter],
+        over: Ranges | None = None,
         *,
         dead: tuple[int, int] = (0, 0),
         weak: tuple[int, int] = (0, 0),
@@ -67,6 +68,8 @@ class Robots:
             The robot of the drawing, on its ground.
         scatter
             By path, how its value scatters; `*` in a path stands for every leg, each of which is drawn by itself.
+        over
+            By path, both ends of a range that is drawn from evenly.
         dead, weak
             Fewest and most legs whose drive does nothing, or has only a share of its gain.
         weakness
@@ -81,21 +84,20 @@ class Robots:
         axes: dict[str, SweepAxis] = {}
         grounds: dict[str, SweepAxis] = {}
         legs: dict[str, str] = {}
-        for pattern, text in by_path(scene, scatter).items():
-            found = [path for path in known if fnmatch.fnmatchcase(path, pattern)]
-            if not found:
-                problems.append(InputProblem.at(pattern, f"is not a number in this scene{nearest(pattern, known)}"))
-            for path in found:
-                try:
-                    if isinstance(text, tuple):
-                        first, last = (parse_quantity(one, known[path].unit) for one in text)
-                        grounds[path] = Linspace(start=first, stop=last)
-                    else:
-                        axes[path] = _scattered(known[path], text)
-                except InputError as error:
-                    problems += [InputProblem.at(pattern, one) for one in error.problems]
-                    break
-                legs |= _leg(pattern, path)
+        kinds: Any = ((axes, _scattered, scatter), (grounds, _evenly, over or {}))
+        for made, axis_of, given in kinds:
+            for pattern, value in by_path(scene, given).items():
+                found = [path for path in known if fnmatch.fnmatchcase(path, pattern)]
+                if not found:
+                    said = f"is not a number in this scene{nearest(pattern, known)}"
+                    problems.append(InputProblem.at(pattern, said))
+                for path in found:
+                    try:
+                        made[path] = axis_of(known[path], value)
+                    except InputError as error:
+                        problems += [InputProblem.at(pattern, one) for one in error.problems]
+                        break
+                    legs |= _leg(pattern, path)
         parts = ()
         if max(dead[1], weak[1]) > 0:
             parts = tuple(path for path in known if fnmatch.fnmatchcase(path, GAINS))
@@ -142,34 +144,6 @@ class Robots:
         )  # fmt: skip
 
 
-def as_arguments(scatter: Mapping[str, Scatter]) -> dict[str, Any]:
-    """Arguments of `Robots.of` from a scatter in words: "a:b" for both ends of a range, and beside paths the names
-    ``dead``, "fewest:most", and ``weak``, "fewest:most@60%".
-
-    Raises InputError for words of these two that are none.
-    """
-    problems: list[str] = []
-    values: dict[str, Scatter] = {}
-    out: dict[str, Any] = {"scatter": values}
-    for path, text in scatter.items():
-        if path in ("dead", "weak"):
-            counted = re.fullmatch(r"(\d+):(\d+)(?:@(\d+(?:\.\d+)?)%)?", str(text).replace(" ", ""))
-            if counted is None or (counted[3] and path == "dead"):
-                problems.append(InputProblem.at(path, f"expected fewest:most{'@60%' * (path == 'weak')}, got '{text}'"))
-                continue
-            out[path] = (int(counted[1]), int(counted[2]))
-            if counted[3]:
-                out["weakness"] = float(counted[3]) / 100.0
-        elif isinstance(text, str) and ":" in text:
-            first, _, last = text.partition(":")
-            values[path] = (first.strip(), last.strip())
-        else:
-            values[path] = text
-    if problems:
-        raise InputError(problems)
-    return out
-
-
 def _scattered(about: FloatInfo, text: float | str) -> Normal:
     if isinstance(text, str) and text.endswith("%"):
         share = parse_quantity(text[:-1].strip(), "1") / 100.0
@@ -188,6 +162,13 @@ def _scattered(about: FloatInfo, text: float | str) -> Normal:
             f"such as '{meant}'"
         )
     return Normal(mean=about.value, deviation=deviation)
+
+
+def _evenly(about: FloatInfo, ends: Range) -> Linspace:
+    if isinstance(ends, str) or len(ends) != 2:
+        raise InputError(f"expected both ends of a range, got {ends!r}")
+    first, last = (parse_quantity(one, about.unit) for one in ends)
+    return Linspace(start=first, stop=last)
 
 
 def _leg(pattern: str, path: str) -> dict[str, str]:

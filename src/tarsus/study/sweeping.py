@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -50,6 +50,16 @@ class SweepResult(Tabled):
     def failed(self) -> int:
         """Runs that did not reach their end."""
         return self.runs - self.outcomes.get(ResultCode.DONE.name, 0)
+
+    @property
+    def ok(self) -> bool:
+        """Whether any run reached its end."""
+        return self.failed < self.runs
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        data: dict[str, Any] = {"runs": self.runs, "motion": self.motion, "units": self.units, "failed": self.failed}
+        return data | {"workers": dict(self.workers), "kept": self.kept, "file": str(self.file)}
 
     def table(self) -> Table:
         """How the runs ended."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,19 +12,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arguments import Counts, Quantities, Quantity, Ranges, Values
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError, InputProblem
-from tarsus.base.units import parse_quantity
+from tarsus.base.progress import Progress
+from tarsus.base.units import parse_quantity, quantity_of
 from tarsus.base.workers import Workers
 from tarsus.files.jsontext import json_text
 from tarsus.files.library import SceneLike, as_scene
+from tarsus.files.runstore import SWEEP_FILES
 from tarsus.files.whole import write_text
 from tarsus.measure.shares import share_of
 from tarsus.model.structure import Walker
 from tarsus.solve import ResultCode, Run
 from tarsus.study.collecting import measures_in
 from tarsus.study.manufacture import Saltelli, Scattered
-from tarsus.study.robots import Robots, Scatter, as_arguments
+from tarsus.study.robots import Robots
 from tarsus.study.sweep import Sweep
 from tarsus.study.sweeping import run_sweep
 from tarsus.study.workunit import OUTCOMES
@@ -68,6 +72,11 @@ class YieldCurve:
         met = self.requirement[self.share >= share]
         return float(met.min() if self.less else met.max()) if len(met) else None
 
+
+YIELD_FILES = (
+    "yield.json", "report.html", *(f"{place}/{name}" for place in ("robots", "legs") for name in SWEEP_FILES),
+)  # fmt: skip
+"""Everything that a yield has in its folder, as glob patterns."""
 
 MOST_DRAWS = 2**20
 """More draws than this are not worth naming: the two are alike."""
@@ -258,60 +267,68 @@ class Yield(Tabled):
             "outcomes": dict(self.outcomes), "curves": curves, "by_dead": list(self.by_dead),
             "cost_of_a_dead_leg": {leg: {"difference": d, "error": e} for leg, (d, e) in self.cost.items()},
             "indices": {name: dict(one) for name, one in self.indices.items()},
+            "shares": {name: list(one) for name, one in self.shares.items()},
             "matters_most": {name: asdict(one) | {"resolved": one.resolved} for name, one in self.leaders.items()},
         }  # fmt: skip
 
 
 def yield_(
     scene: SceneLike,
-    scatter: Mapping[str, Scatter],
+    scatter: Quantities | None = None,
+    over: Ranges | None = None,
     *,
-    dead: tuple[int, int] = (0, 0),
-    weak: tuple[int, int] | tuple[int, int, float] = (0, 0),
-    require: Mapping[str, float | str | None] | None = None,
+    dead: Counts = (0, 0),
+    weak: Counts = (0, 0),
+    weakness: Quantity = "50 %",
+    require: Values | None = None,
+    robots: int = 1024,
+    draws: int = 0,
     starts: int | None = None,
     duration: float | str | None = None,
     from_rest: float | str | None = None,
-    robots: int = 1024,
-    draws: int = 0,
     seed: int = 0,
     output: str | os.PathLike[str] | None = None,
     chunk: int | str = "2 s",
     resume: bool = False,
     threads: Workers = None,
-    progress: Callable[[int, int, str], None] | None = None,
+    progress: Progress | None = None,
 ) -> Yield:
     """Build many robots with the scatter of a workshop, run each on a ground of its own, and say how many are good.
 
     Parameters
     ----------
     scene
-        The robot of the drawing: a scene, a device's name, or a scene file.
+        The robot of the drawing: a device (see `tarsus devices`), a scene file, or a scene.
     scatter
-        By path, the standard deviation of its value (SI, ``"2 um"``, or ``"5%"`` of the scene's own), or both ends of a
-        range that is drawn from evenly, such as that of a ground: ``("0.3", "0.5")`` or ``"0.3:0.5"``. ``"dead"`` and
-        ``"weak"`` are given as on the command line: ``"0:5"``, ``"0:5@60%"``. `*` in a path stands for every
-        leg, each of which is drawn by itself.
-    dead, weak
-        Fewest and most legs whose drive does nothing, or has only a share of its gain: the third number, 0.5 without.
+        By path, the standard deviation of its value, SI or "2 um", or "5%" of the scene's own. `*` in a path stands for
+        every leg, each of which is drawn by itself: "robot.drives.*.law.gain=10%".
+    over
+        By path, both ends of a range that is drawn from evenly, such as that of a ground: 0.3 and 0.5.
+    dead
+        Fewest and most legs whose drive does nothing.
+    weak
+        Fewest and most legs whose drive has only a share of its gain.
+    weakness
+        That share.
     require
-        Measures that robots are judged by, each with the value that a good one has, or None; without it mean speed and
-        cost of transport of a walker, peak and bounces of any other robot. Of costs, slips and impacts less is better,
-        of all other measures more.
-    starts, duration
-        Starts of every robot, 4 of a walker, and the longest time that a run takes to settle [s], 1 s or more: a
-        robot's measures are means over its settled motions by their share of the starts.
-    from_rest
-        Measure an episode of so long [s] from the scene's own start instead, transients and all.
+        Measures that robots are judged by, each with the value that a good one has, or alone; when left out mean speed
+        and cost of transport of a walker, peak and bounces of any other robot. Of costs, slips and impacts less is
+        better, of all other measures more.
     robots
         Number of robots.
     draws
-        Draws behind Sobol indices, which say whose scatter matters; they take (groups + 2) times as many further runs.
-        0: none.
+        Draws behind Sobol indices (a power of 2), which say whose scatter matters; they take (groups + 2) times as many
+        further runs. 0: none.
+    starts
+        Starts of every robot, 4 of a walker: its measures are means over its settled motions by their share of them.
+    duration
+        Longest time that a run takes to settle, 1 s or more.
+    from_rest
+        Measure an episode of so long from the scene's own start instead, transients and all, e.g. "200 ms".
     seed
         Of all draws.
     output
-        Folder for both sweeps and ``yield.json``; by default the scene's name with `.yield`.
+        Folder for both sweeps, yield.json and report.html; by default the scene's name with `.yield`.
     chunk
         Runs in a unit of work, or the time that one takes.
     resume
@@ -336,16 +353,33 @@ def yield_(
     (0.75, 0.51, 0.9)
     """
     drawing = as_scene(scene)
-    asked = {"dead": dead, "weak": weak[:2], "weakness": weak[2] if len(weak) == 3 else 0.5}
-    asked |= as_arguments(scatter)
-    study = YieldStudy.of(
-        Robots.of(drawing, **asked),
-        require, count=robots, draws=draws, seed=seed, chunk=chunk, starts=starts, duration=duration,
-        from_rest=from_rest,
-    )  # fmt: skip
+    drawn = Robots.of(
+        drawing, scatter or {}, over, dead=dead, weak=weak, weakness=quantity_of("weakness", weakness, "1")
+    )
+    options = {"chunk": chunk, "starts": starts, "duration": duration, "from_rest": from_rest}
+    study = YieldStudy.of(drawn, require, count=robots, draws=draws, seed=seed, **options)
     name = scene if isinstance(scene, str | os.PathLike) else drawing.name
     folder = Path(output) if output is not None else Path(f"{Path(name).stem}.yield")
     return study.run(folder, resume=resume, threads=threads, progress=progress)
+
+
+_FIELDS = (
+    ("Scattered.count", "robots"), ("Saltelli.count", "draws"), ("Sweep.measures", "require"),
+    ("Sweep.starts", "starts"), ("Sweep.from_rest", "from_rest"), ("Sweep.duration", "duration"),
+    ("Sweep.vary", "dead, weak"),
+)  # fmt: skip
+"""Fields of a sweep, and the arguments that they come from."""
+
+
+@contextlib.contextmanager
+def _named() -> Iterator[None]:
+    """Problems with fields of a sweep, said of the arguments that they come from."""
+    try:
+        yield
+    except InputError as error:
+        names = [next((own for name, own in _FIELDS if one.path.startswith(name)), "") for one in error.problems]
+        problems = zip(names, error.problems, strict=True)
+        raise InputError([InputProblem.at(name, one.said) if name else one for name, one in problems]) from None
 
 
 @dataclass(frozen=True)
@@ -362,7 +396,7 @@ class YieldStudy:
     def of(
         cls,
         robots: Robots,
-        require: Mapping[str, float | str | None] | None = None,
+        require: Values | None = None,
         *,
         count: int = 1024,
         draws: int = 0,
@@ -375,17 +409,19 @@ class YieldStudy:
         require = dict.fromkeys(WALKS if walks else BOUNCES) if require is None else require
         known = Run.offered(robots.scene, robots.scene.duration)
         options = {"chunk": "2 s", **options}
-        sweep = robots.sweep(count, list(require), seed=seed, **options)
+        with _named():
+            sweep = robots.sweep(count, list(require), seed=seed, **options)
         required: dict[str, float | None] = {}
         problems: list[str] = []
         for name, value in require.items():
             try:
-                required[name] = None if value is None else parse_quantity(value, known[name].unit)
+                required[name] = None if value is None else parse_quantity(value, known[name].unit)  # type: ignore[arg-type]
             except InputError as error:
                 problems += [InputProblem.at(name, one) for one in error.problems]
         if problems:
             raise InputError(problems)
-        legs = robots.legs_sweep(draws, list(require), seed=seed, **options) if draws else None
+        with _named():
+            legs = robots.legs_sweep(draws, list(require), seed=seed, **options) if draws else None
         if draws and legs is None:
             raise InputError(
                 InputProblem.at(
@@ -401,7 +437,7 @@ class YieldStudy:
         *,
         resume: bool = False,
         threads: Workers = None,
-        progress: Callable[[int, int, str], None] | None = None,
+        progress: Progress | None = None,
     ) -> Yield:
         """Run both sweeps in a folder and write ``yield.json`` there; as `yield_`."""
         files: dict[str, Path] = {}

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp, inf, log
 from pathlib import Path
 from typing import Any
 
+from tarsus.base.arguments import Values
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
+from tarsus.base.progress import Progress
 from tarsus.base.spec import get_value
 from tarsus.base.threads import single_threaded
 from tarsus.base.units import parse_quantity
@@ -26,9 +28,6 @@ from tarsus.synthesis.proposals import UNITS, proposals
 from tarsus.synthesis.ranking import Ranking, rank
 from tarsus.tables.numbers import amount, percent
 from tarsus.tables.table import Column, Table, Tabled
-
-Values = str | float | Sequence[float | str]
-"""One number or several: SI, or texts with units, in one text with commas between them."""
 
 SHOWN = 12
 """Records that the table names; the plain data hold all."""
@@ -177,14 +176,14 @@ def recommend(
     *,
     parameter: str | None = None,
     budget: float | str,
-    vary: Mapping[str, Values] | None = None,
+    vary: Values | None = None,
     unknown: Sequence[str] = (),
     spread: float | str = "30 %",
     draws: str | os.PathLike[str] | None = None,
     sensing: Sensing | None = None,
     seed: int = 0,
     threads: Workers = None,
-    progress: Callable[[int, int, str], None] | None = None,
+    progress: Progress | None = None,
 ) -> Recommendation:
     """Rank records by what each would tell about one number, or about all, and choose some for a budget.
 
@@ -247,7 +246,7 @@ def draws_beside(device: str | os.PathLike[str]) -> Path | None:
 
 
 def _quantities(
-    budget: float | str, spread: float | str, vary: Mapping[str, Values]
+    budget: float | str, spread: float | str, vary: Values
 ) -> tuple[float, float, dict[str, list[float]]]:
     """Budget [s], share, and values [SI] of what is varied; with everything that is wrong."""
     problems: list[str] = []
@@ -267,7 +266,7 @@ def _quantities(
             )
             continue
         listed = values.split(",") if isinstance(values, str) else values
-        each = listed if isinstance(listed, Sequence) else [listed]
+        each = listed if isinstance(listed, Sequence) else [] if listed is None else [listed]
         found[name] = [read(name, one.strip() if isinstance(one, str) else one, UNITS[name]) for one in each]
     out = read("budget", budget, "s"), read("spread", spread, "1"), found
     if problems:

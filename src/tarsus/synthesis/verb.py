@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from math import isfinite
 from pathlib import Path
 
 from tarsus.base.errors import InputError
-from tarsus.base.units import parse_quantity
+from tarsus.base.progress import Progress
+from tarsus.base.units import quantity_of
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.plan.lowering import still_only
 from tarsus.synthesis.campaign_folder import write_campaign
@@ -29,7 +29,7 @@ def synthesize(
     snr_db: float = 40.0,
     rate: float | str = "20 kHz",
     perturb: float = 0.0,
-    progress: Callable[[int, int, str], None] | None = None,
+    progress: Progress | None = None,
 ) -> View:
     """Simulate the records of an identification campaign and write its folder, with the truth kept apart.
 
@@ -74,7 +74,7 @@ def synthesize(
 
 def checked_instrument(rate: float | str, snr_db: float) -> Instrument:
     """The instrument of a rate [Hz] and a noise [dB]; InputError where there is none such."""
-    hertz = parse_quantity(rate, "Hz")
+    hertz = quantity_of("rate", rate, "Hz")
     if not SLOWEST <= hertz <= FASTEST:
         raise InputError(f"rate: expected 1 kHz to 10 MHz, got '{rate}'")
     if not isfinite(snr_db):

@@ -10,11 +10,13 @@ from tarsus.tables.table import Table
 
 @dataclass(frozen=True, repr=False)
 class View:
-    """What there is to see: ``data``, plain and in SI units; ``shown``, the same as a table; remarks beside it."""
+    """What there is to see: ``data``, plain and in SI units; ``shown``, the same as a table; remarks beside it;
+    problems: sentences on what is not as it should be."""
 
     data: dict[str, Any]
     shown: Table
     remarks: tuple[str, ...] = ()
+    problems: tuple[str, ...] = ()
 
     def table(self) -> Table:
         """The table."""

@@ -75,7 +75,6 @@ def test_a_curve_is_read_from_a_table(beam, tmp_path):
 @pytest.mark.parametrize(
     ("word", "sentence"),
     [
-        ("branch:", "expected branch:N"),
         ("cantilever-adhesion", "varies neither robot.feet.tip.gap nor signals.pzt.amplitude"),
         ("millipede-adhesion", "is a study of millipede, and the map is of cantilever"),
         ("none.csv", "no such file"),
@@ -85,6 +84,8 @@ def test_a_curve_is_read_from_a_table(beam, tmp_path):
 def test_what_cannot_be_drawn_is_said(beam, word, sentence):
     with pytest.raises(ts.InputError, match=sentence):
         beam.overlaid(word)
+    with pytest.raises(ts.InputError, match="a number of lines of 1 or more"):
+        beam.overlaid(branch=0)
 
 
 def test_a_table_without_numbers_is_no_curve(beam, tmp_path):
@@ -98,7 +99,7 @@ def test_branches_mark_where_the_motion_of_a_ball_doubles_its_period():
     start = Initial(displacement=(0.12,), velocity=(0.0,))
     ball = scene("vibrating_table").model_copy(update={"initial": start})
     x, y = ("signals.table.amplitude", 1.69, 1.72), ("ground.restitution.coefficient", 0.42, 0.44)
-    found = ts.atlas(ball, x=x, y=y, depth=1, periods=16).overlaid("branch:1", threads=1)
+    found = ts.atlas(ball, x=x, y=y, depth=1, periods=16).overlaid(branch=1, threads=1)
     flips = [one for one in found.overlays if one.name.startswith("flip")]
     assert flips and flips[0].marks
     places, e = flips[0].lines[0], 0.43

@@ -103,10 +103,10 @@ def test_the_collected_file_does_not_depend_on_units(alone, tmp_path):
 
 def test_ts_sweep_takes_what_is_no_client_at_its_word(tmp_path):
     with pytest.raises(
-        ts.InputError, match=r"client: expected a dask\.distributed\.Client or an executor .* got int"
+        ts.InputError, match=r"threads: expected a dask\.distributed\.Client or an executor .* got str"
     ):
-        ts.sweep(SWEEP, tmp_path, client=3)
-    result = ts.sweep(SWEEP, tmp_path, client=FailingExecutor(lambda _: False))
+        ts.sweep(SWEEP, tmp_path, threads="3")
+    result = ts.sweep(SWEEP, tmp_path, threads=FailingExecutor(lambda _: False))
     assert result.file == tmp_path / "sweep.nc" and result.outcomes == {"DONE": 37}
 
 

@@ -7,11 +7,10 @@ import pytest
 from scipy import stats
 
 import tarsus as ts
-from tarsus.base.errors import InputError
 from tarsus.measure.shares import share_of
 from tarsus.study.axes import CUT, Linspace, Normal
 from tarsus.study.manufacture import Saltelli, Scattered
-from tarsus.study.robots import Robots, as_arguments
+from tarsus.study.robots import Robots
 from tarsus.study.studyfile import frozen_texts, read_sweep
 from tarsus.study.yields import Leader, YieldStudy, _curve, _difference, leader_of
 from walking_devices import creeping_millipede
@@ -26,7 +25,7 @@ def millipede() -> ts.Scene:
 
 
 def robots(scene: ts.Scene, **words):
-    given = {"scatter": {GAIN: "10%", STIFF: "5%", FRICTION: ("0.3", "0.5")}, "dead": (0, 5)}
+    given = {"scatter": {GAIN: "10%", STIFF: "5%"}, "over": {FRICTION: ("0.3", "0.5")}, "dead": (0, 5)}
     return Robots.of(scene, **(given | words))
 
 
@@ -55,13 +54,6 @@ def test_every_leg_is_drawn_by_itself_and_some_are_dead(millipede):
     assert np.array_equal(sweep.points(slice(77, 99))[FRICTION], points[FRICTION][77:99])
 
 
-def test_words_of_a_scatter_are_those_of_the_command_line(millipede):
-    words = {GAIN: "10%", STIFF: "5%", FRICTION: "0.3:0.5", "dead": "0:5", "weak": "1:2@60%"}
-    assert Robots.of(millipede, **as_arguments(words)) == robots(millipede, weak=(1, 2), weakness=0.6)
-    with pytest.raises(InputError, match="dead: expected fewest:most"):
-        as_arguments({"dead": "5"})
-
-
 def test_robots_survive_being_written_and_read(tmp_path):
     few = robots(creeping_millipede(), dead=(0, 1))
     for sweep in (few.sweep(8, ["mean_speed"]), few.legs_sweep(2, ["mean_speed"])):
@@ -79,7 +71,7 @@ def test_groups_are_legs(millipede):
     assert sweep is not None and isinstance(sweep.design, Saltelli)
     assert sweep.design.names[:3] == ("L1", "R1", "L2") and sweep.design.names[-1] == FRICTION
     assert sweep.runs == 4 * (31 + 2)
-    assert robots(millipede, scatter={FRICTION: "1%"}, dead=(0, 0)).legs_sweep(4, ["mean_speed"]) is None
+    assert robots(millipede, scatter={FRICTION: "1%"}, over=None, dead=(0, 0)).legs_sweep(4, ["mean_speed"]) is None
 
 
 def test_indices_tell_what_acts_alone_from_what_acts_together():
@@ -132,8 +124,8 @@ def test_a_dead_leg_costs_what_it_costs():
         ),
         ({"scatter": {GAIN: "2 V"}}, r"law\.gain: .*N/V"),
         ({"scatter": {GAIN: "10"}}, r"times the value itself, .*N/V; .* in percent, such as '10%'"),
-        ({"scatter": {"ground.friction": ("0.3", "0.5")}}, "ground.friction: is not a number"),
-        ({"scatter": {}, "dead": (0, 0)}, "nothing is scattered"),
+        ({"over": {"ground.friction": ("0.3", "0.5")}}, "ground.friction: is not a number"),
+        ({"scatter": {}, "over": {}, "dead": (0, 0)}, "nothing is scattered"),
     ],
 )
 def test_scatter_that_means_nothing_is_refused(millipede, words, said):
@@ -193,7 +185,7 @@ def test_as_many_draws_as_are_named_tell_them_apart():
 def test_grounds_alone_may_be_scattered() -> None:
     rough = {"kind": "random", "seed": 3, "rms": 1e-6, "correlation_length": 3e-4, "spacing": 4e-5}
     scene = ts.with_values(creeping_millipede(), {"ground.profile": rough})
-    found = Robots.of(scene, **as_arguments({"ground.profile.seed": "0:1000"}))
+    found = Robots.of(scene, {}, {"ground.profile.seed": (0, 1000)})
     points = found.sweep(8, ["mean_speed"]).points()
     assert (
         not found.scatter

@@ -1,0 +1,181 @@
+"""What a command line asks of a verb, and how that is carried out.
+
+The scene that the words name is made, the folder is checked, the function is called; what it returns is written and
+shown.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tarsus.base.errors import InputError
+from tarsus.cli import console, requests
+from tarsus.cli.options import Changes, Pages, check_new_file
+from tarsus.cli.verb import MADE, SCENES, Verb
+from tarsus.cli.words import is_given, kind_of
+
+if TYPE_CHECKING:
+    from tarsus.files.output import OutputFolder
+
+PROGRESS = ("Progress", "OnProgress")
+"""Types of what is told how far the work has come."""
+
+Written = list[Path]
+
+
+def loaded(home: str) -> Any:
+    """What "package.module:name" names."""
+    module, _, name = home.partition(":")
+    return getattr(import_module(module), name)
+
+
+@dataclass
+class Asked:
+    """What a command line asks of a verb: ``words`` by option, as cyclopts read them."""
+
+    command: Verb
+    verb: str
+    words: Mapping[str, Any]
+
+    @property
+    def changes(self) -> Changes:
+        """What is changed of the scene."""
+        return self.words.get("changes") or Changes(law=self.words.get("law"))
+
+    @cached_property
+    def pages(self) -> Pages:
+        """What becomes of the folder and the console."""
+        flags = {name: self.words[name] for name in ("overwrite", "json") if name in self.words}
+        return self.words.get("pages") or Pages(**flags)
+
+    @property
+    def resume(self) -> bool:
+        """Whether the folder is continued."""
+        return self.words.get("resume", False)
+
+    @cached_property
+    def arguments(self) -> dict[str, Any]:
+        """Arguments of the function, of what was said; all that is wrong with them at once."""
+        found: dict[str, Any] = {}
+        problems: list[str] = []
+        for argument in self.command.taken.values():
+            name = argument.name
+            value: Any = self.words.get(name)
+            if name in MADE or not is_given(value):
+                continue
+            try:
+                if argument.type in SCENES:
+                    found[name] = self.changes.named(value, argument.type)
+                elif (kind := kind_of(argument)) is not None:
+                    found[name] = kind.value(value, f"--{name.replace('_', '-')}")
+            except InputError as error:
+                problems += error.problems
+        if problems:
+            raise InputError(problems)
+        if "law" in self.command.taken:
+            found["law"] = self.changes.law or ()
+        if self.command.scene in found and "duration" in found:
+            requests.refuse_too_long(found[self.command.scene], found["duration"])
+        return found
+
+    def folder(self) -> Path | None:
+        """Where it is written."""
+        output: Path | None = self.words.get("output")
+        if output is None and self.command.folder:
+            return Path(f"{Path(next(iter(self.words.values()))).stem}{self.command.folder}")
+        return output
+
+    def _target(self, folder: Path, resume: bool | None) -> OutputFolder:
+        """The folder under the rule that all verbs share, checked."""
+        names = tuple(loaded(self.command.files))
+        resume = self.words.get("resume") if resume is None else resume
+        return self.pages.target(folder, self.verb, names, resume=resume)
+
+    @contextlib.contextmanager
+    def writing(self, folder: Path | None, resume: bool | None = None) -> Iterator[None]:
+        """The folder for the length of a block; nothing where none is written."""
+        if folder is None or not self.command.files:
+            yield
+            return
+        resume = self.words.get("resume") if resume is None else resume
+        with self._target(folder, resume).writing(resume=bool(resume)):
+            yield
+
+    def check(self, folder: Path | None) -> None:
+        """Refuse a folder or a file that is in the way, before any time is spent."""
+        if folder is not None and self.command.endings:
+            check_new_file(folder, loaded(self.command.endings), self.pages.overwrite)
+        elif folder is not None:
+            self._target(folder, None)
+
+    @contextlib.contextmanager
+    def calling(self, **more: Any) -> Iterator[Callable[..., Any]]:
+        """The function with all that was said, and the bar and the workers for the length of a block."""
+        command, given = self.command, {**self.arguments, **more}
+        bar = command.taken.get("progress")
+        with contextlib.ExitStack() as stack:
+            if self.words.get("threads") is not None:
+                given["threads"] = self.words["threads"]
+            if "work" in self.words:
+                given["threads"] = stack.enter_context(self.words["work"].workers())
+            if "resume" in self.words:
+                stack.enter_context(console.resumable())
+                given.setdefault("resume", self.resume)
+            if bar is not None and bar.type in PROGRESS:
+                title = command.title or "runs"
+                given["progress"] = stack.enter_context(
+                    console.progress_bar(title, time_left="work" in self.words)
+                )
+            elif command.title:
+                stack.enter_context(console.spinner(command.title))
+            many = next((one.name for one in command.taken.values() if one.many), None)
+            words = given.pop(many, ()) if many else ()
+            yield lambda: loaded(command.function)(*words, **given)
+
+    def carry_out(self) -> int:
+        """Call the function, write what it returns, and show it."""
+        folder, command = self.folder(), self.command
+        assert self.arguments is not None  # what is wrong with them is said before a folder is looked at
+        self.check(folder)
+        inside = {"output": folder} if "output" in command.taken else None
+        with contextlib.ExitStack() as stack:
+            if inside is not None:  # the function itself writes there
+                stack.enter_context(self.writing(folder))
+            with self.calling(**(inside or {})) as function:
+                found = function()
+            if inside is None:
+                stack.enter_context(self.writing(folder))
+            written = [] if folder is None else [*self._written(found, folder), *self.paged(found, folder)]
+        return self.show(found, written or [one for one in [folder] if one])
+
+    def _written(self, found: Any, folder: Path) -> Written:
+        """Files of a result, where the function did not write them."""
+        return list(loaded(self.command.write)(found, folder)) if self.command.write else []
+
+    def paged(self, found: Any, folder: Path | None) -> Written:
+        """The page of a result, where one is wanted: its text or, of several, what writes them."""
+        if not self.command.page or not self.pages.report or folder is None:
+            return []
+        from tarsus.report.pages import write_page
+
+        page = loaded(self.command.page)
+        if page.__name__.startswith("write_"):
+            return list(page(found, folder))
+        return [write_page(page(found), folder / "report.html")]
+
+    def show(self, found: Any, written: Written) -> int:
+        """The result on the console; 1 where it says of itself that it is not good."""
+        if isinstance(found, Path) or not hasattr(found, "to_dict"):
+            (file,) = written
+            about = {"file": str(file), "bytes": file.stat().st_size}
+            return console.files(written, about if self.pages.json else None)
+        console.show(found, self.pages.json, written)
+        problems = list(getattr(found, "problems", ()))
+        console.complain(problems)
+        return 0 if getattr(found, "ok", not problems) else 1

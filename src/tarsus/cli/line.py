@@ -1,0 +1,106 @@
+"""The function that cyclopts takes for a command: its words, its options, their defaults and their help."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from importlib import import_module
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from tarsus.cli import options
+from tarsus.cli.asked import Asked
+from tarsus.cli.declared import NO_DEFAULT, Declaration
+from tarsus.cli.verb import MADE, SCENES, Verb
+from tarsus.cli.words import kind_of, option_of
+
+
+def line_of(command: Verb, verb: str) -> Callable[..., int]:
+    """The function of a verb.
+
+    One that does otherwise than `Asked.carry_out` has a file of its name here, with a function of that name: it takes
+    what is asked, and the options that only the command line has.
+    """
+    hook = getattr(import_module(f"tarsus.cli.{verb}"), verb) if command.own else None
+    own = {} if hook is None else _own_options(hook)
+    parameters = [*_arguments(command, own), *own.values()]
+    known = {one.name for one in parameters}
+    parameters += [one for one in _shared(command) if one.name not in known]
+    signature = inspect.Signature(parameters)
+
+    def call(*words: Any, **given: Any) -> int:
+        bound = signature.bind(*words, **given)
+        bound.apply_defaults()
+        asked = Asked(command, verb, bound.arguments)
+        return asked.carry_out() if hook is None else hook(asked, **{name: asked.words[name] for name in own})
+
+    call.__name__ = call.__qualname__ = verb
+    call.__doc__ = command.declared.purpose
+    call.__signature__ = signature  # type: ignore[attr-defined]
+    call.__annotations__ = {one.name: one.annotation for one in parameters}
+    return call
+
+
+def _arguments(command: Verb, own: dict[str, inspect.Parameter]) -> list[inspect.Parameter]:
+    """Arguments of the function that can be written, but those of one meaning everywhere."""
+    found = []
+    for place, argument in enumerate(command.taken.values()):
+        if argument.name in MADE or argument.name in own:
+            continue
+        if argument.type in SCENES:
+            type_, default = Annotated[str, Parameter(help=argument.said)], argument.default
+        elif (how := kind_of(argument)) is not None:
+            type_, default = option_of(argument, how)
+        else:
+            continue
+        kind = inspect.Parameter.POSITIONAL_ONLY if place < command.words else inspect.Parameter.KEYWORD_ONLY
+        if argument.many:
+            kind, default = inspect.Parameter.VAR_POSITIONAL, NO_DEFAULT
+        found.append(_parameter(argument.name, type_, default, kind))
+    return found
+
+
+def _shared(command: Verb) -> list[inspect.Parameter]:
+    """Options that mean the same in every verb that takes them."""
+    found = []
+    if command.scene is not None:
+        found.append(_parameter("changes", options.Changes, options.UNCHANGED))
+    elif "law" in command.taken:
+        found.append(_parameter("law", options.LawFiles, None))
+    if "threads" in command.taken:
+        several = command.taken["threads"].type == "Workers"
+        found.append(
+            _parameter("work", options.Work, options.HERE)
+            if several
+            else _parameter("threads", options.Threads, None)
+        )
+    writes = bool(command.files or command.endings)
+    if writes:
+        said = Parameter(help=command.declared.said.get("output", "Folder for what is found and its page."))
+        needed = command.needs_output
+        folder = Annotated[options.Folder if needed else options.MaybeFolder, said]
+        found.append(_parameter("output", folder, NO_DEFAULT if needed else None))
+    if "resume" in command.taken:
+        found.append(_parameter("resume", options.Resume, False))
+    if command.page or command.paged:
+        return [*found, _parameter("pages", options.Pages, options.PAGES)]
+    flags = [_parameter("overwrite", options.Overwrite, False)] if writes else []
+    return [*found, *flags, _parameter("json", options.Json, False)]
+
+
+def _own_options(hook: Callable[..., int]) -> dict[str, inspect.Parameter]:
+    """Options of a verb that its function in Python does not have, with their help."""
+    own = list(inspect.signature(hook, eval_str=True).parameters.values())[1:]
+    said = Declaration(f"{hook.__module__}:{hook.__name__}").said
+    return {
+        one.name: one.replace(annotation=Annotated[one.annotation, Parameter(help=said[one.name])])
+        for one in own
+    }
+
+
+def _parameter(
+    name: str, annotation: Any, default: Any = NO_DEFAULT, kind: Any = inspect.Parameter.KEYWORD_ONLY
+) -> inspect.Parameter:
+    given = inspect.Parameter.empty if default is NO_DEFAULT else default
+    return inspect.Parameter(name, kind, default=given, annotation=annotation)
