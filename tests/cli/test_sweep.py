@@ -63,6 +63,8 @@ def test_an_occupied_folder_is_refused_and_resumed(tarsus, study, tmp_path):
     assert again.code == 2 and "--resume" in again.sentences[0]
     resumed = tarsus(*words, "--resume")
     assert resumed.code == 0 and "20 of them done before" in resumed.out
+    continued = tarsus("sweep", tmp_path / "out")
+    assert continued.code == 0 and "20 of them done before" in continued.out
     assert files(tmp_path / "out") == before
     study(count=3)
     other = tarsus(*words, "--resume")

@@ -123,7 +123,7 @@ WRONG = [
     (f"{SCATTER} --weak 0:1 --weakness much", "weakness: expected a pure number, got 'much'"),
     ("yield millipede --scatter ground.friction.coefficient", "--scatter takes NAME=VALUE, got 'ground.fr"),
     ("yield millipede --over ground.friction.coefficient=1", "PATH=a:b, such as robot.feet.tip.gap=66um:74um, got 'gr"),
-    ("sweep cantilever-adhesion --array 2 --sbatch \"--comment='x\"", "sbatch: '--comment='x' cannot be read: No closing"),
+    ("sweep cantilever-adhesion --array 2 --sbatch \"--comment='x\"", "sbatch: '--comment='x' cannot be read"),
     (
         "yield cantilever --over ground.restitution.coefficient=0.3:0.5 --draws 4",
         "draws: Sobol indices compare",

@@ -88,8 +88,9 @@ def sweep(
         raise InputError(f"array: expected a number of tasks of 1 or more, got {array}")
     if sbatch is not None and array is None:
         raise InputError("sbatch: these are options of an array; say with array how many tasks it has")
-    if not isinstance(study, Sweep) and output is None and (Path(study) / PLAN_FILE).exists():
-        chosen, folder, resume = frozen_sweep(Path(study)), Path(study), True
+    named = None if isinstance(study, Sweep) else Path(study)
+    if named is not None and (named / PLAN_FILE).exists() and (output is None or Path(output) == named):
+        chosen, folder, resume = frozen_sweep(named), named, True
     else:
         chosen = study if isinstance(study, Sweep) else load_sweep(study, laws_of(law))
         name = chosen.name if isinstance(study, Sweep) else Path(study).stem
