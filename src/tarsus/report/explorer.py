@@ -111,9 +111,7 @@ def explore(
     return found
 
 
-def _ranges(
-    scene: Scene, over: Ranges | FilePath | None
-) -> dict[str, tuple[float, float]]:
+def _ranges(scene: Scene, over: Ranges | FilePath | None) -> dict[str, tuple[float, float]]:
     """Ends [SI] by path."""
     if over is None:
         return {}
