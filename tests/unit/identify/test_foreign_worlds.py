@@ -107,7 +107,7 @@ def test_nothing_is_determined_and_wrong(world: str, cause: str, tmp_path: Path)
     ("world", "cause"),
     [
         ("gains warm up", "the cause is unknown"),
-        ("coupled displacement", "Hz, as if coupled by a capacitor: taken off"),
+        ("coupled displacement", "the ground lies at different places from the rest"),
         ("lost fringes", ""),
         ("coloured noise", ""),
         ("coarse converter", ""),
@@ -129,8 +129,6 @@ def test_differences_without_an_alternative_leave_nothing_wrong(
     device = DEVICE.drawn(0.1, 3)
     found, words = identified(device, world, tmp_path)
     assert any(cause in one for one in said_of(found)), said_of(found)
-    if world == "coupled displacement":  # all but what a sound campaign leaves open as well: the film
-        assert words.count("determined") >= len(words) - 2
     if world == "contacts scatter":
         (told,) = (one.rpartition(" ")[2] for one in said_of(found) if cause in one)
         assert float(told.rstrip(".")) == pytest.approx(WORLDS[world].scatter * device.restitution, rel=0.25)
