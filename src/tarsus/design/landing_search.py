@@ -35,6 +35,8 @@ ON_ONE, ON_FEW = FrontSearch(3200, 96, 100), Budget(3000, 32, 144)
 runs that strategies side by side need; on a few it settles in the first valley, at three times their speed."""
 TWICE = 2
 """Populations on the scene's own ground where nothing else is asked for: one of three ends in a valley of 0.03 m/s."""
+OWN_VALLEYS, AFTER = 8, Budget(generations=96)
+"""Valleys of each family that are followed down afterwards: a population gives up those that are soft in few places."""
 AGAIN = Budget(256, 8, 36)
 """The search on more grounds: of the last one's valleys the best so many are judged on all, the best of those followed
 down."""
@@ -148,6 +150,12 @@ class LandingSearch:
                 int(self.rng.integers(2**31)),
             )  # fmt: skip
             visited.add(family(points), points[:, 1:], costs[:, 0])
+        rows = np.concatenate([
+            own[Visited(visited.numbers[own], visited.points[own], visited.costs[own]).best(OWN_VALLEYS)]
+            for own in (np.flatnonzero(visited.numbers == number) for number in range(len(choices)))
+        ])  # fmt: skip
+        numbers, starts = visited.numbers[rows], visited.points[rows]
+        follow_down(cost, visited, numbers, starts, self._budget(AFTER), self.rng)
         self.visited[pairs] = choices, visited
         return self._signals(pairs, 1)[0]
 
