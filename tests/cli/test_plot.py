@@ -44,7 +44,8 @@ def sweep(tmp_path_factory):
 )
 def test_a_run_becomes_the_file_that_its_ending_says(tarsus, run, tmp_path, name, begin):
     found = tarsus("plot", run, "-o", tmp_path / name, "--json").json()
-    assert found["name"] == "motion" and (tmp_path / name).read_bytes().startswith(begin)
+    drawn = (tmp_path / name).read_bytes()
+    assert found == {"file": str(tmp_path / name), "bytes": len(drawn)} and drawn.startswith(begin)
 
 
 @pytest.mark.parametrize("name", ["impacts", "ledger"])

@@ -79,8 +79,8 @@ class Declaration:
 
     @property
     def sentence(self) -> str:
-        """The first line, as a sentence."""
-        said = self._doc.split("\n")[0].removeprefix(f"`tarsus {self.name}`: ")
+        """The first paragraph, as a sentence."""
+        said = " ".join(self._doc.split("\n\n")[0].split()).removeprefix(f"`tarsus {self.name}`: ")
         return said[:1].upper() + said[1:]
 
     @cached_property

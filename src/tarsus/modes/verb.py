@@ -28,7 +28,7 @@ def modes(
     decay: bool = False,
     read: Values | None = None,
 ) -> ModalFit:
-    """Modes of a structure from one or several files: frequency responses, records with a drive, or free decays.
+    """Find modes of a structure from one or several files: frequency responses, records with a drive, or free decays.
 
     Files of other points, of other drives and of repeats are merged (`tarsus.modes.gather`); their sampling may differ.
 

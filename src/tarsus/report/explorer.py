@@ -59,8 +59,8 @@ def explore(
     over: Ranges | FilePath | None = None,
     drive: Sequence[str] | None = None,
 ) -> Explorer:
-    """An explorer of a scene: one page that works offline, with the engine inside and a slider for every number that is
-    data of a run.
+    """Make an explorer of a scene: one page that works offline, with the engine inside and a slider for every number
+    that is data of a run.
 
     Parameters
     ----------
