@@ -409,4 +409,4 @@ def _left(fit: LocalFit) -> float:
 def _shown(pole: complex, models: Mapping[int, Complexes], line: float) -> bool:
     """Whether half of the models of the upper orders have a pole."""
     upper = [models[order] for order in sorted(models)[len(models) // 2 :]]
-    return np.mean([np.min(np.abs(poles - pole), initial=np.inf) < reach(pole, line) for poles in upper]) >= _STEADY
+    return bool(np.mean([np.min(np.abs(poles - pole), initial=np.inf) < reach(pole, line) for poles in upper]) >= _STEADY
