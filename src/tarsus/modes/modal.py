@@ -409,4 +409,5 @@ def _left(fit: LocalFit) -> float:
 def _shown(pole: complex, models: Mapping[int, Complexes], line: float) -> bool:
     """Whether half of the models of the upper orders have a pole."""
     upper = [models[order] for order in sorted(models)[len(models) // 2 :]]
-    return bool(np.mean([np.min(np.abs(poles - pole), initial=np.inf) < reach(pole, line) for poles in upper]) >= _STEADY
+    shown = [np.min(np.abs(poles - pole), initial=np.inf) < reach(pole, line) for poles in upper]
+    return bool(np.mean(shown) >= _STEADY)
