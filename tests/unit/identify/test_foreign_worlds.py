@@ -127,7 +127,7 @@ def test_differences_without_an_alternative_leave_nothing_wrong(
     world: str, cause: str, tmp_path: Path
 ) -> None:
     device = DEVICE.drawn(0.1, 3)
-    found, words = identified(device, world, tmp_path)
+    found, _ = identified(device, world, tmp_path)
     assert any(cause in one for one in said_of(found)), said_of(found)
     if world == "contacts scatter":
         (told,) = (one.rpartition(" ")[2] for one in said_of(found) if cause in one)
