@@ -34,11 +34,31 @@ def test_a_new_law_acts(tarsus, tmp_path):
     assert pulled["ledger_J"]["laws"]["magnet"] != 0.0 and "magnet" not in free["ledger_J"]["laws"]
 
 
-def test_a_new_study_is_a_good_one(tarsus, tmp_path):
+@pytest.mark.parametrize(
+    ("device", "varied"),
+    [
+        ("cantilever-1", "restitution and film"), ("hexapod-walker", "restitution and film"),
+        ("mems-switch", "volts and frequency"), ("climber", "friction and robot.structure.body.mass"),
+    ],
+)  # fmt: skip
+def test_a_new_study_varies_what_its_device_has(tarsus, tmp_path, device, varied):
     file = tmp_path / "mine.toml"
-    assert tarsus("new", "study", file, "--device", "cantilever-1").code == 0
-    assert "is a good study: restitution and film (15 runs, from rest, 40 ms)" in tarsus("check", file).out
-    assert 'scene = "cantilever-1"' in file.read_text()
+    assert tarsus("new", "study", file, "--device", device).code == 0
+    assert f"is a good study: {varied} (15 runs" in tarsus("check", file).out
+    assert f'scene = "{device}"' in file.read_text()
+
+
+def test_a_new_study_of_a_scene_file_runs(tarsus, tmp_path):
+    """The file has neither film nor adhesion and lies in another folder than the study, which is named from there."""
+    scene, file = tmp_path / "mine.toml", tmp_path / "studies" / "st.toml"
+    tarsus("new", "device", scene)
+    text = scene.read_text()
+    kept = text[: text.index("[ground.film]")] + text[text.index("[ground.gravity]") :]
+    scene.write_text(kept.replace('duration = "0.1 s"', 'duration = "10 ms"'))
+    file.parent.mkdir()
+    assert tarsus("new", "study", file, "--device", scene).code == 0
+    assert 'scene = "../mine.toml"' in file.read_text()
+    assert tarsus("sweep", file, "-o", tmp_path / "out").code == 0
 
 
 @pytest.fixture

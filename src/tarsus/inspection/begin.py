@@ -14,6 +14,7 @@ from tarsus.files.library import load_scene
 from tarsus.files.toml import scene_text
 from tarsus.files.whole import write_text
 from tarsus.inspection.begin_campaign import campaign_text
+from tarsus.inspection.begin_study import study_text
 from tarsus.inspection.begin_walker import walker_text
 from tarsus.tables.table import Table
 from tarsus.tables.view import View
@@ -68,26 +69,26 @@ def new(
         raise InputError(
             '--legs and --mass: they make a new device, `tarsus new device FILE --legs 4 --mass "0.1 g"`'
         )
+    text, remarks = "", []
     if legs is not None:
-        text, remarks = walker_text(legs, mass), []
+        text = walker_text(legs, mass)
+    elif kind == "campaign":
+        text, remarks = campaign_text(Path(path), device)
     else:
-        text, remarks = campaign_text(Path(path), device) if kind == "campaign" else (_text(kind, device), [])
+        text = study_text(device, target.parent) if kind == "study" else _text(kind, device)
     write_text(target, text)
     data = {"file": str(target), "remarks": remarks}
     return View(data, Table(f"wrote {target}; {_next(kind, target)}", (), ()), tuple(together(remarks)))
 
 
 def _text(kind: str, device: str | None) -> str:
-    """The template of a kind, about a device where one is named."""
+    """A packaged device as it is, or the template of a device or a law."""
+    if device is not None and kind == "law":
+        raise InputError("--device: a law belongs to no device")
     if device is not None:
-        scene = load_scene(device)
-        if kind == "device":
-            title = device_title(device)
-            return f"# {title}\n{scene_text(scene)}" if title else scene_text(scene)
-        if kind == "law":
-            raise InputError("--device: a law belongs to no device")
-    text = (packaged("tarsus.inspection") / "templates" / TEMPLATES[kind]).read_text(encoding="utf-8")
-    return text if device is None else text.replace('scene = "cantilever"', f'scene = "{device}"', 1)
+        text, title = scene_text(load_scene(device)), device_title(device)
+        return f"# {title}\n{text}" if title else text
+    return (packaged("tarsus.inspection") / "templates" / TEMPLATES[kind]).read_text(encoding="utf-8")
 
 
 def _next(kind: str, target: Path) -> str:

@@ -98,6 +98,11 @@ class _Walks:
         """The runs."""
         return self.judgement.table
 
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Coordinates of the body, which every mark holds."""
+        return _structure(self.table.scene(int(self.table.variant[0]))).body_coordinates
+
     @cached_property
     def mark_first(self) -> Rows:
         """Where each run's marks begin (nr + 1,)."""
@@ -109,10 +114,10 @@ class _Walks:
         """Marks of all runs."""
         if self.table.marks is not None:
             return self.table.marks
-        m = len(self.table.feet)
+        m, of_body = len(self.table.feet), len(self.coordinates)
         kind = [
             ("time", "f8"),
-            ("body", "f8", (1,)),
+            ("body", "f8", (of_body,)),
             ("slipped", "f8", (m,)),
             ("lowest", "f8"),
             ("highest", "f8"),
@@ -154,8 +159,7 @@ class _Walks:
     @cached_property
     def yaw(self) -> Floats:
         """Yaw [rad] of a body that turns at every mark."""
-        structure = _structure(self.table.scene(int(self.table.variant[0])))
-        return self.marks["body"][:, structure.body_coordinates.index("yaw")]
+        return self.marks["body"][:, self.coordinates.index("yaw")]
 
     @cached_property
     def turn_rate(self) -> Floats:
@@ -188,10 +192,7 @@ class _Walks:
     @cached_property
     def tilt(self) -> Floats:
         """Largest roll or pitch without sign [rad] at the ends of every period."""
-        if not len(self.marks):
-            return np.zeros(0)
-        structure = _structure(self.table.scene(int(self.table.variant[0])))
-        turns = [i for i, name in enumerate(structure.body_coordinates) if name in TILTS]
+        turns = [i for i, name in enumerate(self.coordinates) if name in TILTS]
         begin, end, _ = self._edges
         seen = np.abs(self.marks["body"][:, turns]).max(axis=1, initial=0.0)
         return np.maximum(seen[begin], seen[end])
