@@ -10,7 +10,6 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
-from tarsus.cli.requests import grounds_of
 from tarsus.design.energy import energies, energy_of, period_rises
 from tarsus.design.grounds import Grounds, corners, over_of, spread
 from tarsus.design.judge import MEAN, WORST, Judge
@@ -30,7 +29,7 @@ def scene():
 
 
 def test_a_box_spreads_over_its_sides_and_has_its_corners(scene):
-    box = over_of(scene, grounds_of([f"{GAP}=66um:74um", "ground.restitution.coefficient=0.15:0.5"]))
+    box = over_of(scene, {GAP: ("66 um", "74 um"), "ground.restitution.coefficient": (0.15, 0.5)})
     assert isinstance(box, Unknowns) and len(corners(box)) == 4
     points = spread(box, 256)
     assert np.allclose(points.min(axis=0), box.low, atol=0.01 * (box.high - box.low))
