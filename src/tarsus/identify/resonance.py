@@ -46,6 +46,9 @@ _KNOWN_TO = 3e-4
 """Relative error that a participation has at least: the drive is not quite linear, and all sweeps share that."""
 _SWAPPED = 0.5
 """Part of the mismatch of shapes that another order, or sign, of channels must leave to be named."""
+_ALIKE = 1e-3
+"""Difference of the MAC below which two shapes are alike: gains of channels that are 3 % off turn a shape by as
+much."""
 _UNEXPLAINED = 0.3
 """Part of the responses unexplained from which on a fit is remarked: as in `tarsus.modes`."""
 _WORST_SHAPE = 0.5
@@ -184,14 +187,30 @@ def _picked(model: FootModel, fit: ModalFit, count: int) -> list[int]:
     shapes."""
     if isinstance(model.scene.robot.structure, Modal):
         return sorted(_order(model, fit))
-    strength = [float(np.max(np.abs(mode.residues)) / abs(mode.pole.real)) for mode in fit.modes]
-    return sorted(int(k) for k in np.argsort(strength)[::-1][:count])
+    return sorted(int(k) for k in np.argsort(_strength(fit))[::-1][:count])
+
+
+def _strength(fit: ModalFit) -> Floats:
+    """Largest response (nm,) that each mode found has at its resonance, of the displacement by the drive."""
+    return np.array([np.max(np.abs(mode.residues)) / abs(mode.pole.real) for mode in fit.modes])
 
 
 def _order(model: FootModel, fit: ModalFit) -> list[int]:
-    """Number of the mode found for each mode of a structure whose shapes are known (MAC, one to one)."""
-    likeness = np.atleast_2d(mac(_shapes(model).T, _parts(model, fit).T))
-    _, found = linear_sum_assignment(-likeness)
+    """Number of the mode found for each mode of a structure whose shapes are known (MAC, one to one).
+
+    Shapes that are alike at the points measured do not tell which mode is which: of modes found that fit as well the
+    strongest are taken, and they have the order of frequencies that the device file states.
+    """
+    structure = model.scene.robot.structure
+    assert isinstance(structure, Modal)
+    shapes, strength = _shapes(model).T, _strength(fit)
+    likeness = np.atleast_2d(mac(shapes, _parts(model, fit).T))
+    _, found = linear_sum_assignment(-likeness - _ALIKE * strength / strength.max())
+    alike = np.atleast_2d(mac(shapes, shapes)) > 1.0 - _ALIKE
+    stated = np.argsort(structure.frequencies, kind="stable").tolist()
+    for one, other in combinations(stated, 2):
+        if alike[one, other] and fit.frequencies[found[one]] > fit.frequencies[found[other]]:
+            found[[one, other]] = found[[other, one]]
     return [int(k) for k in found]
 
 

@@ -78,7 +78,7 @@ def unknown_device(scene: Scene) -> Scene:
         paths = [path for path in paths if path.startswith("ground.")]
         values = {path: _GROUND.get(path) or _power_of_ten(known[path].value) for path in paths}
     else:
-        values = _blank_values(paths)
+        values = _blank_values(scene, paths)
     blank = with_values(scene, values)
     origin = Provenance(source=Source.ASSUMED, note=PLACEHOLDER)
     listed = {path.rpartition(".")[0] if path.rpartition(".")[2].isdecimal() else path for path in values}
@@ -119,10 +119,11 @@ def _power_of_ten(value: float) -> float:
     return float(f"1e{round(log10(value))}") if value > 0.0 else 0.0
 
 
-def _blank_values(paths: Sequence[str]) -> dict[str, float]:
-    """A placeholder for every path of a foot's device."""
+def _blank_values(scene: Scene, paths: Sequence[str]) -> dict[str, float]:
+    """A placeholder for every path of a foot's device; those of the frequencies are in their order."""
     values: dict[str, float] = {}
-    frequencies = [path for path in paths if ".frequencies." in path]
+    known = float_paths(scene)
+    frequencies = sorted((path for path in paths if ".frequencies." in path), key=lambda one: known[one].value)
     for path in paths:
         parts = path.split(".")
         key = next((k for k in (path, *reversed(parts)) if k in _PLACEHOLDERS), "")
