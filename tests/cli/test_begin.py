@@ -122,6 +122,7 @@ def test_a_new_robot_walks_on_any_number_of_legs(tarsus, tmp_path, legs):
     assert tarsus("new", "device", file, "--legs", legs, "--mass", "0.3 g").code == 0
     scene = ts.load_scene(file)
     assert len(scene.robot.feet) == legs and scene.robot.structure.body.mass == 3e-4
+    assert all(one.capacitance for one in scene.robot.drives.values())  # a gait's design asks for energy
     lines = file.read_text().splitlines()
     assert sum("#" in one for one in lines) > 12 and len(lines) <= max(60, 28 + 4 * legs)
     if legs <= 8:

@@ -65,7 +65,7 @@ class WalkSettings(Settings):
     symmetry: Symmetry = setting(Symmetry.NONE, TIED)
     dead: tuple[str, ...] = setting((), "legs that do not move")
     over: Any = setting(None, OVER)
-    candidates: Annotated[int, Field(ge=FEWEST)] = setting(4000, "gaits that are tried in all")
+    candidates: Annotated[int, Field(ge=FEWEST)] = setting(4000, f"gaits that are tried in all, {FEWEST} or more")
     starts: Count = setting(4, STARTS)
     duration: MaybeAmount = quantity("s", WALK, default=None, gt=0)
     from_rest: MaybeAmount = quantity("s", REST, default=None, gt=0)

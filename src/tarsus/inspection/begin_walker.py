@@ -26,6 +26,9 @@ LIFT, SWING = 0.4, 0.1
 """Force of a drive over the mass that the leg carries [N/kg], a volt: at 100 V four times the weight, which takes other
 feet off the ground, and a swing of 50 um, which dry friction bears."""
 
+CAPACITANCE = 1e-9
+"""Of a drive [F], for its energy: piezo of 5 by 1 mm, 100 um thick, of relative permittivity 2000, has 0.9 nF."""
+
 FOOT = 0.04
 """Mass of a foot over the mass that its leg carries."""
 
@@ -82,7 +85,7 @@ def _drive(leg: str, name: str, way: str, gain: float) -> str:
     """A drive that pushes foot and hip apart, upward or along the way."""
     law = f'{{ kind = "linear", gain = "{_said(gain, "N/V")}" }}'
     load = f'{{ kind = "point", weights = {{ {leg}{way} = -1.0, {leg}_hip{way} = 1.0 }} }}'
-    return f"{leg}_{name} = {{ law = {law}, load = {load} }}"
+    return f'{leg}_{name} = {{ law = {law}, load = {load}, capacitance = "{_said(CAPACITANCE, "F")}" }}'
 
 
 def _hips(legs: int) -> dict[str, tuple[float, float]]:
