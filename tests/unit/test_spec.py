@@ -21,6 +21,7 @@ from tarsus.base.spec import (
     validate,
     with_values,
 )
+from tarsus.files.library import load_scene
 
 
 class Layer(Description):
@@ -90,6 +91,32 @@ def test_every_float_path_can_be_read_and_set() -> None:
         assert get_value(changed, path) == info.value + 1.0
         others = [p for p in float_paths(it) if p != path]
         assert all(get_value(changed, p) == get_value(it, p) for p in others)
+
+
+@pytest.mark.parametrize(
+    ("device", "changes", "wanted"),
+    [
+        ("millipede", {"gait.kind": "ripple"}, {"gait.kind": "ripple", "gait.high": "as it was"}),
+        ("millipede", {"gait.kind": "free", "gait.phases": {}}, "gait.phases: "),
+        (
+            "hamr-like", {"ground.friction.kind": "static_kinetic", "ground.friction.static": 0.5},
+            "ground.friction.kinetic: missing",
+        ),
+        ("millipede", {"gait.kind": "wav"}, "gait.kind: unknown kind 'wav'; did you mean 'wave'?"),
+        ("cantilever", {"signals.pzt.kind": "sine"}, {"signals.pzt.amplitude": "as it was"}),
+    ],
+)  # fmt: skip
+def test_another_kind_keeps_what_both_have(device, changes, wanted) -> None:
+    """What is set beside the kind is of the new one, and what is missing is said as of a file."""
+    scene = load_scene(device)
+    if isinstance(wanted, str):
+        with pytest.raises(InputError) as said:
+            with_values(scene, changes)
+        assert any(one.startswith(wanted) for one in said.value.problems), said.value
+        return
+    made = with_values(scene, changes)
+    for path, value in wanted.items():
+        assert get_value(made, path) == (get_value(scene, path) if value == "as it was" else value)
 
 
 def test_with_values_takes_units_tables_and_none() -> None:

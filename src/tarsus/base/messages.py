@@ -116,6 +116,18 @@ def alternatives(annotation: Any) -> list[type[BaseModel]]:
     return [_bare(member) for member in _members(annotation)]
 
 
+def inside(annotation: Any, key: str) -> Any:
+    """Annotation of what stands in a description under a field's name, or in a table or list under any key; None where
+    none is known."""
+    for one in alternatives(annotation):
+        if isinstance(one, type) and issubclass(one, BaseModel):
+            field = one.model_fields.get(key)
+            return None if field is None else field.annotation
+        if get_origin(one) in (dict, tuple):
+            return get_args(one)[-1 if get_origin(one) is dict else 0]
+    return None
+
+
 def kind_of(cls: Any) -> str | None:
     """The literal of the ``kind`` field of a description class, if it has one."""
     if isinstance(cls, type) and issubclass(cls, BaseModel) and "kind" in cls.model_fields:

@@ -29,7 +29,16 @@ from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, core_schema
 
 from tarsus.base.errors import InputError
-from tarsus.base.messages import PathErrors, bounds_text, nearest, no_attribute, sentences
+from tarsus.base.messages import (
+    PathErrors,
+    alternatives,
+    bounds_text,
+    inside,
+    kind_of,
+    nearest,
+    no_attribute,
+    sentences,
+)
 from tarsus.base.units import describe_unit, parse_quantity
 
 __all__ = [
@@ -522,21 +531,31 @@ def _tree(values: Mapping[str, Any]) -> dict[str, Any]:
     return tree
 
 
-def _changed(root: Description, node: Any, tree: Mapping[str, Any], path: str, problems: list[str]) -> Any:
+def _changed(
+    root: Description, node: Any, tree: Mapping[str, Any], path: str, problems: list[str], slot: Any = None
+) -> Any:
+    """A node with what a tree changes; slot: annotation of where it stands, whose classes its kind may be of."""
     changes: dict[str, Any] = {}
+    kept = _kept(node, tree.get("kind"), slot)
     for key, sub in tree.items():
         inner = f"{path}.{key}" if path else key
         try:
             old = _step(node, key)
         except KeyError:
             whole = isinstance(sub, _Leaf) and isinstance(sub.value, (dict, Description))
-            if isinstance(node, FrozenDict) and whole:
+            if isinstance(sub, _Leaf) and (kept is not None or (isinstance(node, FrozenDict) and whole)):
                 changes[key] = sub.value
                 continue
             bad = inner if isinstance(sub, _Leaf) else f"{inner}.{next(iter(_flat(sub)))}"
             problems.append(_unknown(root, bad))
             continue
-        changes[key] = sub.value if isinstance(sub, _Leaf) else _changed(root, old, sub, inner, problems)
+        if isinstance(sub, _Leaf):
+            changes[key] = sub.value
+        else:
+            below = inside(type(node) if isinstance(node, Description) else slot, key)
+            changes[key] = _changed(root, old, sub, inner, problems, below)
+    if kept is not None:
+        return {**kept, **changes}
     if isinstance(node, tuple):
         items = list(node)
         for key, value in changes.items():
@@ -551,6 +570,23 @@ def _changed(root: Description, node: Any, tree: Mapping[str, Any], path: str, p
     except ValidationError as error:
         problems.extend(sentences(type(node), error, path))
         return node
+
+
+def _kept(node: Any, asked: Any, slot: Any) -> dict[str, Any] | None:
+    """What a part of another kind keeps: the fields that both kinds have by one name and unit; None where the kind is
+    not asked for, stays, or is the only one."""
+    if not isinstance(asked, _Leaf) or asked.value == kind_of(type(node)):
+        return None
+    members = alternatives(slot)
+    if len(members) < 2:
+        return None
+    cls = next((one for one in members if kind_of(one) == asked.value), type(node))
+    mine, others = quantity_units(type(node)), quantity_units(cls)
+    return {
+        name: getattr(node, name)
+        for name in type(node).model_fields
+        if name in cls.model_fields and mine.get(name) == others.get(name)
+    }
 
 
 def _flat(tree: Mapping[str, Any]) -> Iterator[str]:
@@ -570,7 +606,8 @@ def with_values(desc: D, values: Mapping[str, Any]) -> D:
         Any description.
     values
         Path, or short word such as ``volts`` (`Description.short_words`), to new value: a float in SI, a unit string,
-        or whatever the field takes (a whole sub-description, a table, None).
+        or whatever the field takes (a whole sub-description, a table, None). Another ``kind``, as of ``gait.kind``,
+        keeps all that both kinds have.
 
     Returns
     -------
