@@ -59,6 +59,10 @@ def test_a_new_study_of_a_scene_file_runs(tarsus, tmp_path):
     assert tarsus("new", "study", file, "--device", scene).code == 0
     assert 'scene = "../mine.toml"' in file.read_text()
     assert tarsus("sweep", file, "-o", tmp_path / "out").code == 0
+    seen = tarsus("show", tmp_path / "out", "--json").json()["measures"]["impact_speed"]
+    assert 0.0 < seen["least"] <= seen["median"] <= seen["most"] and 0 < seen["runs"] <= 15
+    assert set(seen["most_at"]) == {"ground.restitution.coefficient", "volts"}
+    assert re.search("impact_speed .*mm/s", tarsus("show", tmp_path / "out").out)
 
 
 @pytest.fixture
