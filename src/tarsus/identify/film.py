@@ -126,7 +126,9 @@ def identify_film(
 
 def film_sought(model: FootModel) -> Sought:
     """The film by the logarithms of C / g0^3 and g0, about one that damps the foot as much as the structure's first
-    mode does, half a gap thick."""
+    mode does, half a gap thick; on a ground without a film nothing is sought."""
+    if model.scene.ground.acting.film is None:
+        return Sought((), np.zeros((0, 0)), np.zeros(0), np.zeros((0, 0)))
     low, high = np.log(_LIMITS)
     return Sought(
         FILM, np.array([[1.0, 3.0], [0.0, 1.0]]), np.log([model.like_damping, 0.5 * model.gap]),
@@ -147,7 +149,7 @@ def wide_film(model: FootModel, seed: int) -> StepResult:
 
 def _lowest(fitted: FlightFit) -> FlightFit:
     """The fit, or that which is come to by going on from the lowest of those from beside it."""
-    for _ in range(AGAIN):
+    for _ in range(AGAIN if fitted.sought.names else 0):
         size, axes = np.linalg.eigh(fitted.system.reduced()[0].sum(axis=0) + fitted.sought.information)
         aside = ASIDE * axes[:, 0] / np.sqrt(size[0])
         beside = (
@@ -180,5 +182,6 @@ def _found(offs: Detachments, fitted: FlightFit, known: Estimates, unsure: float
         for one in (offs.items[r],)
         for trace in (offs.traces[one.trace],)
     )  # fmt: skip
-    step = fitted.step("film", fitted.place + own + before[:, :2], 0.0, panels)
-    return FilmFit(step, offs, fitted, pulls, before[:, 2:] + own @ pulls.by_film.T, unsure)
+    count = len(fitted.place)
+    step = fitted.step("film", fitted.place + own + before[:, :count], 0.0, panels)
+    return FilmFit(step, offs, fitted, pulls, before[:, count:] + own @ pulls.by_film.T, unsure)

@@ -48,10 +48,10 @@ def film_checked(film: FilmFit, seed: int) -> FilmFit:
 
 def exponent_of(film: FilmFit, seed: int) -> Exponent | None:
     """The exponent that the flights show, with the level of the ground free beside it as far as it is not known; None
-    of few records, or of a film that they do not feel."""
+    of few records, or of no film or one that they do not feel."""
     offs = film.offs
     records = [one.trace for one in offs.items]
-    if len(set(records)) < _FEWEST:
+    if not film.step.paths or len(set(records)) < _FEWEST:
         return None
     law, unknowns = film.fitted.sought.law(offs.model, film.fitted.place), film.fitted.unknowns
     assert law.slopes is not None

@@ -439,7 +439,8 @@ class FlightFit:
         """Deviations of the place (draws, p) by the scatter between records, and those by what earlier steps do not
         know, the level (draws,) [m] among it, the latter with those of further numbers of segments and their unknowns
         (draws, p + ...)."""
-        own = scattered(self.influence, seed, self.sought.information)
+        nothing = np.zeros((DRAWS, 0))
+        own = scattered(self.influence, seed, self.sought.information) if self.sought.names else nothing
 
         def again(values: Floats) -> Floats:
             there, unknowns, place = self.moved(known.model(values[:-1]), float(values[-1]))
@@ -457,11 +458,12 @@ class FlightFit:
             over_noise(self.problem.traces[k].file, np.concatenate(left))
             for k, left in sorted(by_record.items())
         ]
+        names = self.sought.names
         return StepResult(
-            name, self.sought.names, self.sought.constants(self.place), self.sought.constants(logs),
+            name, names, self.sought.constants(self.place), self.sought.constants(logs),
             combinations=self.sought.combinations(gap, self.place, logs), residuals=tuple(residuals),
             files=self.problem.files(), panels=panels,
-            influence=self.influence.of(self.sought.names, self.sought.ways, self.sought.constants(self.place)),
+            influence=self.influence.of(names, self.sought.ways, self.sought.constants(self.place)) if names else None,
         )  # fmt: skip
 
     def panel(self, r: int, title: str, axis: str, since: float) -> Panel:

@@ -21,6 +21,8 @@ TOLD_BY = {
     Purpose.WALKING: "ground and legs of a walker",
 }
 """What records of a purpose tell; of the others no number comes."""
+_LAWS = {Purpose.RAMPS: ("film", "adhesion"), Purpose.BOUNCES: ("restitution",)}
+"""Laws of the ground, by their slots, whose numbers come from records of a purpose."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,21 @@ def readiness_of(opened: Opened) -> Readiness:
             for purpose, what in TOLD_BY.items()
             if purpose not in used and purpose is not Purpose.CLOSE and serves(purpose, opened)
         ]
+    remarks += _without_law(opened)
     return Readiness(tuple(evidence.readings), tuple(problems), tuple(remarks))
+
+
+def _without_law(opened: Opened) -> list[str]:
+    """Laws of the ground that the records would tell, but the device has not."""
+    acting = opened.model.scene.ground.acting
+    return [
+        f"the device has no ground.{law}, which will not be identified: add [ground.{law}] to the device file "
+        "if it acts"
+        for purpose, laws in _LAWS.items()
+        if any(opened.sets(purpose))
+        for law in laws
+        if getattr(acting, law) is None
+    ]
 
 
 def _of_signal(name: str, one: RecordSet) -> list[str]:

@@ -281,6 +281,11 @@ def _straighter(chain: StepRunner) -> bool:
     return {"resonances", "hysteresis"} <= set(chain.steps)
 
 
+def _has(law: str) -> Callable[[StepRunner], bool]:
+    """Whether a law, by its slot, acts on the ground of the device: of one that does not no number is sought."""
+    return lambda chain: getattr(chain.opened.model.scene.ground.acting, law) is not None
+
+
 def _film_open(chain: StepRunner) -> bool:
     return chain.opened.model.scene.ground.acting.film is not None and FILM[0] not in chain.known.paths
 
@@ -320,7 +325,7 @@ CLOSE = ChainStep(
 RESTITUTION = ChainStep(
     "restitution", Purpose.BOUNCES, "bounces", _restitution,
     "Velocities before and after impacts (2.12), from the flights on both sides; a ratio with errors in both.",
-    _DEVICE,
+    _DEVICE, when=_has("restitution"),
 )  # fmt: skip
 SWEEP_STEPS = (RESONANCES,)
 """Steps that need no ground."""
@@ -346,11 +351,13 @@ GROUND_STEPS = (
         "impact map", Purpose.BOUNCES, "bounces", _impact_map,
         "Changes of the points' velocities at impacts per change of the foot's: a column of the map (3.22), "
         "with the velocities of all coordinates free to jump.",
+        when=_has("restitution"),
     ),
     ChainStep(
         "adhesion", Purpose.RAMPS, "pull-off forces over contact times", _adhesion,
         "Pull-off force (2.13) at the moment of release over contact time: f_a = C_a0 + C_a (t − t_c), equation "
         "(2.14).",
+        when=_has("adhesion"),
     ),
     ChainStep(
         "walking", Purpose.WALKING, "walks", _walking,
