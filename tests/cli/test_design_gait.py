@@ -33,6 +33,17 @@ def test_a_front_is_written_and_read_again(tarsus, tmp_path, opened):
     assert resumed["front"] == table["front"] and resumed["robust"] == table["robust"]
 
 
+def test_limits_are_words_of_their_own(tarsus, tmp_path):
+    words = ("--limit", "slip_ratio<5,peak<1mm", "--limit", "mean_speed > 0.1 um/s", "--no-report", "--json")
+    done = tarsus("design", "gait", *GAIT, *words, "-o", str(tmp_path / "kept"))
+    assert done.code == 0, done.err
+    said = [one["measure"] for one in done.json()["limits"]]
+    assert said[:3] == ["slip_ratio", "peak", "mean_speed"]
+    wrong = ("--limit", "slip<0.2,slip_ratio=1", "--limit", "mean_speed<1V", "-o", str(tmp_path / "none"))
+    done = tarsus("design", "gait", *GAIT, *wrong)
+    assert done.code == 2 and len(done.sentences) == 3 and not (tmp_path / "none").exists()
+
+
 @pytest.mark.slow
 def test_a_front_is_written_with_pages_that_play(tarsus, tmp_path):
     words = ("--over", "ground.friction.coefficient=4:12", "-o", str(tmp_path / "gaits"), "--json")

@@ -31,6 +31,14 @@ Free = Annotated[
         "with commas, or repeated.",
     ),
 ]
+Limits = Annotated[
+    list[str] | None,
+    Parameter(
+        name="--limit",
+        negative=(),
+        help="a bound that every walk keeps, e.g. slip_ratio<0.2 or mean_speed>2mm/s; with commas, or repeated.",
+    ),
+]
 
 
 @design.command
@@ -83,6 +91,7 @@ def gait(
     *,
     output: Folder,
     free: Free = None,
+    limit: Limits = None,
     over: Grounds = None,
     request: Request = None,
     changes: Changes = UNCHANGED,
@@ -107,7 +116,8 @@ def gait(
     from tarsus.design.gait_search import gait as made
     from tarsus.design.request import settings_of
 
-    file, given = _asked(request, over, free=_free(free))
+    limits = None if limit is None else ",".join(limit)
+    file, given = _asked(request, over, free=_free(free), limits=limits)
     the_scene = changes.scene(scene)
     target = pages.target(output, "design gait", (*FRONT_FILES, *KEPT_FILES), resume=resume)
     options = settings_of(GaitSettings, file, **given)
