@@ -20,6 +20,18 @@ def test_summary(tarsus):
     assert "0.06 s simulated" in result.out and "lost in impacts" in result.out
 
 
+@pytest.mark.parametrize(
+    ("device", "said"),
+    [
+        ("quadruped", "by the motion alone: drive pzt has no capacitance"),
+        ("hexapod-walker", "the electrodes took"),
+    ],
+)
+def test_energy_that_a_missing_capacitance_leaves_out_is_said(tarsus, device, said):
+    out = " ".join(tarsus("simulate", device, "--duration", "5 ms").out.split())
+    assert said in out and ("no capacitance" in out) == ("no capacitance" in said), out
+
+
 def test_json_is_one_object_with_the_ledger_closed(tarsus):
     result = tarsus("simulate", "cantilever", *SHORT, "--json")
     assert result.code == 0

@@ -119,10 +119,18 @@ class LandingDesign(DesignResult):
         """The step without pairs, the picture's before."""
         return self.request.step.waveform(self.request.step.plain()[0])
 
+    @property
+    def volts(self) -> str:
+        """Between which volts the design lies, in words, and how to ask for others."""
+        levels = self.request.step.levels
+        low, high = (amount(one, "V") for one in (levels.low, levels.high))
+        return f"from {low} to {high}, whatever the scene's own signal has; others: levels=free=LOW:HIGH"
+
     def table(self) -> Table:
         """The plateaus of the signal under what they are for."""
         before, (energy, recovered) = self.before, self.energies
         notes = [
+            f"volts: {self.volts}",
             f"plain step: {amount(float(before.speed[0, 0]), 'm/s')}, {_touchdowns(before.touchdowns[0, 0])}",
             f"designed: {amount(self.speed, 'm/s')}, {_touchdowns(self.touchdowns)}, {self.regime.words}",
         ]

@@ -79,7 +79,8 @@ class LandingSettings(Settings):
     )
     levels: Any = setting(
         "free=-8V:8V",
-        "any voltages between two, or listed ones as -8 V, 8 V; the lowest and the highest are held",
+        "any voltages between two, or listed ones as -8 V, 8 V, whatever the scene's own signal has; the lowest and "
+        "the highest are held",
     )
     free: tuple[str, ...] = setting(
         (), "paths of the switching times that alone may move, of an on-off signal"

@@ -27,7 +27,7 @@ from tarsus.design.landing_search import (
 from tarsus.design.learning import Learning, learn_on_hidden_grounds
 from tarsus.design.pulses import OwnStep
 from tarsus.design.request import Given, settings_of
-from tarsus.design.trials import regime_of
+from tarsus.design.trials import regime_of, stated_periods
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.fit.front import undominated
 from tarsus.fit.unknowns import Unknowns
@@ -140,6 +140,7 @@ def _designed(search: LandingSearch) -> LandingDesign:
         grounds = grounds.with_more(attack.grounds[0])
         other = search.judge.attack(nominal[-1].rows, COMPARED)
         nominal_worst = float(trials.on(nominal[-1].rows, grounds.with_more(other.grounds[0])).speed.max())
+    trials.periods = stated_periods(trials, rounded.rows, search.nominal)
     on_grounds = trials.on(rounded.rows, grounds)
     exact, whole = (trials.on(one.rows, grounds).speed for one in (robust, rounded))
     loss = request.risk(whole, grounds.weights)[0] - request.risk(exact, grounds.weights)[0]

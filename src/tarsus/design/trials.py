@@ -6,7 +6,7 @@ A signal of S plateaus is a row (2S,): the levels [V], then the durations [s].
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING
 
@@ -40,6 +40,8 @@ SEEN = 8
 """Last periods that are compared: enough to see a motion that repeats after two or four."""
 TRIED = (2, 3, 4, 6, 8, 12)
 """Lengths of a run in periods: longer ones are of motions that hardly settle, and every candidate pays for them."""
+STATED = 1e-4
+"""Share within which a speed that is stated is that of the settled motion: a unit of the four digits shown."""
 
 
 @dataclass(frozen=True)
@@ -203,16 +205,25 @@ class Regime:
         return f"not periodic: touchdowns of {self.speeds.min():.3g} to {self.speeds.max():.3g} m/s"
 
 
-def settled_periods(trials: Trials, signals: Floats, grounds: Grounds) -> int:
-    """Fewest periods of a run whose last one is, for `SHARE` of the signals (n, 2S), what it is after `LONGEST`."""
+def settled_periods(
+    trials: Trials, signals: Floats, grounds: Grounds, within: float = SAME, tried: Sequence[int] = TRIED
+) -> int:
+    """Fewest periods of a run, of those tried, whose last one is within a share what it is after `LONGEST`, for `SHARE`
+    of the signals (n, 2S); the last of those tried where none is."""
     speeds = trials.speeds(signals, grounds, LONGEST)
     final = speeds[:, -1]
     scale = float(np.nanmax(final, initial=0.0))
-    for periods in TRIED:
-        same = np.abs(speeds[:, periods - 1] - final) <= SAME * np.maximum(final, 0.01 * scale)
+    for periods in tried:
+        same = np.abs(speeds[:, periods - 1] - final) <= within * np.maximum(final, 0.01 * scale)
         if float(np.mean(same[np.isfinite(final)])) >= SHARE:
             return periods
-    return TRIED[-1]
+    return tried[-1]
+
+
+def stated_periods(trials: Trials, signals: Floats, grounds: Grounds) -> int:
+    """Periods after which a signal (1, 2S) is judged for what is stated of it: those of the trials, or more."""
+    tried = [one for one in (*TRIED, 16, 24, LONGEST) if one > trials.periods]
+    return settled_periods(trials, signals, grounds, STATED, [trials.periods, *tried])
 
 
 def regime_of(trials: Trials, signals: Floats, grounds: Grounds) -> Regime:

@@ -91,7 +91,14 @@ def account(run: Any) -> Table:
     notes = [f"Work in, changes and losses agree to {number(run.ledger.closure, 2)} of the largest term."]
     taken = run.electrical_energy
     if taken and math.isfinite(taken):
-        notes.append(f"The electrodes of the drives took {amount(taken, 'J')}.")
+        notes.append(f"Over the whole run the electrodes took {amount(taken, 'J')}, the integral of V dq.")
+        bare = [name for name, drive in run.scene.robot.drives.items() if drive.capacitance is None]
+        if bare:
+            others = f" and {len(bare) - 1} more have" if len(bare) > 1 else " has"
+            notes.append(
+                f"That is by the motion alone: drive {bare[0]}{others} no capacitance, which the measure electrical "
+                "energy, C dV^2 a rise, needs."
+            )
     return Table(
         "Energy",
         ("term", Column("energy", "J"), Column("share of the largest", "%", 3)),

@@ -50,7 +50,7 @@ def _about(design: LandingDesign) -> str:
         f"The plain step strikes at {amount(design.before.speed[0, 0], 'm/s', 3)} with "
         f"{number(design.before.touchdowns[0, 0], 3)} touchdowns a step; the design at "
         f"{amount(design.speed, 'm/s', 3)} with {number(design.touchdowns, 3)}. Every touchdown of the whole period "
-        f"counts; the motion is {design.regime.words}."
+        f"counts; the motion is {design.regime.words}. Volts are {design.volts}."
     )
     if len(design.put_down):
         told += (

@@ -21,7 +21,7 @@ from tarsus.design.landing_request import LandingSettings, Sensor, landing_reque
 from tarsus.design.landing_search import LandingSearch, LandingSignal
 from tarsus.design.learning import learn_on_hidden_grounds
 from tarsus.design.soft_landing import _rounded
-from tarsus.design.trials import Trials, regime_of, settled_periods
+from tarsus.design.trials import Trials, regime_of, settled_periods, stated_periods
 from tarsus.files.toml import parse_scene, read_scene, scene_text
 from tarsus.model.scene import Provenance, Source
 from tarsus.orbits.starts import Box
@@ -60,6 +60,29 @@ def test_the_speed_is_that_of_a_single_run_of_the_designed_scene(quick):
     assert quick.speed < 0.5 * quick.before.speed[0, 0] and quick.regime.words == "periodic"
 
 
+def test_what_is_stated_is_of_a_settled_motion():
+    """Modes of damping ratio 1 % that swing six and forty times a period forget their start in more than ten."""
+    structure = ts.Modal(
+        frequencies=(1133.0, 7100.0), damping_ratios=(0.01, 0.01), modal_masses=(5.9e-7, 5.9e-7),
+        shapes={"tip": (1.0, 1.0)},
+    )  # fmt: skip
+    drive = ts.Drive(law=ts.LinearForce(gain=-3e-5), load=ts.PointLoad(weights={"tip": 1.0}))
+    scene = ts.Scene(
+        name="slow",
+        robot=ts.Robot(structure=structure, drives={"pzt": drive}, feet={"tip": ts.Foot(point="tip", gap=5e-6)}),
+        ground={"restitution": {"coefficient": 0.4}}, signals={"pzt": ts.Sine(amplitude=10.0, frequency=200.0)},
+        duration=0.3,
+    )  # fmt: skip
+    trials = Trials(scene, "pzt", "tip", 5e-3, periods=5)
+    signal = ts.OnOff(levels=(-4.837, 0.84, 8.0, -8.0), durations=(1.69e-4, 4.2e-5, 2.289e-3, 2.5e-3), repeat=True)
+    row, own = np.array([[*signal.levels, *signal.durations]]), Grounds.nominal(scene)
+    early = trials.on(row, own).speed[0, 0]
+    trials.periods = stated_periods(trials, row, own)
+    settled = trials.put_down(signal, 4)
+    assert trials.on(row, own).speed[0, 0] == pytest.approx(settled.max(), rel=3e-4) and trials.periods > 8
+    assert early != pytest.approx(settled.max(), rel=3e-3)
+
+
 def test_other_starts_are_told_and_are_those_of_single_runs(quick):
     told = quick.to_dict()["put_down"]
     assert (
@@ -67,6 +90,7 @@ def test_other_starts_are_told_and_are_those_of_single_runs(quick):
         and told["share_95"][0] < told["share"] <= told["share_95"][1]
     )
     assert any("placed differently" in note for note in quick.table().notes)
+    assert any("volts: from −8 V to 8 V" in note for note in quick.table().notes)
     box = Box.of(quick.scene, None)
     values = box.values(box.drawn(48, 0))
     for r in (0, 7):
