@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
-from tarsus.fit.normal_equations import Descent, NormalEquations
+from tarsus.fit.normal_equations import Descent, Minimum, NormalEquations
 from tarsus.identify.draws import DRAWS
-from tarsus.identify.flight import FlightProblem, FlightSide, Moment, equations_of, felt, known_law
+from tarsus.identify.flight import WORST, FlightProblem, FlightSide, Moment, equations_of, felt, known_law
 from tarsus.identify.foot import FootModel
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import jumps_of
@@ -32,6 +32,9 @@ LONGEST = 20
 
 FEWEST = 5
 """Samples of free flight there must be on each side, so that no other contact hides between them."""
+
+_STRENGTHS = [0, 2]
+"""Places of C and C_e among the constants of the forces at the foot."""
 
 _DESCENT = Descent(rounds=15)
 """Fifteen rounds: an impact that needs more is no single one, and `sound` looks whether it has settled."""
@@ -155,9 +158,26 @@ class Bounces(FlightProblem):
     def fit(self, law: Floats | None = None, start: Floats | None = None) -> BounceFit:
         """Fit every impact, under the forces of the model's ground or others (5,), from unknowns (ni, q) if given."""
         begun = self.guess() if start is None else start
-        found = self.alone(begun, felt(self.model) if law is None else law, _DESCENT)
-        equations = found.equations
-        return BounceFit(found.own, equations.covariance(), equations.cost / equations.count)
+        forces = felt(self.model) if law is None else law
+        found = self.alone(begun, forces, _DESCENT)
+        own, equations = found.own, found.equations
+        lost = ~(equations.cost < WORST * equations.count)
+        if start is None and lost.any() and forces[_STRENGTHS].any():
+            again = self.chosen(lost)._from_afar(begun[lost], forces)
+            better = again.equations.cost < equations.cost[lost]
+            gained = np.flatnonzero(lost)[better]
+            own[gained] = again.own[better]
+            equations = equations.replaced(
+                np.isin(np.arange(len(own)), gained), again.equations.chosen(better)
+            )
+        return BounceFit(own, equations.covariance(), equations.cost / equations.count)
+
+    def _from_afar(self, begun: Floats, forces: Floats) -> Minimum:
+        """Impacts fitted from where they fit without forces at the foot: flights from a first guess may dip below the
+        ground, where a thin film has a pole, and overflow."""
+        bare = forces.copy()
+        bare[_STRENGTHS] = 0.0
+        return self.alone(self.alone(begun, bare, _DESCENT).own, forces, _DESCENT)
 
     def about(self, law: Varied, unknowns: Floats) -> NormalEquations:
         """Normal equations of impacts at their unknowns (ni, q) and what they share: the unknowns of the law, then the
