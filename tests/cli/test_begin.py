@@ -14,6 +14,8 @@ def test_a_new_device_is_a_good_scene_that_runs(tarsus, tmp_path):
     file = tmp_path / "mine.toml"
     assert tarsus("new", "device", file).code == 0
     assert "is a good scene: my robot (1 drive, 1 foot" in tarsus("check", file).out
+    structure = ts.load_scene(file).robot.structure
+    assert all(structure.row(one) @ structure.vertical() == pytest.approx(1.0, abs=0.01) for one in structure.points)
     run = tarsus("simulate", file, "--json").json()
     assert run["ok"] and run["measures"]["impacts"]["value"] >= 1
 

@@ -20,6 +20,16 @@ def test_summary(tarsus):
     assert "0.06 s simulated" in result.out and "lost in impacts" in result.out
 
 
+@pytest.mark.parametrize("device", ["hexapod", "cantilever"])
+def test_measures_that_sound_alike_are_told_apart_where_they_differ(tarsus, device):
+    words = ("simulate", device, "--duration", "0.1 s")
+    value = {name: one["value"] for name, one in tarsus(*words, "--json").json()["measures"].items()}
+    out = tarsus(*words).out
+    assert ("rebounds those that begin by restitution" in out) == (value["bounces"] > value["rebounds"])
+    assert ("adds up a period's contacts" in out) == (value["contact_duration"] > value["longest_contact"])
+    assert (device == "hexapod") == ("Note: bounces are flights" in out)
+
+
 @pytest.mark.parametrize(
     ("device", "said"),
     [

@@ -21,6 +21,13 @@ length below 1 pm [m], a hundredth of an atom."""
 SHARE = 1e-5
 """Shares of the energy account are shown to this much, 0.001 %: what is less, no reader weighs."""
 
+ALIKE = (
+    ("contact_duration", "longest_contact", "contact duration adds up a period's contacts, longest contact is one."),
+    ("bounces", "rebounds", "bounces are flights after short contacts, rebounds those that begin by restitution."),
+)
+"""Pairs of measures whose names sound alike, and what tells them apart: said where the first is above
+the second by more than the digits that are shown."""
+
 LEAST = 1e-12
 """An entry of the account below this part of the largest is rounding: accounts close to about 1e-14."""
 
@@ -55,7 +62,11 @@ def measures_summary(
         blank = ("", "") if wide else ()
         rows += [(f"   foot {foot}", value, None, None, *blank, "") for foot, value in listed.items()]
         units += [one.unit] * (1 + len(listed))
-    notes = (*notes, *(f"Note: {one}" for one in measures.warnings))
+    told = (
+        said for first, second, said in ALIKE
+        if first in measures and second in measures and measures[first].value > (1.0 + UNSEEN) * measures[second].value
+    )  # fmt: skip
+    notes = (*notes, *(f"Note: {one}" for one in (*told, *measures.warnings)))
     return Table(title, (*columns, "counted over"), rows, notes, parts, units=units)
 
 

@@ -30,7 +30,9 @@ class Modal(Structure):
         "N s/m", "damping added to each mode, for modes of zero frequency", default=None, ge=0
     )
     upward: tuple[float, ...] | None = quantity(
-        "1", "modal coordinates of a unit upward translation, for gravity", default=None
+        "1",
+        "modal coordinates of a unit upward translation, for gravity: times shapes they add up to about 1 at any point",
+        default=None,
     )
     forward: tuple[float, ...] | None = quantity(
         "1",
