@@ -27,6 +27,7 @@ OF_THE_LINE = {
 """Options that are about words, files and the console."""
 
 OTHERWISE = {
+    "design gait --limit": {"limits"},
     "simulate --starts": set(),  # what `tarsus.attractors` finds, shown beside the run
     "reproduce --all": {"name"},
     "validate --all": {"name"},
@@ -37,7 +38,7 @@ OTHERWISE = {
 NOT_OF_PYTHON = {"completion", "design request"}
 """Commands that print what a shell or an editor takes."""
 
-DESIGN = {"foot", "over", "free"}
+DESIGN = {"foot", "over", "free", "limits"}
 """Settings of designs that are options too."""
 
 
