@@ -106,6 +106,11 @@ class FootModel:
         return float(np.sqrt(np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness)).real.min()))
 
     @cached_property
+    def fastest(self) -> float:
+        """Angular frequency of the last mode [rad/s]."""
+        return float(np.sqrt(np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness)).real.max()))
+
+    @cached_property
     def like_damping(self) -> float:
         """Damper on the foot [N s/m] that damps the first mode by a hundredth: a first guess of a film."""
         compliance = float(self.row @ np.linalg.solve(self.stiffness, self.row))
@@ -157,10 +162,10 @@ class FootModel:
         return self.by_drive * ((-self.gap - self.normal * level) / self.static_load)
 
     def driven(self, signal: Waveform) -> Scene:
-        """The scene under another drive, begun at rest in the air."""
-        return with_values(
-            self.scene, {"signals": {self.drive: signal}, "initial.displacement": rest_state(self.scene)}
-        )
+        """The scene under another drive, begun at rest in the air, from which records count: gravity is balanced there,
+        and left out."""
+        begun = {"initial.displacement": rest_state(self.scene), "ground.gravity": None}
+        return with_values(self.scene, {"signals": {self.drive: signal}, **begun})
 
     def changed(self, values: Mapping[str, Any]) -> FootModel:
         """The same with other values in the scene, by path."""

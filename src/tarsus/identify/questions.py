@@ -54,7 +54,11 @@ def open_questions(
     """One row for each step that was not done, cause by which checks fail, number that is undecided or assumed,
     question with several answers, and purpose without records; words: verdicts by path."""
     rows: list[Question] = [
-        (one.name, f"not from these data: {'; '.join(one.reasons)}", _wanted(found, one.purpose))
+        (
+            one.name,
+            f"not from these data: {'; '.join(one.reasons)}",
+            f"{'others than these: ' if any(found.opened.sets(one.purpose)) else ''}{_wanted(found, one.purpose)}",
+        )
         for one in found.not_done
     ]
     rows += _doubts(found, words, [one for one in checks if not one.passed])

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
+from tarsus.identify.bounce import FEWEST as FLIGHT
 from tarsus.identify.bounce import BounceFit, Bounces, find_bounces, offsets_of_records
 from tarsus.identify.covariance import scattered
 from tarsus.identify.draws import carried, within
@@ -24,6 +25,7 @@ from tarsus.identify.robust_ratio import RobustRatio, robust_ratio
 from tarsus.identify.step import Check, Residual, StepResult, Used, points_and_line
 from tarsus.identify.traces import Trace
 from tarsus.records.excluded import Excluded, Exclusion, enough
+from tarsus.tables.numbers import amount, number
 
 PATH = "ground.restitution.coefficient"
 FEWEST = 3
@@ -77,11 +79,10 @@ def identify_restitution(
     found, left = find_bounces(traces, model.foot_point, level[0])
     total = len(found) + len(left)
     items, others = enough(found, MOST, "bounces", "all records of bounces", model.foot_point)
-    files = ", ".join(sorted({trace.file for trace in traces}))
     if len(items) < FEWEST:
         raise InputError(
-            f"{files}: channel '{model.foot_point}' shows {len(items)} bounces that can be used, of {total} "
-            f"impacts; at least {FEWEST} are needed: drive it harder, sample faster or record longer"
+            f"{len(traces)} records of bounces: channel '{model.foot_point}' shows {len(items)} bounces that can be "
+            f"used, of {total} impacts; at least {FEWEST} are needed: drive it harder, sample faster or record longer"
         )
     left += others
     bounces = Bounces(traces, items, level[0], model)
@@ -91,12 +92,26 @@ def identify_restitution(
     left += [_why_not(bounces, fitted, kept, int(r), model.foot_point) for r in np.flatnonzero(~good)]
     if np.count_nonzero(good) < FEWEST:
         raise InputError(
-            f"{files}: channel '{model.foot_point}': {np.count_nonzero(good)} of {total} impacts are single "
-            f"ones between free motions of this structure; at least {FEWEST} are needed"
+            f"{len(traces)} records of bounces: channel '{model.foot_point}': {np.count_nonzero(good)} of {total} "
+            f"impacts are single ones between free motions of this structure; at least {FEWEST} are needed"
+            f"{_sooner(model, bounces.step)}"
         )
     bounces = bounces.chosen(good)
     step, like = _result(known, bounces, fitted.chosen(good), left, total, level[1], seed)
     return BounceStudy(step, bounces.chosen(like))
+
+
+def _sooner(model: FootModel, step: float) -> str:
+    """At which rate bounces would be seen one by one, where records [s a sample] are slower: one of the fastest mode
+    lasts half its period, in which there must be `FLIGHT` samples."""
+    fastest = model.fastest / (2.0 * np.pi)
+    rate = 2.0 * FLIGHT * fastest
+    if step * rate <= 1.0:
+        return ""
+    return (
+        f": {amount(1.0 / step, 'Hz', 3)} is {number(1.0 / (step * fastest), 2)} samples a period of the fastest mode, "
+        f"{amount(fastest, 'Hz', 3)}; sample at {amount(rate, 'Hz', 3)}"
+    )
 
 
 @dataclass(frozen=True)

@@ -121,7 +121,7 @@ def outputs_of(scene: Scene, recording: Recording) -> list[Output]:
 
 def placed(scene: Scene, recording: Recording, drive: str) -> Scene:
     """The scene of a recording: its drive, its distance, begun at rest, as the scene says where it gives all drives
-    theirs."""
+    theirs. A foot's gap is that at rest, about which gravity moves no linear structure: it is left out."""
     if recording.signal is None:
         gaps = {
             f"robot.feet.{name}.gap": recording.gap for name in scene.robot.feet if recording.gap is not None
@@ -130,6 +130,7 @@ def placed(scene: Scene, recording: Recording, drive: str) -> Scene:
     changes: dict[str, object] = {
         "signals": {drive: recording.signal},
         "initial.displacement": rest_state(scene),
+        "ground.gravity": None,
     }
     if recording.before:
         history = (*scene.robot.drives[drive].history, *recording.before)
