@@ -37,9 +37,10 @@ TWICE = 2
 """Populations on the scene's own ground where nothing else is asked for: one of three ends in a valley of 0.03 m/s."""
 OWN_VALLEYS, AFTER = 8, Budget(generations=96)
 """Valleys of each family that are followed down afterwards: a population gives up those that are soft in few places."""
-AGAIN = Budget(256, 8, 36)
+AGAIN, AFTER_FEW = Budget(256, 8, 36), Budget(384, 16, 96)
 """The search on more grounds: of the last one's valleys the best so many are judged on all, the best of those followed
-down."""
+down. The first one after a search on few is as long as that of valleys that are new: most that were good on the few are
+not on those that hurt, and what is best there needs all its unknowns at once."""
 NEAR, STEP = 0.03, 0.05
 """Points of so different valleys are judged anew, and the first step from them: a third and two thirds of a valley's
 size, for what is best on more grounds lies beside what was best on fewer."""
@@ -186,28 +187,27 @@ class LandingSearch:
         if not judge.by_planes:
             grounds = judge.fixed(MEAN_GROUNDS)
             self._on_few(pairs, _few(grounds))
-            self._again(pairs, grounds)
+            self._again(pairs, grounds, AGAIN)
             return self.best([*nominal, *self._signals(pairs, 1)], grounds), grounds, ()
         assert isinstance(over, Unknowns)
-        begun = False
+        lengths = iter((None, AFTER_FEW))
 
         def improve(active: Grounds) -> Floats:
-            nonlocal begun
-            if begun:
-                self._again(pairs, active)
-            else:
+            length = next(lengths, AGAIN)
+            if length is None:
                 self._on_few(pairs, active)
-            begun = True
+            else:
+                self._again(pairs, active, length)
             return np.stack([one.row for one in self._signals(pairs, ATTACKED)])
 
         first = _few(self.nominal.with_more(corners(over)))
         grounds, rounds, row = judge.close_gap(improve, None, first, BETWEEN, ROUNDS, f"{pairs} pairs")
         return self.best([*nominal, LandingSignal(row, pairs)], grounds), grounds, tuple(rounds)
 
-    def _again(self, pairs: int, grounds: Grounds) -> None:
+    def _again(self, pairs: int, grounds: Grounds, length: Budget) -> None:
         """The best of what was visited, judged on other grounds and followed down there."""
         choices, visited = self.visited[pairs]
-        cost, budget = self._cost(choices, grounds, self.request.risk), self._budget(AGAIN)
+        cost, budget = self._cost(choices, grounds, self.request.risk), self._budget(length)
         rows = visited.best(budget.scan, near=NEAR)
         again = Visited.empty(visited.points.shape[1])
         numbers, points = visited.numbers[rows], visited.points[rows]
