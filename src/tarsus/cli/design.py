@@ -34,7 +34,6 @@ Free = Annotated[
 Limits = Annotated[
     list[str] | None,
     Parameter(
-        name="--limit",
         negative=(),
         help="a bound that every walk keeps, e.g. slip_ratio<0.2 or mean_speed>2mm/s; with commas, or repeated.",
     ),
@@ -91,7 +90,7 @@ def gait(
     *,
     output: Folder,
     free: Free = None,
-    limit: Limits = None,
+    limits: Limits = None,
     over: Grounds = None,
     request: Request = None,
     changes: Changes = UNCHANGED,
@@ -116,8 +115,7 @@ def gait(
     from tarsus.design.gait_search import gait as made
     from tarsus.design.request import settings_of
 
-    limits = None if limit is None else ",".join(limit)
-    file, given = _asked(request, over, free=_free(free), limits=limits)
+    file, given = _asked(request, over, free=_free(free), limits=limits and ",".join(limits))
     the_scene = changes.scene(scene)
     target = pages.target(output, "design gait", (*FRONT_FILES, *KEPT_FILES), resume=resume)
     options = settings_of(GaitSettings, file, **given)
