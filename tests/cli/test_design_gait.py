@@ -34,7 +34,14 @@ def test_a_front_is_written_and_read_again(tarsus, tmp_path, opened):
 
 
 def test_limits_are_words_of_their_own(tarsus, tmp_path):
-    words = ("--limits", "slip_ratio<5,peak<1mm", "--limits", "mean_speed > 0.1 um/s", "--no-report", "--json")
+    words = (
+        "--limits",
+        "slip_ratio<5,peak<1mm",
+        "--limits",
+        "mean_speed > 0.1 um/s",
+        "--no-report",
+        "--json",
+    )
     done = tarsus("design", "gait", *GAIT, *words, "-o", str(tmp_path / "kept"))
     assert done.code == 0, done.err
     said = [one["measure"] for one in done.json()["limits"]]
