@@ -43,7 +43,7 @@ def test_import_tarsus_loads_hardly_anything_beside_itself():
 
 def test_a_verb_loads_no_other_verb():
     loaded = modules_after("from tarsus.cli import main\nmain(['devices'])")
-    assert "tarsus.cli.devices" in loaded and not loaded & {"tarsus.cli.bench", "tarsus.cli.identify"}
+    assert "tarsus.files.library" in loaded and not loaded & {"tarsus.study.bench", "tarsus.identify.verb"}
 
 
 def test_the_command_line_starts_light():

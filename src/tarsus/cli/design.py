@@ -213,7 +213,8 @@ def _asked(
 
 def _free(words: list[str] | None) -> dict[str, Any] | None:
     """``PATH`` and ``PATH=a:b`` words as paths with their ranges."""
-    from tarsus.cli.words import range_of, values_of
+    from tarsus.cli.named import values_of
+    from tarsus.cli.words import range_of
 
     parts = [part for word in words or () for part in word.split(",")]
     free = values_of(parts, "--free")

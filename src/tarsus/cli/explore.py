@@ -10,7 +10,7 @@ def explore(asked: Asked) -> int:
     """The page says which command line makes a run of its numbers."""
     from dataclasses import replace
 
-    from tarsus.cli.words import texts_of
+    from tarsus.cli.named import texts_of
     from tarsus.solve import compiled_engine, engine_bytes
 
     file = asked.folder()

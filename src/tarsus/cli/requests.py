@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from tarsus.base.errors import InputError
 from tarsus.cli import console
-from tarsus.cli.words import texts_of
+from tarsus.cli.named import texts_of
 
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers

@@ -11,35 +11,8 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 from cyclopts import Parameter
 
 from tarsus.cli.declared import NO_DEFAULT, Argument
+from tarsus.cli.named import pairs_of, texts_of, values_of
 from tarsus.cli.options import FLAG, WHOLE, MaybeSeed, Seed, Threads
-
-
-def texts_of(words: Sequence[str], option: str) -> dict[str, str]:
-    """`name=text` words by name."""
-    return {name: text for name, text in _pairs(words, option, f"{option} takes NAME=VALUE").items() if text}
-
-
-def values_of(words: Sequence[str], option: str) -> dict[str, str | None]:
-    """`name=text` words by name, None of a name alone."""
-    return _pairs(words, option, f"{option} takes NAME or NAME=VALUE", alone=True)
-
-
-def _pairs(words: Sequence[str], option: str, takes: str, *, alone: bool = False) -> dict[str, str | None]:
-    from tarsus.base.errors import InputError
-
-    problems: list[str] = []
-    found: dict[str, str | None] = {}
-    for word in words:
-        name, equals, text = (one.strip() for one in word.partition("="))
-        if not name or not (text if equals else alone):
-            problems.append(f"{takes}, got '{word}'")
-        elif name in found:
-            problems.append(f"{option} names '{name}' twice")
-        else:
-            found[name] = text or None
-    if problems:
-        raise InputError(problems)
-    return found
 
 
 def range_of(word: str, option: str) -> tuple[str, str]:
@@ -71,7 +44,7 @@ def ranges_of(words: Sequence[str], option: str) -> dict[str, tuple[str, str]]:
     takes = f"{option} takes PATH=a:b, such as robot.feet.tip.gap=66um:74um"
     return {
         path: _ends(text or "", takes, f"{path}={text}")
-        for path, text in _pairs(words, option, takes).items()
+        for path, text in pairs_of(words, option, takes).items()
     }
 
 

@@ -41,6 +41,9 @@ AGAIN, AFTER_FEW = Budget(256, 8, 36), Budget(384, 16, 96)
 """The search on more grounds: of the last one's valleys the best so many are judged on all, the best of those followed
 down. The first one after a search on few is as long as that of valleys that are new: most that were good on the few are
 not on those that hurt, and what is best there needs all its unknowns at once."""
+SETTLED = 72
+"""Generations at least, however little the effort: fewer end before a valley's floor, which a small population reaches
+as soon as a large one."""
 NEAR, STEP = 0.03, 0.05
 """Points of so different valleys are judged anew, and the first step from them: a third and two thirds of a valley's
 size, for what is best on more grounds lies beside what was best on fewer."""
@@ -108,7 +111,7 @@ class LandingSearch:
         effort = self.request.options.effort
         return replace(
             whole, scan=max(int(whole.scan * effort), 64), islands=max(int(whole.islands * effort), 2),
-            generations=max(int(whole.generations * min(effort, 1.0)), 6),
+            generations=max(int(whole.generations * min(effort, 1.0)), min(SETTLED, whole.generations)),
         )  # fmt: skip
 
     def scores(self, rows: Floats, grounds: Grounds, risk: Risk | None = None) -> Floats:
@@ -141,8 +144,8 @@ class LandingSearch:
 
         nu = 1 + self.request.step.unknowns(pairs)
         length = FrontSearch(
-            max(int(ON_ONE.scan * effort), 64), int(np.clip(ON_ONE.population * effort, 24, ON_ONE.population)),
-            max(int(ON_ONE.generations * effort), 6),
+            max(int(ON_ONE.scan * effort), 64), int(np.clip(ON_ONE.population * effort, 48, ON_ONE.population)),
+            max(int(ON_ONE.generations * effort), SETTLED),
         )  # fmt: skip
         visited = Visited.empty(nu - 1)
         for _ in range(1 if self.judge.robust else TWICE):
