@@ -121,7 +121,8 @@ def test_one_percent_of_a_number_costs_what_runs_beside_say(quick):
 
     for name, path in ((frequency, frequency), (gap, GAP)):
         slope = 0.01 * (hardest(path, 1e-7) - hardest(path, -1e-7)) / 2e-7
-        assert each[name].slope == pytest.approx(slope, rel=1e-3) and each[name].error < 1e-3 * abs(slope)
+        assert each[name].slope == pytest.approx(slope, rel=1e-3)
+        assert each[name].error < 1e-3 * quick.speed, "the slope itself passes zero at the softest landing"
         assert each[name].worst >= max(hardest(path, -0.01), hardest(path, 0.01)) * (1.0 - 1e-4)
     assert told.box >= max(one.worst for one in told.each) * 0.5 and told.words in " ".join(
         quick.table().notes
