@@ -153,7 +153,7 @@ def test_too_few_bounces_are_counted(tmp_path):
                 content.create_dataset(name, data=values).attrs.update(attrs)
     chain = grounded(read_campaign(folder))
     traces = next(found for purpose, found in chain.evidence.traces.items() if purpose.value == "bounces")
-    with pytest.raises(InputError, match=r"bounces-.*\.h5: channel 'tip' shows \d bounces .* at least 3"):
+    with pytest.raises(InputError, match=r"2 records of bounces: channel 'tip' shows \d bounces .* at least 3"):
         identify_restitution(chain.opened.model, chain.known, traces, chain.evidence.level, 1)
 
 
