@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import tarsus as ts
+from rows import append_missing
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import get_value, validate
 from tarsus.design import Grounds
@@ -237,20 +238,7 @@ def main() -> int:
         return 0
     count, first = (int(one) for one in (*sys.argv[1:3], *("20", "0")[len(sys.argv[1:3]) :]))
     file = Path(sys.argv[3] if len(sys.argv) > 3 else "transfer.csv")
-    there: set[int] = set()
-    if file.exists():
-        with file.open(newline="", encoding="utf-8") as lines:
-            there = {int(one["seed"]) for one in csv.DictReader(lines)}
-    for seed in range(first, first + count):
-        if seed in there:
-            continue
-        row, begin = row_of(seed), not file.exists()
-        with file.open("a", newline="", encoding="utf-8") as lines:
-            writer = csv.DictWriter(lines, list(row))
-            if begin:
-                writer.writeheader()
-            writer.writerow(row)
-        print(", ".join(f"{key} {value}" for key, value in row.items()), flush=True)
+    append_missing(file, range(first, first + count), row_of)
     said, sound = together(file)
     print(said)
     return int(not sound)

@@ -25,6 +25,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 import tarsus as ts
+from rows import append_missing
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import get_value, validate
 from tarsus.fit.verdict import Verdict
@@ -206,21 +207,7 @@ def main() -> int:
     count, first = (int(one) for one in (*sys.argv[1:3], *("50", "0")[len(sys.argv[1:3]) :]))
     file = Path(sys.argv[3] if len(sys.argv) > 3 else "walking_recovery.csv")
     seen = sys.argv[4] if len(sys.argv) > 4 else "motion"
-    there: set[int] = set()
-    if file.exists():
-        with file.open(newline="", encoding="utf-8") as lines:
-            there = {int(one["seed"]) for one in csv.DictReader(lines)}
-    for seed in range(first, first + count):
-        if seed in there:
-            continue
-        row = row_of(seed, seen)
-        begin = not file.exists()
-        with file.open("a", newline="", encoding="utf-8") as lines:
-            writer = csv.DictWriter(lines, list(row))
-            if begin:
-                writer.writeheader()
-            writer.writerow(row)
-        print(", ".join(f"{key} {value}" for key, value in row.items()), flush=True)
+    append_missing(file, range(first, first + count), lambda seed: row_of(seed, seen))
     said, sound = together(file)
     print(said)
     return int(not sound)

@@ -94,7 +94,6 @@ class Asked:
     def _target(self, folder: Path, resume: bool | None) -> OutputFolder:
         """The folder under the rule that all verbs share, checked."""
         names = tuple(loaded(self.command.files))
-        resume = self.words.get("resume") if resume is None else resume
         return self.pages.target(folder, self.verb, names, resume=resume)
 
     @contextlib.contextmanager
@@ -112,7 +111,7 @@ class Asked:
         if folder is not None and self.command.endings:
             check_new_file(folder, loaded(self.command.endings), self.pages.overwrite)
         elif folder is not None:
-            self._target(folder, None)
+            self._target(folder, self.words.get("resume"))
 
     @contextlib.contextmanager
     def calling(self, **more: Any) -> Iterator[Callable[..., Any]]:

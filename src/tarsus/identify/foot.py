@@ -101,14 +101,19 @@ class FootModel:
         return float(self.row @ np.linalg.solve(self.stiffness, self.load))
 
     @cached_property
+    def _squares(self) -> Floats:
+        """Squares of the angular frequencies of the modes [rad^2/s^2], undamped."""
+        return np.asarray(np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness)).real, dtype=np.float64)
+
+    @property
     def slowest(self) -> float:
         """Angular frequency of the first mode [rad/s]."""
-        return float(np.sqrt(np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness)).real.min()))
+        return float(np.sqrt(self._squares.min()))
 
-    @cached_property
+    @property
     def fastest(self) -> float:
         """Angular frequency of the last mode [rad/s]."""
-        return float(np.sqrt(np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness)).real.max()))
+        return float(np.sqrt(self._squares.max()))
 
     @cached_property
     def like_damping(self) -> float:
