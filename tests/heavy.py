@@ -30,7 +30,7 @@ def declared() -> list[str]:
 
 
 FIRST = (
-    "unit/core/test_page_engine.py", "unit/report/", "unit/test_doc_commands.py", "examples/", "lint/test_reference.py",
+    "core/test_page_engine.py", "report/", "docs/test_doc_commands.py", "examples/", "lint/test_reference.py",
 )  # fmt: skip
 """Files whose cases take ten seconds and more: begun first, so that at the end no core waits for them. Those that
 need the engine for pages are side by side: one process has them all, and compiles it once."""

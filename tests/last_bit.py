@@ -5,7 +5,7 @@ return, element by element (the last makes the same bits everywhere: the engine 
 zeros, as structure leaves them zero on every machine. Products (``@`` in sources of tarsus, which are compiled with
 them replaced) are moved by the rounding of their sums, the sum of |terms| times 2e-16: what cancels leaves something
 else on another machine. A sum of one term is rounded alike everywhere and stays. What is asked twice is answered twice
-alike, as by a processor. As an option of the tests: ``pytest --last-bit 1 tests/unit/core``.
+alike, as by a processor. As an option of the tests: ``pytest --last-bit 1 tests/core``.
 """
 
 from __future__ import annotations

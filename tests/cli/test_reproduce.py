@@ -15,11 +15,11 @@ from io import StringIO
 import pytest
 
 import tarsus as ts
+from html_page import Page
 from tarsus.cli import main
 from tarsus.files.toml import write_scene
 from tarsus_reproduce import robots
 from tarsus_reproduce.verb import experiments
-from unit.html_page import Page
 
 EXTRA = "gap_um,wave,volt_v,freq_hz,bounces_exp_per_s,peak_exp_um,mean_exp_um\n8,square,6,40,100,20,\n"
 

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from unit.validation.folders import drop_folder
+from validation.folders import drop_folder
 
 
 def test_a_folder_with_its_files(tarsus, tmp_path):

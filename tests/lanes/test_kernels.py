@@ -3,7 +3,7 @@
 Decisions of the engine must not hang on the last bit of an eigensolver. This process runs on one kernel; the tests
 named here run on the others, each in a process of its own. By hand, all tests of the engine on one kernel:
 
-    OPENBLAS_CORETYPE=Prescott pytest tests/analytic tests/conformance tests/invariants tests/unit/core
+    OPENBLAS_CORETYPE=Prescott pytest tests/analytic tests/conformance tests/invariants tests/core
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from kernels import KERNELS, in_use, missing
 
 TESTS = Path(__file__).parents[1]
 ENGINE = (
-    "unit/core/test_blocks.py",
-    "unit/core/test_redundant_feet.py",
+    "core/test_blocks.py",
+    "core/test_redundant_feet.py",
     "conformance/test_walkers.py",
     "analytic/test_oracles_sequences.py",
 )

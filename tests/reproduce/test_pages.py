@@ -10,6 +10,7 @@ from functools import cache
 import pytest
 
 import tarsus as ts
+from html_page import Page
 from reproduce.coarse_studies import FEW, ringing
 from tarsus_reproduce.cantilever import reproduce_cantilever
 from tarsus_reproduce.ensembles import packaged_errors, packaged_members
@@ -20,7 +21,6 @@ from tarsus_reproduce.millipede_tables import millipede_reproduction
 from tarsus_reproduce.reproduction import FigureCall, NumberRow, Reproduction, numbers_table
 from tarsus_reproduce.robot_tables import reproduce_robot
 from tarsus_reproduce.verb import experiments, reproduce
-from unit.html_page import Page
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,211 @@
+"""Fits of bouncing balls, whose motion is known in closed form, and of a walker, which may have no derivatives."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.base.errors import InputError
+from tarsus.base.spec import with_values
+from tarsus.fit import Goal, Limit, Prior, Problem, Reading, Samples, Unknown, least_squares
+from walking_scenes import trotter
+
+SCENES = Path(__file__).parents[1] / "scenes"
+E, G = "ground.restitution.coefficient", "ground.gravity.acceleration"
+GAP = "robot.feet.ball.gap"
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return ts.read_scene(SCENES / "ball.toml")
+
+
+def second_apex(e: float, g: float, h: float) -> float:
+    """Time of the top of the first rebound."""
+    return np.sqrt(2.0 * h / g) * (1.0 + e)
+
+
+def first_landing(events) -> float:
+    return float(events["time"][events["kind"] < 6][0])
+
+
+def second_landing(events) -> float:
+    return float(events["time"][events["kind"] < 6][1])
+
+
+def landings(**more):
+    """Readings of the two landings of a ball of e = 0.8, g = 9.5 from 1 m and from 0.6 m, known to 1 ms."""
+    out = []
+    for h in (1.0, 0.6):
+        fall = np.sqrt(2.0 * h / 9.5)
+        under = {GAP: h}
+        out += [Reading(first_landing, fall, 1e-3, under), Reading(second_landing, fall * 2.6, 1e-3, under)]
+    return out
+
+
+def test_residuals_and_their_jacobian_are_those_of_the_closed_form(ball):
+    problem = Problem(ball, [Unknown(E, 0.5, 0.9), Unknown(G, 5.0, 20.0, "log")], landings(), 2.0)
+    x = np.array([0.25, 0.6])
+    e, g = problem.values(x).values()
+    assert (e, g) == (pytest.approx(0.6), pytest.approx(5.0 * 4.0**0.6))
+    fall = np.repeat(np.sqrt(2.0 * np.array([1.0, 0.6]) / g), 2)
+    times = fall * np.tile([1.0, 1.0 + 2.0 * e], 2)
+    measured = np.repeat(np.sqrt(2.0 * np.array([1.0, 0.6]) / 9.5), 2) * np.tile([1.0, 2.6], 2)
+    assert problem.residuals(x) == pytest.approx((times - measured) / 1e-3, rel=1e-7)
+    by_e = fall * np.tile([0.0, 2.0], 2)
+    wanted = np.column_stack([by_e * 0.4, -0.5 * times * np.log(4.0)]) / 1e-3
+    np.testing.assert_allclose(problem.jacobian(x), wanted, rtol=1e-8, atol=1e-6)
+    assert problem.flags(x) == ()
+    assert problem.gradient(x) == pytest.approx(wanted.T @ problem.residuals(x), rel=1e-7)
+    assert problem.cost(x) == pytest.approx(0.5 * np.sum(problem.residuals(x) ** 2))
+    assert problem.costs([x, x]) == pytest.approx([problem.cost(x)] * 2)
+
+
+def test_least_squares_finds_the_ball_that_was_measured(ball):
+    problem = Problem(ball, [Unknown(E, 0.5, 0.9), Unknown(G, "5 m/s^2", "20 m/s^2", "log")], landings(), 2.0)
+    found = least_squares(problem)
+    assert found.values == {E: pytest.approx(0.8, rel=1e-8), G: pytest.approx(9.5, rel=1e-8)}
+    assert found.cost < 1e-10 and found.slopes <= found.evaluations < 12
+    assert ts.get_value(problem.scene_at(found.x), E) == found.values[E]
+
+
+def test_samples_of_a_gap_have_the_slopes_of_the_parabola(ball):
+    times = np.linspace(0.05, 0.9, 9)
+    problem = Problem(
+        ball,
+        [Unknown(E, 0.5, 0.9), Unknown(G, 5.0, 20.0)],
+        [Samples("ball", times, 0.0 * times, "1 mm")],
+        1.0,
+    )
+    x = np.array([0.5, 0.4])
+    e, g = problem.values(x).values()
+    fall = np.sqrt(2.0 / g)
+    late, speed = times - fall, np.sqrt(2.0 * g)
+    gap = np.where(late < 0.0, 1.0 - 0.5 * g * times**2, e * speed * late - 0.5 * g * late**2)
+    assert problem.residuals(x) == pytest.approx(gap / 1e-3, rel=1e-6)
+    by_fall, by_speed = 0.5 * fall / g, 0.5 * speed / g  # fall = sqrt(2/g) falls, the speed grows
+    by_g = np.where(
+        late < 0.0,
+        -0.5 * times**2,
+        e * (by_speed * late + speed * by_fall) - 0.5 * late**2 - g * late * by_fall,
+    )
+    by_e = np.where(late < 0.0, 0.0, speed * late)
+    np.testing.assert_allclose(
+        problem.jacobian(x), np.column_stack([0.4 * by_e, 15.0 * by_g]) / 1e-3, rtol=1e-6, atol=1e-4
+    )
+
+
+def test_priors_derived_numbers_and_limits_are_residuals_with_slopes(ball):
+    problem = Problem(
+        ball,
+        [
+            Unknown(name="share", low=0.2, high=0.4, prior=Prior(0.25, 0.05)),
+            Unknown(G, 5.0, 20.0, prior=Prior(9.81, factor=1.1)),
+        ],
+        [Reading(second_landing, 1.0, 0.1), Limit(first_landing, 0.01, high=0.4)],
+        2.0,
+        derived=lambda known: {E: 2.0 * known["share"]},
+    )
+    x = np.array([0.5, 0.4])
+    e, g, fall = 0.6, 11.0, np.sqrt(2.0 / 11.0)
+    assert problem.residuals(x) == pytest.approx(
+        [(fall * (1.0 + 2.0 * e) - 1.0) / 0.1, (fall - 0.4) / 0.01, 1.0, np.log(g / 9.81) / np.log(1.1)],
+        rel=1e-7,
+    )
+    wanted = [
+        [fall * 2.0 * 2.0 * 0.2 / 0.1, -0.5 * fall * (1.0 + 2.0 * e) / g * 15.0 / 0.1],
+        [0.0, -0.5 * fall / g * 15.0 / 0.01],
+        [0.2 / 0.05, 0.0],
+        [0.0, 15.0 / (g * np.log(1.1))],
+    ]
+    np.testing.assert_allclose(problem.jacobian(x), wanted, rtol=1e-7, atol=1e-7)
+    met = np.array([0.5, 1.0])
+    assert problem.residuals(met)[1] == 0.0 and not problem.jacobian(met)[1].any()
+    assert problem.constraints_at(np.array([x, met])) == pytest.approx(
+        np.array([[(fall - 0.4) / 0.01], [(np.sqrt(0.1) - 0.4) / 0.01]])
+    )
+
+
+def test_goals_are_minimised_with_their_gradient(ball):
+    """As late a landing as a limit of 1 s, s = 30 ms soft, lets it: -t + ((t - 1) / s)^2 / 2 is least at 1 + s^2."""
+    problem = Problem(
+        ball, [Unknown(E, 0.5, 0.9), Unknown(G, 5.0, 20.0)],
+        [Goal(second_landing, -1.0), Limit(second_landing, 0.03, high=1.0)], 3.0,
+    )  # fmt: skip
+    x = np.array([0.1, 0.3])
+    fall, e = np.sqrt(2.0 / 9.5), 0.54
+    assert problem.goals_at(x[None])[0] == pytest.approx([-fall * (1.0 + 2.0 * e)], rel=1e-8)
+    assert problem.goals_jacobian(x)[0] == pytest.approx(
+        [-2.0 * fall * 0.4, 0.5 * fall * 2.08 / 9.5 * 15.0], rel=1e-7
+    )
+    with pytest.raises(InputError, match="goals are no residuals"):
+        least_squares(problem)
+    found = ts.fit.minimize(problem)
+    assert second_landing(ts.simulate(problem.scene_at(found.x), 3.0).all_events) == pytest.approx(
+        1.0009, abs=1e-4
+    )
+
+
+def test_where_an_event_lies_on_the_edge_of_a_measure_the_difference_is_told_from_the_derivative(ball):
+    """The first landing of a ball at the very end of a drive's period: its measure has a kink there."""
+    fall = float(np.sqrt(2.0 / 9.81))
+    problem = Problem(
+        ball,
+        [Unknown(GAP, 0.5, 1.5)],
+        [Reading(lambda rows: abs(first_landing(rows) - fall), 0.0, 1e-3)],
+        1.0,
+    )
+    x = np.array([0.5])
+    assert problem.flags(x) and abs(problem.jacobian(x)[0, 0]) < 0.02, (
+        "the two sides cancel in a central difference"
+    )
+    beside = np.array([0.6])
+    assert not problem.flags(beside)
+    assert problem.jacobian(beside)[0, 0] == pytest.approx(0.5 * np.sqrt(2.0 / 9.81 / 1.1) / 1e-3, rel=1e-7)
+
+
+def test_a_walker_is_differenced_in_one_batch_or_has_derivatives_and_both_agree():
+    scene = trotter()
+    path = "ground.friction.coefficient"
+    at = float(ts.get_value(scene, path))
+    problem = Problem(
+        scene, [Unknown(path, 0.8 * at, 1.2 * at)], [Reading("mean_speed", 0.0, "1 mm/s")], 0.05
+    )
+    x = np.array([0.45])
+    slope = problem.jacobian(x)[0, 0]
+    h = 1e-3
+    near = [problem.residuals(x + k * h)[0] for k in (-1, 1)]
+    assert np.isfinite(slope) and slope == pytest.approx((near[1] - near[0]) / (2.0 * h), rel=0.02, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("unknowns", "terms", "said"),
+    [
+        ([], [Reading("peak", 1.0, 1.0)], "unknowns: expected at least one"),
+        ([Unknown(E + "s", 0.1, 0.2)], [Reading("peak", 1.0, 1.0)], f"did you mean '{E}'"),
+        ([Unknown(E, 0.5, 0.4)], [Reading("peak", 1.0, 1.0)], "expected low below high"),
+        ([Unknown(E, 0.0, 0.4, "log")], [Reading("peak", 1.0, 1.0)], "above 0 on a logarithmic scale"),
+        ([Unknown(E, 0.5, 1.4)], [Reading("peek", 1.0, 1.0)], "did you mean 'peak'"),
+        ([Unknown(E, 0.5, 0.9)], [], "terms: expected at least one"),
+        ([Unknown(E, 0.5, 0.9)], [Reading("peak", "1 V", 1.0)], "expected a length"),
+        ([Unknown(E, 0.5, 0.9)], [Reading("peak", 1.0, 0.0)], "error: expected a number above 0"),
+        ([Unknown(E, 0.5, 0.9)], [Reading("peak", 1.0, 1.0, {E: 0.6})], "is unknown, and a condition"),
+        ([Unknown(E, 0.5, 0.9)], [Samples("bal", [0.1], [0.0], 1.0)], "did you mean 'ball'"),
+        ([Unknown(E, 0.5, 0.9)], [Samples("ball", [0.2, 0.1], [0.0, 0.0], 1.0)], "times in order"),
+        ([Unknown(E, 0.5, 0.9)], [Limit("peak", 1.0)], "expected a lower or an upper bound"),
+        ([Unknown(E, 0.5, 0.9)], [Goal("peak", 0.0)], "scale: expected a number that is not zero"),
+    ],
+)  # fmt: skip
+def test_what_does_not_fit_is_told(ball, unknowns, terms, said):
+    with pytest.raises(InputError) as error:
+        Problem(ball, unknowns, terms, 1.0)
+    assert said in str(error.value)
+
+
+def test_faults_of_unknowns_and_of_terms_are_told_together(ball):
+    with pytest.raises(InputError) as error:
+        Problem(with_values(ball, {E: 0.5}), [Unknown(E, 0.5, 0.4)], [Reading("peek", 1.0, 1.0)], 1.0)
+    assert len(error.value.problems) == 2

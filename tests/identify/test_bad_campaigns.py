@@ -1,0 +1,354 @@
+"""Wrong data: each fault is one sentence with file, channel and cause, and the rest goes on."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from identify.campaigns import MAT, changed, copied, grounded, identified, said, truth
+from identify.campaigns import folder as folder_of_all
+from tarsus.base.errors import InputError
+from tarsus.identify.campaign import checked_drive, read_campaign, read_records
+from tarsus.identify.chain import StepRunner, identify
+from tarsus.identify.resonance import identify_resonances
+from tarsus.identify.restitution import identify_restitution
+from tarsus.identify.steps import compare_signs
+from tarsus.identify.traces import Trace, trace_of
+from tarsus.model.structure import Beam
+from tarsus.modes.agreement import agreeing
+from tarsus.records.measurement import Channel, Measurement, Quantity
+from tarsus.records.purpose import Purpose
+
+
+def swap(content: dict[str, Any]) -> None:
+    for kind in ("displacement", "velocity"):
+        tip, center = f"tip_{kind}", f"center_{kind}"
+        content[tip], content[center] = content[center], content[tip]
+
+
+def gap(content: dict[str, Any]) -> None:
+    content["tip_velocity"][100:130] = np.nan
+
+
+def clip(content: dict[str, Any]) -> None:
+    content["tip_displacement"] = np.minimum(content["tip_displacement"], 40.0)
+
+
+def drive(change: Callable[[np.ndarray], np.ndarray]) -> Callable[[dict[str, Any]], None]:
+    return lambda content: content.update(pzt_volts=change(content["pzt_volts"]))
+
+
+def drawn_out(samples: int) -> Callable[[np.ndarray], np.ndarray]:
+    return lambda volts: np.concatenate([np.zeros(samples), volts[:-samples]])
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (clip, ["tip_displacement", "clipped"]),
+        (gap, ["tip_velocity", "1 gap", "sample 100"]),
+        (
+            lambda c: c.update(fs=25e3),
+            ["pzt volts", "1.25 times as fast", "25000 Hz right, and not 20000 Hz"],
+        ),
+        (lambda c: c.update(fs=20060.0), ["pzt volts", "1.003 times as fast", "20060 Hz right"]),
+        (swap, ["'tip' and 'center' look swapped"]),
+        (lambda c: c.pop("pzt_volts"), ["drive is missing", "no channel 'pzt_volts'"]),
+        (drive(lambda volts: 0.0 * volts), ["drive is missing", "pzt_volts"]),
+        (drive(lambda volts: 0.5 * volts), ["pzt volts", "0.5 times", "unit or scale"]),
+        (drive(lambda volts: 1.2 * volts), ["pzt volts", "1.2 times"]),
+        (drive(lambda volts: -volts), ["pzt volts", "-1 times", "sign"]),
+        (drive(lambda volts: volts + 0.4), ["pzt volts", "+0.4 V off"]),
+        (drive(drawn_out(10)), ["pzt volts", "0.5 ms late", "10 samples", "rest of 10 ms"]),
+        (drive(lambda volts: volts[::-1]), ["pzt volts", "not the one that the campaign states"]),
+        (drive(np.abs), ["pzt volts", "not the one that the campaign states"]),
+    ],
+)
+def test_a_damaged_record_is_left_out_with_its_reason(tmp_path, change, words):
+    folder = copied(tmp_path / "campaign", "ramps-20hz-50")
+    changed(folder, change)
+    told = said(folder)
+    assert len(told) == 1 and told[0].startswith(MAT), told
+    for word in words:
+        assert word in told[0]
+
+
+# Slow: two of three formats; how each says that it is truncated is tested with its reader.
+@pytest.mark.parametrize(
+    "file", ["sweep-2.uff", *(pytest.param(file, marks=pytest.mark.slow) for file in ("loops-1.txt", MAT))]
+)
+def test_a_truncated_file_is_left_out(tmp_path, file):
+    folder = copied(tmp_path / "campaign")
+    content = (folder / file).read_bytes()
+    (folder / file).write_bytes(content[: len(content) * 3 // 5])
+    told = said(folder)
+    assert len(told) == 1 and told[0].startswith(file) and "truncated" in told[0]
+
+
+def test_swapped_channels_of_sweeps_are_told_by_the_modes(tmp_path):
+    folder = copied(tmp_path / "campaign", "modal")
+    text = (folder / "campaign.toml").read_text(encoding="utf-8")
+    text = text.replace('unit = "m/s"\npoint = "tip"', 'unit = "m/s"\npoint = "other"')
+    text = text.replace('unit = "m/s"\npoint = "center"', 'unit = "m/s"\npoint = "tip"')
+    (folder / "campaign.toml").write_text(text.replace('"other"', '"center"'), encoding="utf-8")
+    chain = StepRunner.of(read_campaign(folder))
+    chain.read()
+    read = [one.record for one in chain.evidence.readings if one.file.startswith("sweep")]
+    records = [record for record in read if record is not None]
+    with pytest.raises(
+        InputError, match=r"sweep-1.uff.*channels 'center' and 'tip' look swapped|'tip' and 'center'"
+    ):
+        identify_resonances(chain.opened.model, records, (200.0, 8900.0), 1)
+
+
+# Slow: the modes of all sweeps again. One flipped sign stays; none flipped is the campaign of test_chain.py.
+@pytest.mark.parametrize(
+    "flipped",
+    [
+        ("tip velocity",),
+        pytest.param((), marks=pytest.mark.slow),
+        pytest.param(("center velocity",), marks=pytest.mark.slow),
+        pytest.param(("tip velocity", "center velocity"), marks=pytest.mark.slow),
+    ],
+)
+def test_signs_of_sweeps_that_are_flipped_in_all_of_them(flipped):
+    chain, records = sweeps()
+    for name in flipped:
+        records = [row(record, name, -1.0) for record in records]
+    if len(flipped) == 1:
+        with pytest.raises(InputError, match=r"the sign of channel '(tip|center)' looks flipped"):
+            identify_resonances(chain.opened.model, records, (200.0, 8900.0), 1)
+        return
+    chain.resonances = identify_resonances(chain.opened.model, records, (200.0, 8900.0), 1)
+    compare_signs(chain, loops_of(chain))
+    told = [said for said in chain.evidence.remarks if "moves the other way with the voltage" in said]
+    assert len(told) == bool(flipped)
+
+
+@pytest.mark.slow
+def test_sweeps_that_move_the_other_way_than_the_loops_are_remarked():
+    chain, _ = sweeps()
+    chain.resonances = identified().resonances
+    loops = loops_of(chain)
+    compare_signs(chain, loops)
+    assert chain.evidence.remarks == []
+    compare_signs(chain, [replace(one, volts=-one.volts) for one in loops])
+    (told,) = chain.evidence.remarks
+    assert "moves the other way with the voltage" in told
+
+
+def test_too_few_bounces_are_counted(tmp_path):
+    folder = copied(tmp_path / "campaign", "ramps", "bounces")
+    for file in folder.glob("bounces-*.h5"):
+        with h5py.File(file, "a") as content:
+            for name in [key for key in content if content[key].shape]:
+                values, attrs = content[name][:270], dict(content[name].attrs)
+                del content[name]
+                content.create_dataset(name, data=values).attrs.update(attrs)
+    chain = grounded(read_campaign(folder))
+    traces = next(found for purpose, found in chain.evidence.traces.items() if purpose.value == "bounces")
+    with pytest.raises(InputError, match=r"2 records of bounces: channel 'tip' shows \d bounces .* at least 3"):
+        identify_restitution(chain.opened.model, chain.known, traces, chain.evidence.level, 1)
+
+
+def test_repeats_that_are_none_count_once(tmp_path):
+    folder = copied(tmp_path / "campaign")
+    shutil.copy(folder / MAT, folder / "ramps-20hz-50-3.mat")
+    shutil.copy(folder / "sweep-1.uff", folder / "sweep-4.uff")
+    text = (folder / "campaign.toml").read_text(encoding="utf-8")
+    text = text.replace('"ramps-5hz-100-3.mat"', '"ramps-5hz-100-3.mat", "ramps-5hz-100-1.mat"')
+    (folder / "campaign.toml").write_text(text, encoding="utf-8")
+    assert set(said(folder)) == {
+        "sweep-4.uff: holds the same record as sweep-1.uff: it is no repeat, and sweep-1.uff alone counts",
+        "ramps-5hz-100-1.mat (again): is listed twice: it counts once",
+        f"ramps-20hz-50-3.mat: holds the same record as {MAT}: it is no repeat, and {MAT} alone counts",
+    }
+
+
+def test_missing_files_are_told_and_the_others_read(tmp_path):
+    folder = copied(tmp_path / "campaign")
+    (folder / MAT).unlink()
+    (folder / "loops-2.txt").unlink()
+    (folder / "loops-2.txt").mkdir()
+    assert said(folder) == ["loops-2.txt: is a folder", f"{MAT}: is missing: there is no such file"]
+    for file in folder.iterdir():
+        if file.is_file() and file.suffix != ".toml":
+            file.unlink()
+    with pytest.raises(
+        InputError, match=r"records: none of the files that it names is there: there is no file"
+    ):
+        read_campaign(folder)
+
+
+def test_files_that_are_damaged_alike_are_no_repeats_of_each_other(tmp_path):
+    folder = copied(tmp_path / "campaign")
+    for file in folder.glob("loops-*.txt"):
+        file.write_bytes(b"")
+    assert said(folder) == [f"loops-{i}.txt: is empty" for i in (1, 2, 3)]
+
+
+def test_what_was_excluded_is_told_where_no_step_is_done(tmp_path):
+    folder = copied(tmp_path / "campaign")
+    for file in folder.iterdir():
+        if file.is_file() and file.suffix != ".toml":
+            file.write_bytes(b"")
+    with pytest.raises(InputError) as error:
+        identify(folder)
+    assert any(one.startswith("excluded: ") and one.endswith(": is empty") for one in error.value.problems)
+
+
+def test_a_record_that_ends_before_its_drive_does_is_told():
+    opened = read_campaign(folder_of_all())
+    record = read_records(opened, "loops")[0].record
+    assert record is not None
+    for share, cut in ((0.95, False), (0.6, True)):
+        part = replace(record, values=record.values[:, : int(share * record.count)])
+        told, _ = checked_drive(part, opened.campaign.records["loops"])
+        assert bool(told) is cut
+    assert list(map(str, told)) == [
+        "loops-1.txt, channel 'pzt volts': the record ends 1.76 s after the drive begins, and the drive that the "
+        "campaign states takes 2.571 s: is the file cut short?"
+    ]
+
+
+def sweeps() -> tuple[StepRunner, list[Measurement]]:
+    chain = StepRunner.of(read_campaign(folder_of_all()))
+    read = [one for name, _ in chain.opened.sets(Purpose.MODAL) for one in read_records(chain.opened, name)]
+    return chain, [one.record for one in read if one.record is not None]
+
+
+def loops_of(chain: StepRunner) -> list[Trace]:
+    """The loops, whose records nobody has changed."""
+    records = [one.record for one in read_records(chain.opened, "loops") if one.record]
+    return [trace_of(one, chain.opened.model.points, "loops", "pzt volts", 0.1) for one in records]
+
+
+@pytest.mark.parametrize("digits", [0.0, 2e-4], ids=["as recorded", "rounded"])
+def test_a_fast_velocity_that_is_clipped_is_told_by_its_extremes(digits):
+    _, (record, *_) = sweeps()
+    most = float(np.max(np.abs(record["tip velocity"])))
+    step = digits * most
+    values = np.round(record.values / step) * step if step else record.values
+    assert not replace(record, values=values).clipped()
+    clipped = values.copy()
+    clipped[record.index("tip velocity")] = np.clip(values[record.index("tip velocity")], -np.inf, 0.7 * most)
+    (told,) = replace(record, values=clipped).clipped()
+    assert told.startswith("channel 'tip velocity' is clipped: ") and "have the same extreme value" in told
+
+
+def test_crests_that_are_rounded_and_repeat_are_not_clipped():
+    time = np.arange(20000) / 20e3
+    wave = np.sin(2.0 * np.pi * 200.0 * time)
+    flat = wave * (1.5 - 0.5 * wave**2)
+    for values in (wave, np.round(wave, 2), np.round(wave, 4), np.round(flat, 3), np.sign(wave)):
+        record = Measurement((Channel("tip", Quantity.VELOCITY),), values[None], 5e-5)
+        assert not record.clipped()
+
+
+def row(record: Measurement, name: str, factor: float) -> Measurement:
+    values = record.values.copy()
+    values[record.index(name)] *= factor
+    return replace(record, values=values)
+
+
+def shorter(record: Measurement) -> Measurement:
+    return replace(record, values=record.values[:, : record.count * 3 // 4])
+
+
+def slower(record: Measurement) -> Measurement:
+    """The same drive on a softer device."""
+    moved = np.array([np.roll(record[name], 40) * 0.7 for name in record.names])
+    moved[record.index("pzt volts")] = record["pzt volts"]
+    return replace(record, values=moved)
+
+
+def swapped(record: Measurement) -> Measurement:
+    tip, center = record.index("tip velocity"), record.index("center velocity")
+    order = list(range(len(record.channels)))
+    order[tip], order[center] = center, tip
+    return replace(record, values=record.values[order])
+
+
+@pytest.mark.parametrize(
+    ("change", "channel", "words"),
+    [
+        (shorter, "", "it has 27000 samples at 20000 Hz, most sweeps 36000"),
+        (
+            lambda r: row(r, "tip velocity", 1e3),
+            "tip velocity",
+            "it is 1e+03 times what the other sweeps show",
+        ),
+        (lambda r: row(r, "tip velocity", -1.0), "tip velocity", "it is -1 times"),
+        (lambda r: row(r, "pzt volts", 0.5), "pzt volts", "all responses are 2 times"),
+        (lambda r: row(r, "center velocity", 0.0), "center velocity", "it does not respond"),
+        (swapped, "", "channels 'tip velocity' and 'center velocity' look swapped"),
+        (slower, "", "its responses are not those of the other sweeps"),
+    ],
+)
+def test_one_sweep_unlike_the_others_is_left_out(change, channel, words):
+    chain, records = sweeps()
+    records[0] = change(records[0])
+    found = agreeing(records, chain.opened.model.points, (300.0, 8900.0))
+    assert found.records == tuple(records[1:])
+    (out,) = found.left_out
+    assert (out.file, out.channel) == ("sweep-1.uff", channel) and words in out.reason
+
+
+# Slow: the modes of three sweeps. That the odd one is excluded, with its reason, is tested above.
+@pytest.mark.slow
+def test_the_chain_goes_on_without_a_sweep_unlike_the_others():
+    chain, records = sweeps()
+    records[2] = row(records[2], "tip velocity", 1e3)
+    step = identify_resonances(chain.opened.model, records, (200.0, 8900.0), 1).step
+    true = truth().robot.structure
+    assert isinstance(true, Beam)
+    assert step.values[:2] == pytest.approx(true.frequencies, rel=1e-4)
+    assert str(step.used[0]) == "3 of 4 sweeps" and [one.file for one in step.left_out] == ["sweep-3.uff"]
+
+
+def test_sweeps_of_which_no_majority_agrees_are_refused():
+    chain, records = sweeps()
+    records[:2] = [slower(one) for one in records[:2]]
+    with pytest.raises(InputError, match="show different responses, and no more than half of them agree"):
+        agreeing(records, chain.opened.model.points, (300.0, 8900.0))
+    records[:2] = [shorter(one) for one in records[:2]]
+    with pytest.raises(InputError, match="have different lengths or sampling rates"):
+        agreeing(records, chain.opened.model.points, (300.0, 8900.0))
+
+
+def test_a_campaign_file_tells_all_its_faults_at_once(tmp_path):
+    folder = copied(tmp_path / "campaign")
+    text = (folder / "campaign.toml").read_text(encoding="utf-8")
+    text = text.replace('foot = "tip"', 'foot = "tipp"').replace('point = "center"', 'point = "centre"', 1)
+    (folder / "campaign.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        read_campaign(folder)
+    assert caught.value.problems == [
+        "campaign.toml: foot: the device has no foot 'tipp'; did you mean 'tip'?",
+        "campaign.toml: records.sweep-1.channels.2+Z.point: the structure has no point 'centre'; did you "
+        "mean 'center'?",
+    ]
+    (folder / "campaign.toml").write_text("records = 3\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"campaign.toml: "):
+        read_campaign(folder)
+    empty = text.replace('files = ["sweep-3.uff"]', "files = []")
+    (folder / "campaign.toml").write_text(empty, encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        read_campaign(folder)
+    assert caught.value.problems == [
+        "campaign.toml: records.sweep-3.files: expected at least one file, got none"
+    ]
+
+
+def test_faults_of_the_device_name_its_file(tmp_path):
+    folder = copied(tmp_path / "campaign")
+    device = (folder / "device.toml").read_text(encoding="utf-8")
+    (folder / "device.toml").write_text(device.replace("[robot.feet.tip]", "[robot.feet.tip]\nheight = 3"))
+    with pytest.raises(InputError, match=r"device.toml: robot.feet.tip.height: unknown name"):
+        read_campaign(folder)

@@ -1,0 +1,339 @@
+"""Amplifiers: closed forms of the output, and what the rest of a run sees of it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import tarsus as ts
+from drive_cases import FALLING, RISING, WAVEFORMS
+from model.test_drive_lower import check_shape
+from tarsus.base.errors import InputError
+from tarsus.base.spec import float_paths, with_values
+from tarsus.files.toml import parse_scene, scene_text
+from tarsus.measure.switching import rise_squares
+from tarsus.model.drive.amplifier import Amplifier
+from tarsus.model.drive.laws.prandtl_ishlinskii import fit_branches
+from tarsus.model.drive.lower import evaluate, lower
+from tarsus.model.drive.output import Stage
+from tarsus.model.drive.signal import Signal
+from tarsus.model.drive.waveforms import Constant, OnOff, Ramp, RampedSquare, Sine, Square, SweptSine
+from tarsus.model.robot import Drive
+
+Floats = NDArray[np.float64]
+VOLTS = ts.LinearForce(gain=1.0)
+
+
+def given(signal: Signal, t: Floats) -> Floats:
+    """The output through the engine's pieces."""
+    pieces, _ = lower(signal, VOLTS)
+    check_shape(pieces)
+    return evaluate(pieces, t)
+
+
+def stepped(command: Signal, stage: Stage, t: Floats) -> Floats:
+    """The amplifier's equation in small steps of `t` (nt,), exact in each for a command that rests at its middle."""
+    volts, out = 0.0, [0.0]
+    for u, dt in zip(command.volts(0.5 * (t[1:] + t[:-1])), np.diff(t), strict=True):
+        error = u - volts
+        if stage.lag and abs(error) <= stage.slew * stage.lag:
+            volts = u - error * math.exp(-dt / stage.lag)
+        elif stage.lag:
+            volts += math.copysign(stage.slew * dt, error)
+        else:
+            error = min(max(u, stage.low), stage.high) - volts
+            volts += min(max(error, -stage.slew * dt), stage.slew * dt)
+        volts = min(max(volts, stage.low), stage.high)
+        out.append(volts)
+    return np.array(out)
+
+
+def test_a_square_at_the_slew_rate_is_a_trapezoid() -> None:
+    """8 V at 50 Hz and 4 V/ms: up from 0 V in 2 ms, then 4 ms a ramp, for ever."""
+    signal = Amplifier(slew_rate=4e3).output(Square(amplitude=8.0, frequency=50.0))
+    corners = [0.0, 2e-3, 10e-3, 14e-3, 20e-3, 24e-3, 30e-3, 34e-3, 40e-3]
+    t = np.linspace(0.0, 0.04, 4001)
+    wanted = np.interp(t, corners, [0.0, 8.0, 8.0, -8.0, -8.0, 8.0, 8.0, -8.0, -8.0])
+    np.testing.assert_allclose(given(signal, t), wanted, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(given(signal, t[2500:] + 20.0), wanted[2500:], rtol=0, atol=1e-10)
+    assert signal.period == 0.02
+    np.testing.assert_allclose(signal.volts(t), wanted, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "amplifier", [Amplifier(bandwidth=200.0), Amplifier(rise_time=math.log(9.0) / 400 / math.pi)]
+)
+def test_a_lagged_step_is_an_exponential(amplifier: Amplifier) -> None:
+    t = np.linspace(0.0, 0.05, 5001)
+    wanted = -5.0 * np.expm1(-2.0 * math.pi * 200.0 * t)
+    np.testing.assert_allclose(given(amplifier.output(Constant(level=5.0)), t), wanted, rtol=0, atol=2e-12)
+
+
+def test_a_lagged_sine_is_its_transient_and_its_steady_state() -> None:
+    frequency, lag = 37.0, 4e-3
+    signal = Amplifier(rise_time=lag * math.log(9.0)).output(
+        Sine(amplitude=3.0, frequency=frequency, offset=1.0)
+    )
+    w = 2.0 * math.pi * frequency
+    t = np.linspace(0.0, 0.5, 6001)
+    gain, phase = 1.0 / math.hypot(1.0, w * lag), math.atan(w * lag)
+    start = 1.0 - 3.0 * gain * math.sin(phase)
+    wanted = 1.0 + 3.0 * gain * np.sin(w * t - phase) - start * np.exp(-t / lag)
+    np.testing.assert_allclose(given(signal, t), wanted, rtol=0, atol=4e-12)
+
+
+def test_a_lagged_ramp() -> None:
+    lag = 1.0 / (2.0 * math.pi * 100.0)
+    signal = Amplifier(bandwidth=100.0).output(Ramp(stop=10.0, duration=0.01))
+    t = np.linspace(0.0, 0.03, 3001)
+    rising = 1e3 * (t + lag * np.expm1(-t / lag))
+    end = 1e3 * (0.01 + lag * math.expm1(-0.01 / lag))
+    wanted = np.where(t < 0.01, rising, 10.0 - (10.0 - end) * np.exp(-(t - 0.01) / lag))
+    np.testing.assert_allclose(given(signal, t), wanted, rtol=0, atol=1e-11)
+
+
+def test_a_large_step_slews_until_the_error_is_the_rate_times_the_lag() -> None:
+    """10 V, 1 V/ms, lag 2 ms: a ramp to 8 V, an exponential from there, with one slope where they meet."""
+    signal = Amplifier(rise_time=2e-3 * math.log(9.0), slew_rate=1e3).output(Constant(level=10.0))
+    t = np.linspace(0.0, 0.03, 3001)
+    wanted = np.where(t < 8e-3, 1e3 * t, 10.0 - 2.0 * np.exp(-(t - 8e-3) / 2e-3))
+    np.testing.assert_allclose(given(signal, t), wanted, rtol=0, atol=1e-11)
+
+
+def test_a_rail_is_met_in_finite_time_and_left_with_the_command() -> None:
+    """A lagged square of 8 V between rails of 5 V: exponentials to the rail, none wound up behind it."""
+    lag = 1e-3
+    signal = Amplifier(rise_time=lag * math.log(9.0), clip=5.0).output(Square(amplitude=8.0, frequency=50.0))
+    t = np.linspace(0.0, 0.02, 4000, endpoint=False)
+    up = np.minimum(-8.0 * np.expm1(-t / lag), 5.0)
+    down = np.maximum(-8.0 + 13.0 * np.exp(-(t - 0.01) / lag), -5.0)
+    np.testing.assert_allclose(given(signal, t), np.where(t < 0.01, up, down), rtol=0, atol=1e-11)
+    cuts = signal.track().start
+    for when in (lag * math.log(8.0 / 3.0), 0.01 + lag * math.log(13.0 / 3.0)):
+        assert np.abs(cuts - when).min() < 1e-14
+
+
+def test_a_clipped_sine_is_cut_exactly() -> None:
+    """8 sin(2 pi t) between -3 V and 5 V: cuts at arcsines, and flat between them."""
+    signal = Amplifier(clip=(-3.0, 5.0)).output(Sine(amplitude=8.0, frequency=1.0))
+    track = signal.track()
+    up, down = math.asin(5.0 / 8.0) / (2.0 * math.pi), math.asin(3.0 / 8.0) / (2.0 * math.pi)
+    for when in (up, 0.5 - up, 0.5 + down, 1.0 - down):
+        assert np.abs(track.start - when).min() < 1e-13
+    t = np.linspace(0.0, 2.0, 5001)
+    np.testing.assert_allclose(
+        given(signal, t), np.clip(8.0 * np.sin(2.0 * np.pi * t), -3.0, 5.0), atol=4e-12
+    )
+    flat = track.first == track.last
+    assert set(track.first[flat]) == {-3.0, 5.0} and not track.inner[flat, 1:].any()
+
+
+def test_a_slewed_sine_follows_until_it_is_too_fast() -> None:
+    """Half the steepest slope: from 0 V a ramp to the sine, and on it while the slope allows; in the end a triangle,
+    a quarter period of the slew rate high, that turns where it meets the sine.
+    """
+    rate = 0.5 * 2.0 * math.pi
+    signal = Amplifier(slew_rate=rate).output(Sine(amplitude=1.0, frequency=1.0))
+    t = np.linspace(0.0, 3.0, 60001)
+    near = stepped(Sine(amplitude=1.0, frequency=1.0), Stage(0.0, rate, -math.inf, math.inf), t)
+    np.testing.assert_allclose(given(signal, t), near, rtol=0, atol=rate * (t[1] - t[0]))
+    track = signal.track()
+    turn = 6.0 + (math.pi - math.asin(math.pi / 4.0)) / (2.0 * math.pi)
+    for when in (1.0 / 3.0, turn, turn + 0.5):
+        assert np.abs(track.start - when).min() < 1e-12
+    assert np.ptp(track.last[track.loop :]) == pytest.approx(math.pi / 2.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("stage", [(0.3, 4.0, 6.0), (0.0, 9.0, 3.0), (0.05, math.inf, 2.0)])
+@pytest.mark.parametrize("name", ["sine-phase", "square-duty", "ramped-phase", "chirp", "on-off", "spline"])
+def test_any_waveform_against_small_steps(name: str, stage: tuple[float, float, float]) -> None:
+    """Lag, slew rate and rails at once, in shares of the waveform's time and 10 V."""
+    waveform = WAVEFORMS[name]
+    span = waveform.period or min(float(waveform.track().start[-1]), 0.5)
+    lag, slew, rail = stage[0] * span, 10.0 * stage[1] / span, stage[2]
+    amplifier = Amplifier(
+        rise_time=lag * math.log(9.0) or None, slew_rate=slew if math.isfinite(slew) else None, clip=rail
+    )
+    t = np.linspace(0.0, 1.3 * span, 20001)
+    near = stepped(waveform, amplifier.stage(), t)
+    # a jump of the command may fall anywhere within a small step
+    jump = min(slew, 16.0 / lag if lag else math.inf) * (t[1] - t[0])
+    assert np.abs(given(amplifier.output(waveform), t) - near).max() <= 3.0 * jump
+
+
+def test_a_rail_that_the_command_leaves_at_once() -> None:
+    """Rails from 0 V, where the amplifier and a sine start: the output is off the rail from t = 0 on."""
+    signal = Amplifier(clip=(0.0, 100.0), rise_time=0.01).output(Sine(amplitude=8.0, frequency=5.0))
+    t = np.linspace(0.0, 0.4, 20001)
+    near = stepped(
+        Sine(amplitude=8.0, frequency=5.0), Amplifier(clip=(0.0, 100.0), rise_time=0.01).stage(), t
+    )
+    np.testing.assert_allclose(given(signal, t), near, rtol=0, atol=2e-6)
+    assert signal.track().start[0] == 0.0
+
+
+def test_hysteresis_sees_the_actuators_volts() -> None:
+    law = fit_branches(RISING, FALLING, (-8.0, 8.0), 6)
+    amplifier = Amplifier(slew_rate=2e3, bandwidth=150.0, clip=(-6.0, 7.0))
+    for command in (Square(amplitude=8.0, frequency=50.0, duty=0.4), Sine(amplitude=8.0, frequency=60.0)):
+        signal = Drive(load=_POINT, law=law, amplifier=amplifier, history=(10.0, 0.0)).actuator_volts(command)
+        force, volts = lower(signal, law, (10.0, 0.0))
+        check_shape(force)
+        track = signal.track().twice()
+        t = np.union1d(np.linspace(0.0, track.start[-1], 4001), track.start)[:-1]  # no turn is missed
+        wanted = law.force(evaluate(volts, t), (10.0, 0.0))
+        assert np.abs(evaluate(force, t) - wanted).max() <= 1e-12 * np.ptp(wanted)
+
+
+def test_a_fast_amplifier_is_none() -> None:
+    t = np.linspace(0.0, 0.06, 3001)
+    sweep = SweptSine(amplitude=2.0, start_frequency=20.0, stop_frequency=60.0, duration=0.05)
+    for command in (Sine(amplitude=8.0, frequency=50.0), sweep):
+        assert Amplifier().output(command) is command
+        for amplifier in (Amplifier(slew_rate=1e9, clip=1e3), Amplifier(clip=1e3)):
+            np.testing.assert_allclose(
+                given(amplifier.output(command), t), command.volts(t), rtol=0, atol=2e-11
+            )
+
+
+def test_it_starts_at_the_last_voltage_of_the_history() -> None:
+    drive = Drive(load=_POINT, law=VOLTS, amplifier=Amplifier(slew_rate=1e3), history=(0.0, 10.0))
+    volts = drive.actuator_volts(Constant(level=0.0)).volts(np.array([0.0, 4e-3, 0.02]))
+    assert volts.tolist() == pytest.approx([10.0, 6.0, 0.0], abs=1e-12)
+
+
+def test_it_starts_at_a_rail_that_the_history_lies_beyond() -> None:
+    """A drive poled by more than its amplifier gives: V is between the rails from t = 0 on."""
+    drive = Drive(load=_POINT, law=VOLTS, amplifier=Amplifier(slew_rate=1e3, clip=4.0), history=(2.0, -10.0))
+    volts = drive.actuator_volts(Constant(level=0.0)).volts(np.array([0.0, 3e-3, 0.02]))
+    assert volts.tolist() == pytest.approx([-4.0, -1.0, 0.0], abs=1e-12)
+
+
+def test_energy_is_counted_on_the_actuators_volts() -> None:
+    """A square of 8 V clipped at 5 V rises by 10 V; one that slews never gets higher than the rate lets it."""
+    edges = np.arange(4) * 0.02
+    square = Square(amplitude=8.0, frequency=50.0)
+    assert rise_squares(Amplifier(clip=5.0).output(square), edges).tolist() == pytest.approx([100.0] * 3)
+    # 10 V/s for 10 ms: up to 0.1 V and down again, from 0 V
+    slow = Amplifier(slew_rate=10.0).output(square)
+    assert rise_squares(slow, edges).tolist() == pytest.approx([0.01] * 3)
+    # with 2.4 V/ms the first rise is one from 0 V to 8 V, the others of the whole 16 V
+    slewed = Amplifier(slew_rate=2.4e3).output(square)
+    assert rise_squares(slewed, edges).tolist() == pytest.approx([64.0, 256.0, 256.0])
+
+
+_POINT = ts.PointLoad(weights={"tip": 1.0})
+
+
+def test_one_mode_under_a_slewed_square() -> None:
+    """A mass on a spring: the trapezoid's corners are steps of the slope, each answered in closed form."""
+    run = ts.simulate(_oscillator())
+    t = np.linspace(0.0, 0.02, 801)
+    w, rate = 2.0 * math.pi * 100.0, 2e3
+    wanted = np.zeros_like(t)
+    for corner, change in ((0.0, 1.0), (4e-3, -1.0), (10e-3, -1.0), (18e-3, 1.0)):
+        after = np.maximum(t - corner, 0.0)
+        wanted += change * rate * (1.0 - np.cos(w * after)) / w**2 * 1e-3
+    velocity = run.at(t).state.v[0]
+    np.testing.assert_allclose(velocity, wanted, rtol=0, atol=1e-10 * np.abs(wanted).max())
+    assert np.abs(velocity).max() == pytest.approx(np.abs(wanted).max(), rel=1e-10)
+
+
+def _oscillator(amplifier: str = 'slew_rate = "2 V/ms"') -> ts.Scene:
+    return parse_scene(
+        f"""
+name = "oscillator"
+duration = "20 ms"
+[robot.structure]
+kind = "lumped"
+coordinates = ["mass"]
+mass = "1 kg"
+stiffness = {(2.0 * math.pi * 100.0) ** 2!r}
+[robot.drives.pzt]
+load = {{ kind = "point", weights = {{ mass = 1.0 }} }}
+law = {{ kind = "linear", gain = "1 mN/V" }}
+amplifier = {{ {amplifier} }}
+[signals.pzt]
+kind = "square"
+amplitude = "8 V"
+frequency = "50 Hz"
+"""
+    )
+
+
+def test_the_amplifier_in_a_file() -> None:
+    scene = _oscillator('slew_rate = "10 V/ms", bandwidth = "1 kHz", clip = ["-5 V", "7 V"]')
+    assert parse_scene(scene_text(scene)) == scene
+    base = "robot.drives.pzt.amplifier."
+    floats = {path.removeprefix(base): info[:2] for path, info in float_paths(scene).items() if base in path}
+    wanted = {
+        "slew_rate": (1e4, "V/s"),
+        "bandwidth": (1e3, "Hz"),
+        "clip.0": (-5.0, "V"),
+        "clip.1": (7.0, "V"),
+    }
+    assert floats == wanted
+    plain = with_values(scene, {base + "slew_rate": None, base + "bandwidth": None, base + "clip": None})
+    assert "amplifier" not in scene_text(plain)
+    assert with_values(plain, {base + "clip": "20 V"}).robot.drives["pzt"].amplifier.clip == (-20.0, 20.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('slew_rat = "10 V/ms"', "did you mean 'slew_rate'"),
+        ('slew_rate = "-10 V/ms"', "expected a rate of voltage (V/s) above 0, got -10 V/ms"),
+        ('slew_rate = "10 V"', "V/s"),
+        ('bandwidth = "1 kHz", rise_time = "1 ms"', "give one of the two"),
+        ('clip = ["3 V", "-3 V"]', "expected the lowest voltage before the highest, got 3 V and -3 V"),
+        ('clip = "0 V"', "expected a voltage (V) above 0 for both signs"),
+        ('clip = "3 m"', "clip"),
+    ],
+)
+def test_what_an_amplifier_cannot_be(text: str, said: str) -> None:
+    with pytest.raises(InputError, match=r"robot\.drives\.pzt\.amplifier") as caught:
+        _oscillator(text)
+    assert said in str(caught.value)
+
+
+def test_an_amplifier_that_never_settles_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tarsus.model.drive.output.MOST_SETTLING", 100)
+    slow = Amplifier(bandwidth=0.01).output(
+        RampedSquare(amplitude=1.0, frequency=100.0, duty=0.5, offset=1.0)
+    )
+    with pytest.raises(InputError, match="too slow against the signal"):
+        slow.track()
+
+
+def test_a_run_shows_command_and_output_and_closes_its_ledger() -> None:
+    """The packaged cantilever at 30 V behind 10 V/ms and 20 V; the slew rate varies in a batch."""
+    path = "robot.drives.pzt.amplifier."
+    scene = ts.load_scene("cantilever", volts=30, **{path + "slew_rate": "10 V/ms", path + "clip": "20 V"})
+    run = ts.simulate(scene, 0.06)
+    assert run.ok and len(run.events) > 5
+    assert run.ledger.closure < 1e-8
+    variables = run.variables()
+    volts, command = variables["volts"].values[0], variables["command"].values[0]
+    assert np.abs(command).max() == 30.0 and np.abs(volts).max() == 20.0
+    rate = np.abs(np.diff(volts)) / np.diff(variables["time"].values)
+    assert rate.max() == pytest.approx(1e4, rel=1e-6)
+    assert run.period == 1.0 / scene.signals["pzt"].frequency
+    batch = ts.simulate_batch(scene, {path + "slew_rate": [1e4, 1e5]}, 0.06)
+    np.testing.assert_allclose(batch.events(0)["time"], run.events["time"], rtol=0, atol=1e-12)
+    assert len(batch.events(1)) != len(batch.events(0))
+
+
+def test_an_output_that_has_settled_keeps_its_branch() -> None:
+    """After 31 lags it ends on its command within rounding, from either side, which is no change of the voltage."""
+    lag = 3.1420875e-06
+    square = OnOff(
+        levels=(7.957256413493036, -6.6461928594664155), durations=(2.9468803e-4, 3.4747338e-4), repeat=True
+    )
+    law = ts.drives.TwoBranch(rising=RISING, falling=FALLING)
+    output = Amplifier(rise_time=lag * math.log(9.0)).output(square)
+    t = np.linspace(0.0, 2.9e-4, 20001)[1:]
+    np.testing.assert_allclose(evaluate(lower(output, law)[0], t), RISING(output.volts(t)), rtol=1e-9)
+    np.testing.assert_allclose(law.force(output.volts(t)), RISING(output.volts(t)), rtol=1e-9)

@@ -1,0 +1,266 @@
+"""Lowering: every waveform through every law against the law applied to the direct formula of the voltage."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from drive_cases import FALLING, PRINTED, RISING, WAVEFORMS, grid, jumps
+from effort import calls
+from tarsus.base.errors import InputError
+from tarsus.model.drive.law import VoltageLaw
+from tarsus.model.drive.laws import LinearForce
+from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii, fit_branches
+from tarsus.model.drive.lower import Pieces, evaluate, lower
+from tarsus.model.drive.signal import Signal
+from tarsus.model.drive.waveforms import Constant, OnOff, RampedSquare, Sampled, Sine, Square
+
+LAWS: dict[str, VoltageLaw] = {
+    "linear": LinearForce(gain=-0.6e-6, offset=0.1e-6),
+    "printed": PRINTED,
+    "plays": fit_branches(RISING, FALLING, (-8.0, 8.0), 8),
+    "polynomial": PrandtlIshlinskii(linear=1e-6, quadratic=-0.05e-6, cubic=0.01e-6),
+    "one-play": PrandtlIshlinskii(linear=0.0, thresholds=(3.0,), weights=(1e-6,)),
+    "coincident": PrandtlIshlinskii(
+        linear=1e-6, thresholds=(0.0, 2.0, 2.0, 50.0), weights=(1e-6, 2e-6, -1e-6, 5e-6)
+    ),
+}
+
+
+def direct(waveform: Signal, law: VoltageLaw, t: np.ndarray, history: list[float]) -> np.ndarray:
+    """Force at sorted times from the direct formula, with the turning points put in between."""
+    track = waveform.track()
+    if track.periodic:
+        track = track.twice()
+    edges = track.start[track.start <= t[-1]]
+    before = np.nextafter(edges[1:], 0.0)
+    extra = np.setdiff1d(np.concatenate([edges, before]), jumps(waveform))
+    every = np.concatenate([t, np.append(0.0, extra)])
+    order = np.argsort(every, kind="stable")
+    forces = np.empty(len(every))
+    forces[order] = law.force(waveform.volts(every[order]), history)
+    return forces[: len(t)]
+
+
+def away_from_switches(waveform: Signal, t: np.ndarray) -> np.ndarray:
+    """Mask of times not within rounding of a turning point, where (2.9) jumps."""
+    track = waveform.track()
+    starts = np.concatenate([track.start, track.start + track.start[-1]])
+    return np.abs(t[:, None] - starts).min(axis=1) > 1e-12 * t[-1]
+
+
+HISTORIES = {"virgin": [], "poled": [10.0, 0.0], "negative": [-9.0, 3.0]}
+
+
+@pytest.mark.parametrize(
+    ("law_name", "history"),
+    [(one, volts) for one in LAWS for volts in HISTORIES.values() if not volts or LAWS[one].has_memory],
+)
+@pytest.mark.parametrize("name", WAVEFORMS)
+def test_force_is_the_law_of_the_voltage(name: str, law_name: str, history: list[float]) -> None:
+    waveform, law = WAVEFORMS[name], LAWS[law_name]
+    pieces, _ = lower(waveform, law, history)
+    t = grid(waveform, 3001)
+    t = t[away_from_switches(waveform, t)]
+    wanted = direct(waveform, law, t, history)
+    span = max(float(np.ptp(wanted)), 1e-6)
+    assert np.abs(evaluate(pieces, t) - wanted).max() <= 1e-12 * span
+    check_shape(pieces)
+
+
+def check_shape(pieces: Pieces, terms: float = 0.0, slopes: tuple[float, float] = (0.0, 0.0)) -> None:
+    """Well-formed, and smooth in value, slope and curvature wherever no kink is marked.
+
+    `terms` is the size of the terms that may cancel in the values, `slopes` that of those which may cancel in
+    the first two derivatives.
+    """
+    assert pieces.start[0] == 0.0
+    assert np.all(np.diff(pieces.start) > 0.0)
+    assert pieces.coef.shape == (pieces.count, 12)
+    assert pieces.coef.dtype == np.float64 and pieces.coef.flags.c_contiguous
+    assert np.isfinite(pieces.coef).all()
+    assert -1 <= pieces.loop < pieces.count
+    smooth = np.flatnonzero(~pieces.kink)
+    smooth = smooth[smooth > 0]
+    pairs = [(p - 1, p) for p in smooth]
+    if pieces.loop >= 0 and not pieces.kink[pieces.loop]:
+        pairs.append((pieces.count - 1, pieces.loop))
+    if not pairs:
+        return
+    left, right = np.array(pairs).T
+    k = np.arange(12)
+    scale = 2.0 / np.diff(pieces.start)
+    top = max(terms, float(np.abs(pieces.coef).sum(axis=1).max()))
+    for order, weight in enumerate((np.ones(12), k, k * (k - 1))):
+        ends = (pieces.coef @ weight) * scale**order
+        begins = (pieces.coef @ (weight * (-1.0) ** (k - order))) * scale**order
+        size = max(np.abs(ends).max(), np.abs(begins).max(), (0.0, *slopes)[order], 1e-300)
+        # values are known to rounding only, which the slopes of a very short piece magnify
+        rounding = (1e-15, 1e-14, 1e-12)[order] * top * np.maximum(scale[left], scale[right]) ** order
+        miss = np.abs(ends[left] - begins[right]) - rounding
+        assert miss.max() <= (1e-12, 5e-10, 1e-7)[order] * size
+
+
+@pytest.mark.parametrize("law_name", LAWS)
+@pytest.mark.parametrize("name", [n for n, w in WAVEFORMS.items() if w.period is not None])
+def test_a_thousand_periods_later(name: str, law_name: str) -> None:
+    waveform, law = WAVEFORMS[name], LAWS[law_name]
+    pieces, _ = lower(waveform, law, [10.0, 0.0])
+    period = waveform.period
+    assert period is not None
+    t = grid(waveform, 4001)
+    t = t[away_from_switches(waveform, t)]
+    wanted = direct(waveform, law, t, [10.0, 0.0])
+    second = t > period
+    late = evaluate(pieces, t[second] + 1000 * period)
+    # a time of 1000 periods is known to 1e-13 periods only: allow for the steepest slope
+    steepest = float(np.abs(np.diff(wanted)).max() / np.diff(t).min() * period)
+    slack = 3e-13 * min(steepest, 200 * float(np.ptp(wanted)))
+    clear = np.ones(int(second.sum()), dtype=bool)
+    for edge in np.concatenate([jumps(waveform), waveform.track().twice().start]):
+        clear &= np.abs(t[second] - edge) > 1e-9 * period
+    assert clear.sum() > 1000
+    span = max(float(np.ptp(wanted)), 1e-6)
+    assert np.abs(late - wanted[second])[clear].max() <= 1e-12 * span + slack
+
+
+def test_play_engagement_is_found_exactly_and_marked() -> None:
+    """A triangle of +-8 V through one play of 3 V: engaged from -2 V rising on, and from 2 V falling on."""
+    law = LAWS["one-play"]
+    wave = RampedSquare(amplitude=8.0, frequency=1.0, duty=1.0)
+    force, volts = lower(wave, law)
+    # at 32 V/s: engages at 3 V, turns at 8 V, engages at 2 V, turns at -8 V, engages at -2 V
+    wanted = [
+        0,
+        3 / 32,
+        0.25,
+        0.25 + 6 / 32,
+        0.75,
+        0.75 + 6 / 32,
+        1.0,
+        1.25,
+        1.25 + 6 / 32,
+        1.75,
+        1.75 + 6 / 32,
+        2.0,
+    ]
+    np.testing.assert_allclose(force.start, wanted, rtol=0, atol=2e-16)
+    assert force.kink.tolist() == [False, True, True, True, True, True, False, True, True, True, True]
+    assert force.loop == 6
+    assert volts.kink.tolist() == [False, True, True]
+    assert np.all(force.coef[[0, 2, 4, 7, 9], 1:] == 0.0)  # the play rests
+    assert np.all(force.coef[[1, 3, 5, 6, 8, 10], 1] != 0.0)
+
+
+def test_turning_without_engaged_plays_is_no_kink() -> None:
+    """Amplitude below the only threshold: the force is smooth, and so is the lowered one."""
+    force, _ = lower(
+        Sine(amplitude=2.0, frequency=1.0), PrandtlIshlinskii(linear=1.0, thresholds=(3.0,), weights=(1.0,))
+    )
+    assert not force.kink.any()
+
+
+def test_a_turn_where_it_turned_before_only_touches_a_play() -> None:
+    """The first fall to -0.3 V moves the play so that every later one just reaches it, but for rounding."""
+    law = PrandtlIshlinskii(linear=1.0, thresholds=(1.5,), weights=(1.0,))
+    force, _ = lower(Sine(amplitude=0.3, frequency=500.0), law, [9.0, 0.0])
+    assert np.diff(force.start).min() > 1e-4
+    assert not force.kink[force.loop :].any()
+
+
+def test_square_on_the_printed_branches() -> None:
+    """The +V plateau is on the rising branch and the -V plateau on the falling one, from the start."""
+    force, volts = lower(Square(amplitude=8.0, frequency=50.0), PRINTED, [10.0, 0.0])
+    wanted = [float(RISING(8.0)), float(FALLING(-8.0))]
+    assert evaluate(force, [0.005, 0.015, 20.005, 20.015]).tolist() == wanted * 2
+    assert np.all(force.coef[:, 1:] == 0.0)
+    assert force.kink.all()
+    assert volts.loop == 0
+    poled = lower(Square(amplitude=8.0, frequency=50.0), PRINTED, [10.0])[0]
+    first = evaluate(poled, [0.005, 0.025]).tolist()
+    assert first == [float(FALLING(8.0)), float(RISING(8.0))]  # down from 10 V at first
+
+
+def test_operator_is_continuous_where_the_printed_branches_jump() -> None:
+    force, _ = lower(Sine(amplitude=6.0, frequency=50.0), LAWS["plays"], [10.0, 0.0])
+    ends, begins = force.coef.sum(axis=1), force.coef @ (-1.0) ** np.arange(12)
+    assert np.abs(ends[:-1] - begins[1:]).max() <= 1e-12 * np.ptp(begins)
+    assert abs(ends[-1] - begins[force.loop]) <= 1e-12 * np.ptp(begins)
+
+
+@example([1e-12], [], 1.0, 0.0, 0.0, 1.0, [6.8e-178])  # a sliver of a piece
+@example([0.0], [], 1.0, 0.0, 0.0, 0.9999999999999999, [0.0])  # a plateau shorter than rounding
+@example([5.0], [9.0], 0.015625, 0.0, 0.0, 1.0, [1.0])  # a small swing on a large force
+@example([1.0, 0.0], [], 0.01, -0.75, -3.0, 1.0, [-1.0, -0.5])  # slopes of the terms that nearly cancel
+@given(
+    thresholds=st.lists(st.floats(0.0, 12.0), min_size=1, max_size=6),
+    history=st.lists(st.floats(-12.0, 12.0), max_size=4),
+    amplitude=st.floats(0.01, 10.0),
+    phase=st.floats(-7.0, 7.0),
+    offset=st.floats(-3.0, 3.0),
+    duty=st.floats(0.05, 1.0),
+    weights=st.lists(st.floats(-1.0, 1.0), min_size=6, max_size=6),
+)
+def test_any_plays_any_history(
+    thresholds: list[float],
+    history: list[float],
+    amplitude: float,
+    phase: float,
+    offset: float,
+    duty: float,
+    weights: list[float],
+) -> None:
+    weights = weights[: len(thresholds)]
+    law = PrandtlIshlinskii(
+        linear=1.0, quadratic=0.02, cubic=0.003, thresholds=tuple(thresholds), weights=tuple(weights)
+    )
+    common = {"amplitude": amplitude, "frequency": 1.0, "phase": phase, "offset": offset}
+    for wave in (Sine(**common), RampedSquare(**common, duty=duty)):
+        pieces, _ = lower(wave, law, history)
+        branches = 1.0 + sum(map(abs, weights))
+        turning = 2.0 * np.pi  # of one period a second
+        check_shape(
+            pieces,
+            terms=20.0 * branches,
+            slopes=(amplitude * turning * branches, amplitude * turning**2 * branches),
+        )
+        t = np.linspace(0.0, 2.0, 801)
+        wanted = direct(wave, law, t, history)
+        size = float(np.abs(wanted).max()) + 1.0
+        assert np.abs(evaluate(pieces, t) - wanted).max() <= 2e-13 * size + 1e-12 * float(np.ptp(wanted))
+
+
+def test_noisy_samples_through_plays() -> None:
+    rng = np.random.default_rng(5)
+    times, levels = np.arange(20000) * 1e-4, rng.normal(size=20000).cumsum() * 0.1
+    wave = Sampled(times=tuple(times), levels=tuple(levels))
+    law = LAWS["plays"]
+    force, _ = lower(wave, law, [10.0, 0.0])
+    t = np.sort(np.concatenate([times, rng.uniform(0.0, times[-1], 20000)]))
+    wanted = law.force(np.interp(t, times, levels), [10.0, 0.0])
+    assert np.abs(evaluate(force, t) - wanted).max() <= 1e-12 * np.ptp(wanted)
+
+
+def test_on_off_sequence_with_equal_levels() -> None:
+    wave = OnOff(levels=(1.0, 1.0, 0.0), durations=(0.1, 0.1, 0.1), repeat=True)
+    _, volts = lower(wave, LinearForce(gain=1.0))
+    assert volts.kink.tolist() == [True, False, True]
+
+
+def test_history_must_be_finite() -> None:
+    with pytest.raises(InputError, match="history"):
+        lower(Constant(level=1.0), LAWS["plays"], [math.nan])
+
+
+def test_lowering_is_economical() -> None:
+    """One sine through 8 plays: 19 pieces a period."""
+    wave, law = Sine(amplitude=8.0, frequency=50.0), LAWS["plays"]
+    force, volts = lower(wave, law, [10.0, 0.0])
+    assert calls(lambda: lower(wave, law, [10.0, 0.0])) < 2000
+    assert force.count == 2 * 19
+    assert force.loop == 19
+    assert volts.count == 4

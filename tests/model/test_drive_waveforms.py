@@ -1,0 +1,311 @@
+"""Waveforms: closed-form stretches against direct formulas, definitions, files, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import TypeAdapter
+
+from drive_cases import WAVEFORMS
+from tarsus.base.errors import InputError
+from tarsus.base.spec import float_paths, get_value, validate, with_values
+from tarsus.model.drive.laws import LinearForce
+from tarsus.model.drive.lower import evaluate, lower
+from tarsus.model.drive.waveforms import (
+    RampedSquare,
+    Sampled,
+    Sine,
+    Square,
+    SweptSine,
+    Waveform,
+)
+from tarsus.model.drive.waveforms.sampled import Interpolation
+
+
+@pytest.mark.parametrize("name", WAVEFORMS)
+def test_stretches_are_monotone_and_kinks_are_real(name: str) -> None:
+    waveform = WAVEFORMS[name]
+    track = waveform.track()
+    xi = np.linspace(-1.0, 1.0, 101)
+    values = track.values(np.arange(track.count), np.tile(xi, (track.count, 1)))
+    steps = np.diff(values, axis=1) * np.where(track.direction() == 0.0, 1.0, track.direction())[:, None]
+    assert steps.min() >= -1e-13 * max(1.0, float(np.abs(values).max()))
+    np.testing.assert_allclose(values[:, 0], track.first, rtol=0, atol=1e-13 * 10)
+    np.testing.assert_allclose(values[:, -1], track.last, rtol=0, atol=1e-13 * 10)
+    # where no kink is marked value, slope and curvature are continuous
+    smooth = np.flatnonzero(~track.kink[1:]) + 1
+    assert np.all(track.first[smooth] == track.last[smooth - 1])
+    pieces = lower(waveform, LinearForce(gain=1.0))[1]
+    k, scale = np.arange(12), 2.0 / np.diff(pieces.start)
+    smooth = np.flatnonzero(~pieces.kink[1:]) + 1
+    for order in (1, 2):
+        weight = k if order == 1 else k * (k - 1)
+        right = (pieces.coef @ weight) * scale**order
+        left = (pieces.coef @ (weight * (-1.0) ** (k - order))) * scale**order
+        miss = np.abs(left[smooth] - right[smooth - 1]).max(initial=0.0)
+        assert miss <= 1e-9 * np.abs(left).max() * 10**order
+
+
+def test_ramped_square_as_defined() -> None:
+    """25 % at 5 Hz: 25 ms ramps centred on the edges of the square wave, 75 ms plateaus; 0 is the square."""
+    wave = RampedSquare(amplitude=8.0, frequency=5.0, duty=0.25)
+    t = np.array([0.0, 0.00625, 0.0125, 0.05, 0.0875, 0.1, 0.1125, 0.15, 0.1875, 0.2])
+    np.testing.assert_allclose(
+        wave.volts(t), [0.0, 4.0, 8.0, 8.0, 8.0, 0.0, -8.0, -8.0, -8.0, 0.0], atol=1e-12
+    )
+    _, pieces = lower(wave, LinearForce(gain=1.0))
+    np.testing.assert_allclose(np.diff(pieces.start), [0.0125, 0.075, 0.025, 0.075, 0.0125], rtol=1e-12)
+    assert pieces.kink.tolist() == [False, True, True, True, True]
+    assert np.ptp(wave.volts(np.linspace(0.0125, 0.0874, 50))) == 0.0
+    square = Square(amplitude=8.0, frequency=5.0)
+    t = np.linspace(0.0, 0.39, 200) + 1e-4
+    assert np.array_equal(wave.model_copy(update={"duty": 0.0}).volts(t), square.volts(t))
+    flat = RampedSquare(amplitude=8.0, frequency=5.0, duty=0.0).track()
+    assert flat.first.tolist() == [8.0, -8.0]
+
+
+def test_square_starts_with_the_upper_level_and_keeps_its_duty() -> None:
+    _, pieces = lower(Square(amplitude=8.0, frequency=50.0, duty=0.25), LinearForce(gain=1.0))
+    assert pieces.coef[:, 0].tolist() == [8.0, -8.0]
+    np.testing.assert_allclose(pieces.start, [0.0, 0.005, 0.02], rtol=1e-15)
+    assert pieces.kink.all()
+    assert pieces.loop == 0
+    for duty, level in ((0.0, -8.0), (1.0, 8.0)):
+        _, flat = lower(Square(amplitude=8.0, frequency=50.0, duty=duty), LinearForce(gain=1.0))
+        assert np.array_equal(evaluate(flat, np.linspace(0, 1, 77)), np.full(77, level))
+
+
+def test_phase_on_an_edge_leaves_no_sliver() -> None:
+    for duty in (0.1, 0.3, 0.7):
+        wave = Square(amplitude=1.0, frequency=3.0, duty=duty, phase=2.0 * math.pi * duty)
+        track = wave.track()
+        assert track.first.tolist() == [-1.0, 1.0]
+
+
+def test_sine_needs_four_smooth_pieces() -> None:
+    force, volts = lower(Sine(amplitude=8.0, frequency=50.0), LinearForce(gain=2.0, offset=1.0))
+    assert volts.count == 4
+    assert not volts.kink.any()
+    assert force.count == 4
+    t = np.linspace(0.0, 0.04, 999)
+    np.testing.assert_allclose(
+        evaluate(force, t), 1.0 + 16.0 * np.sin(2 * np.pi * 50.0 * t), rtol=0, atol=2e-11
+    )
+
+
+def test_constant_stretches_have_no_higher_terms() -> None:
+    for name in ("square", "on-off", "poling", "constant", "ramped", "ramp", "samples", "chirp"):
+        waveform = WAVEFORMS[name]
+        force, volts = lower(waveform, LinearForce(gain=0.3e-6, offset=1e-6))
+        track = waveform.track()
+        flat = np.flatnonzero(track.direction() == 0.0)
+        assert len(flat)
+        at = np.searchsorted(volts.start, track.start[flat])
+        assert np.all(volts.coef[at, 1:] == 0.0)
+        assert np.all(force.coef[at, 1:] == 0.0)
+
+
+def test_values_are_held_after_the_end() -> None:
+    assert evaluate(lower(WAVEFORMS["ramp"], LinearForce(gain=1.0))[1], 1e3) == 8.0
+    assert evaluate(lower(WAVEFORMS["poling"], LinearForce(gain=1.0))[1], [0.2, 0.35, 9.0]).tolist() == (
+        pytest.approx([10.0, 5.0, 0.0], abs=1e-13)
+    )
+    chirp = WAVEFORMS["chirp"]
+    last = evaluate(lower(chirp, LinearForce(gain=1.0))[1], 7.0)
+    assert last == pytest.approx(float(chirp.volts(np.array(0.5))), abs=1e-11)
+    with pytest.raises(InputError, match="not negative"):
+        evaluate(lower(chirp, LinearForce(gain=1.0))[1], -1.0)
+
+
+@given(
+    phase=st.floats(-20.0, 20.0),
+    offset=st.floats(-5.0, 5.0),
+    frequency=st.floats(0.1, 1e5),
+    duty=st.floats(0.0, 1.0),
+)
+def test_any_phase_offset_and_duty(phase: float, offset: float, frequency: float, duty: float) -> None:
+    law = LinearForce(gain=1.0)
+    common = {"amplitude": 8.0, "frequency": frequency, "phase": phase, "offset": offset}
+    t = np.linspace(0.0, 2.0 / frequency, 400)
+    sine = Sine(**common)
+    assert np.abs(evaluate(lower(sine, law)[1], t) - sine.volts(t)).max() <= 1e-12 * 16.0 + 1e-14 * 40
+    ramped = RampedSquare(**common, duty=max(duty, 1e-3))
+    steep = 4.0 * 8.0 / ramped.duty  # volts per cycle
+    error = np.abs(evaluate(lower(ramped, law)[1], t) - ramped.volts(t)).max()
+    assert error <= 1e-12 * 16.0 + 2e-15 * steep
+    square = Square(**common, duty=duty)
+    differ = evaluate(lower(square, law)[1], t) != square.volts(t)
+    edges = np.remainder(frequency * t + phase / (2 * math.pi), 1.0)
+    near = (edges < 1e-9) | (edges > 1.0 - 1e-9) | (np.abs(edges - duty) < 1e-9)
+    assert not np.any(differ & ~near)
+
+
+def test_natural_spline_is_scipys() -> None:
+    from scipy.interpolate import CubicSpline
+
+    rng = np.random.default_rng(3)
+    times = np.cumsum(rng.uniform(0.5, 2.0, 60)) * 1e-3
+    levels = rng.normal(size=60)
+    wave = Sampled(times=tuple(times), levels=tuple(levels), interpolation=Interpolation.CUBIC)
+    t = np.linspace(times[0], times[-1], 5000)
+    wanted = CubicSpline(times, levels, bc_type="natural")(t)
+    np.testing.assert_allclose(wave.volts(t), wanted, rtol=0, atol=1e-12)
+    pieces = lower(wave, LinearForce(gain=1.0))[1]
+    np.testing.assert_allclose(evaluate(pieces, t), wanted, rtol=0, atol=1e-12)
+
+
+SAMPLES = {
+    "bare.csv": "0,1\n0.1,-2\n0.25,3.5\n",
+    "comment.csv": "# a comment\nt [s]; V\n0;1\n0.1;-2\n\n0.25;3.5\n",
+    "units.csv": "time (ms),drive (mV)\n0,1000\n100,-2000\n250,3500\n",
+    "decimal commas.csv": "Zeit;Kanal A\n(ms);(mV)\n\n0,0;1000,0\n100,0;-2000,0\n250,0;3500,0\n",
+    "quotes.csv": '"Time, s","Drive, V"\n"0,00","1,0"\n"0,10","-2,0"\n"0,25","3,5"\n',
+    "beside others.txt": "tip (mm/s)\tdrive (V)\tt (s)\n9\t1\t0\n9\t-2\t0.1\n9\t3.5\t0.25\n",
+    "utf-16.csv": "time (s),drive (V)\n0,1\n0.1,-2\n0.25,3.5\n",
+    "late.csv": "time (s),drive (V)\n5,1\n5.1,-2\n5.25,3.5\n",
+    "before a trigger.csv": "time (s),drive (V)\n-0.1,1\n0,-2\n0.15,3.5\n",
+}
+
+
+@pytest.mark.parametrize("name", [*SAMPLES, "named.csv", "record.npz", "record.mat", "record.h5"])
+def test_samples_from_a_file(tmp_path: Path, name: str) -> None:
+    times, levels = np.array([0.0, 0.1, 0.25]), np.array([1.0, -2.0, 3.5])
+    file, columns = tmp_path / name, {}
+    if name in SAMPLES:
+        file.write_text(SAMPLES[name], encoding="utf-16" if "16" in name else "utf-8")
+    elif name == "named.csv":
+        file.write_text("probe,clock,drive\n9,0,1\n9,0.1,-2\n9,0.25,3.5\n")
+        columns = {"time_column": "clock", "value_column": "drive"}
+    elif name == "record.npz":
+        np.savez(file, time=times, volts=levels)
+    elif name == "record.h5":
+        import h5py
+
+        with h5py.File(file, "w") as stored:
+            stored.create_dataset("time", data=1e3 * times).attrs["units"] = "ms"
+            stored.create_dataset("drive", data=1e3 * levels).attrs["units"] = "mV"
+    else:
+        from scipy.io import savemat
+
+        savemat(file, {"time": times, "volts": levels})
+    raw = {"kind": "sampled", "file": file.name, **columns}
+    wave = validate(Sampled, raw, context={"folder": tmp_path})
+    got_times, got_levels = wave.samples()
+    assert got_times.tolist() == pytest.approx(times.tolist(), abs=1e-15)
+    assert got_levels.tolist() == pytest.approx(levels.tolist())
+    again = validate(Sampled, wave.model_dump())  # from any other folder
+    assert again == wave
+    assert wave.volts(np.array([0.05])).tolist() == pytest.approx([-0.5])
+    assert bool(wave.remarks) is (name in ("late.csv", "before a trigger.csv"))
+
+
+def test_the_clock_of_a_file_does_not_count_unless_its_start_is_given(tmp_path: Path) -> None:
+    file = tmp_path / "late.csv"
+    file.write_text(SAMPLES["late.csv"])
+    said = "late.csv begins at 5 s of its own clock; here its first sample comes at 0 s (start)."
+    assert Sampled(file=str(file)).remarks == (said,)
+    placed = Sampled(file=str(file), start="2 s")
+    assert placed.samples()[0].tolist() == pytest.approx([2.0, 2.1, 2.25])
+    assert not placed.remarks and placed.volts(np.array([1.0])) == [1.0]
+    with pytest.raises(InputError, match="start: is of a file"):
+        Sampled(times=(0.0, 1.0), levels=(0.0, 1.0), start=1.0)
+
+
+def test_a_changed_file_is_read_again(tmp_path: Path) -> None:
+    import os
+
+    file = tmp_path / "record.csv"
+    file.write_text("0,1\n1,2\n")
+    wave = Sampled(file=str(file))
+    assert wave.samples()[1].tolist() == [1.0, 2.0]
+    file.write_text("0,5\n1,6\n")
+    os.utime(file, ns=(1, 1))
+    assert wave.samples()[1].tolist() == [5.0, 6.0]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("a.wav", b"RIFF", "a.wav is a sound file"),
+        ("b.csv", b"0,1\n1,2\n2,fish\n", "b.csv, line 3: column 'column 2' has 'fish' where a number is expected"),
+        ("c.csv", b"a,b,c\n0,1,2\n1,1,2\n", "c.csv has no column 'volts'; valid names are 'a', 'b', 'c'; name that"),
+        ("d.csv", b"0,1\n2,1\n1,1\n", "2.0 s is followed by 1.0 s"),
+        ("e.csv", b"\n", "e.csv holds no rows of numbers"),
+        ("f.csv", b"0,1\n1,nan\n2,1\n", "expected finite samples, got a NaN"),
+        ("g.csv", b"time (s),drive (mm/s)\n0,1\n1,2\n", "column 'drive' is in 'mm/s', which is no unit of voltage"),
+        ("k.csv", b"time (s),drive (furlong)\n0,1\n1,2\n", "'furlong' is no unit of voltage; name the column"),
+        ("h.csv", b"time (s),a (V),b (V)\n0,1,1\n1,2,2\n", "h.csv has no column 'volts'"),
+        ("i.mat", b"not a mat file at all", "i.mat is no MATLAB file"),
+        ("j.csv", b"Samples,4\ntime (s),drive (V)\n0,1\n1,2\n", "j.csv is truncated: channel 'drive' has 2 values"),
+    ],
+)
+def test_bad_files_are_refused_in_one_sentence(tmp_path: Path, name: str, content: bytes, said: str) -> None:
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(InputError) as caught:
+        Sampled(file=str(tmp_path / name))
+    assert len(caught.value.problems) == 1
+    assert said in str(caught.value)
+    with pytest.raises(InputError, match="there is no file"):
+        Sampled(file=str(tmp_path / "none.csv"))
+
+
+@pytest.mark.parametrize(
+    ("raw", "sentence"),
+    [
+        ({"kind": "sine", "amplitude": 8, "frequency": 0}, "frequency: expected a frequency .* above 0"),
+        ({"kind": "sine", "amplitude": -8, "frequency": 5}, "amplitude: .* of at least 0"),
+        ({"kind": "sine", "amplitude": math.nan, "frequency": 5}, "amplitude: "),
+        ({"kind": "sine", "amplitude": "8 um", "frequency": 5}, "amplitude: .*length"),
+        ({"kind": "square", "amplitude": 8, "frequency": 5, "duty": 1.5}, "duty: .* from 0 to 1"),
+        ({"kind": "ramped_square", "amplitude": 8, "frequency": 5, "duty": -0.1}, "duty: .* from 0 to 1"),
+        ({"kind": "ramp", "stop": 8, "duration": 0}, "duration: .* above 0"),
+        (
+            {"kind": "swept_sine", "amplitude": 1, "start_frequency": 0, "stop_frequency": 9, "duration": 1},
+            "start_frequency: .* above 0",
+        ),
+        ({"kind": "on_off", "levels": [1, 2], "durations": [1]}, "durations: expected 2 durations"),
+        ({"kind": "on_off", "levels": [], "durations": []}, "levels: expected at least one"),
+        ({"kind": "on_off", "levels": [1], "durations": [0]}, "durations.*above 0"),
+        ({"kind": "poling", "level": 10, "hold": 1, "fall": -1}, "fall: .* of at least 0"),
+        ({"kind": "sampled"}, "expected either times and levels, or a file"),
+        ({"kind": "sampled", "times": [0, 1], "levels": [0, 1], "file": "x.csv"}, "file: give either"),
+        ({"kind": "sampled", "times": [0, 1, 1], "levels": [0, 1, 2]}, "times: sample times must increase"),
+        ({"kind": "sampled", "times": [0, 1], "levels": [0]}, "times: expected as many times as voltages"),
+        ({"kind": "sampled", "times": [0], "levels": [0]}, "times: expected at least two samples"),
+        ({"kind": "sinus", "amplitude": 8, "frequency": 5}, "unknown kind 'sinus'; did you mean 'sine'"),
+        ({"kind": "sine", "amplitude": 8, "frequenzy": 5, "frequency": 5}, "did you mean 'frequency'"),
+    ],
+)
+def test_bad_parameters_are_refused_in_one_sentence(raw: dict[str, object], sentence: str) -> None:
+    from tarsus.base.spec import Description
+
+    class Holder(Description):
+        signal: Waveform
+
+    with pytest.raises(InputError, match=sentence) as caught:
+        validate(Holder, {"signal": raw})
+    assert len(caught.value.problems) == 1
+    assert caught.value.problems[0].startswith("signal")
+
+
+def test_a_waveform_of_too_many_cycles_is_refused() -> None:
+    wave = SweptSine(amplitude=1.0, start_frequency=1e6, stop_frequency=1e9, duration=10.0)
+    with pytest.raises(InputError, match="rises and falls about 1e\\+10 times"):
+        lower(wave, LinearForce(gain=1.0))
+    with pytest.raises(InputError, match="size from 1e-60 to 1e"):
+        Sine(amplitude=1.0, frequency=1e-310)
+
+
+def test_addressable_and_round_trip() -> None:
+    adapter = TypeAdapter(Waveform)
+    for waveform in WAVEFORMS.values():
+        assert adapter.validate_python(waveform.model_dump(mode="json")) == waveform
+    wave = WAVEFORMS["on-off"]
+    assert float_paths(wave)["durations.1"].unit == "s"
+    assert get_value(with_values(wave, {"levels.0": "12 V"}), "levels.0") == 12.0
+    assert Sine(amplitude="8 V", frequency="0.05 kHz") == WAVEFORMS["sine"]  # type: ignore[arg-type]

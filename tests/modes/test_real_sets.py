@@ -1,0 +1,110 @@
+"""Measured responses against the figures of other tools, and those that must be refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from modes.real_sets import beam, cued, vtb
+from tarsus.base.errors import InputError
+from tarsus.modes import ModeVerdict, identify_modes
+from tarsus.modes.intervals import Basis
+from tarsus_reproduce.circle import fit_mode_circle
+
+CUED = np.array(
+    [(251.692, 0.2695), (608.920, 0.264), (843.742, 0.277), (1028.341, 0.367), (1119.900, 0.245), (1427.288, 0.319)]
+)  # fmt: skip
+BEAM = np.array([51.517, 142.176, 278.663, 460.395, 687.166, 958.533])
+
+
+@pytest.mark.parametrize(
+    ("band", "order"),
+    [
+        ((100.0, 1490.0), 40),
+        # Slow: other orders and bands of the same set. One stays.
+        pytest.param((20.0, 1500.0), 20, marks=pytest.mark.slow),
+        pytest.param((1.0, 1500.0), 40, marks=pytest.mark.slow),
+        pytest.param((20.0, 1500.0), 40, marks=pytest.mark.slow),
+        pytest.param((100.0, 1490.0), 60, marks=pytest.mark.slow),
+    ],
+)
+def test_six_modes_of_an_accelerance(band, order):
+    fit = identify_modes(cued(), band, order)
+    six = fit.only(CUED[:, 0])
+    assert six.frequencies == pytest.approx(CUED[:, 0], rel=1e-3)
+    assert 100.0 * six.damping_ratios == pytest.approx(CUED[:, 1], rel=0.1)
+    assert all(mode.basis is Basis.LINES for mode in six.modes)
+    inside = [
+        one.low <= wanted <= one.high
+        for mode, (f, ratio) in zip(six.modes, CUED, strict=True)
+        for one, wanted in ((mode.frequency, f), (mode.damping, ratio / 100.0))
+    ]
+    assert sum(inside) >= 9, "of 12; 4 by the scatter of the lines alone"
+    assert 0.09e-3 < -fit.delay < 0.16e-3 and any("delay" in remark for remark in fit.remarks)
+    extra = [mode for mode in fit.modes if mode.verdict is ModeVerdict.DETERMINED and mode not in six.modes]
+    assert len(extra) <= 2, "7 to 10 by the scatter of the lines alone"
+    if order == 40:
+        assert sum(inside) >= 11 and len(extra) <= 1
+        assert sum(mode.verdict is ModeVerdict.DETERMINED for mode in six.modes) >= 5
+
+
+# Slow: a higher order of the same set. The lower stays.
+@pytest.mark.parametrize("order", [20, pytest.param(60, marks=pytest.mark.slow)])
+def test_one_mode_of_hardly_more_than_a_line(order):
+    (mode,) = identify_modes(vtb(1), (156.0, 312.5), order).modes
+    assert mode.verdict is ModeVerdict.DETERMINED
+    assert mode.frequency.value == pytest.approx(212.092530551, rel=1e-3)
+    assert mode.damping.value == pytest.approx(0.000810, rel=0.15)
+    assert mode.damping.value == pytest.approx(0.000863, rel=0.02), (
+        "pydvma's figure, also by maximum likelihood"
+    )
+
+
+# Slow: higher orders of the same set. The lowest stays.
+@pytest.mark.parametrize(
+    "order", [20, pytest.param(40, marks=pytest.mark.slow), pytest.param(60, marks=pytest.mark.slow)]
+)
+def test_a_mode_that_turns_the_wrong_way_is_refused(order):
+    fit = identify_modes(vtb(2), (156.0, 312.5), order)
+    assert fit.modes[0].frequency.value == pytest.approx(192.594, rel=2e-3)
+    with pytest.raises(InputError, match=r"192\.\d+ Hz turns the wrong way"):
+        fit.structure()
+
+
+# Slow: a wider band of the same set. The other stays.
+@pytest.mark.slow
+@pytest.mark.parametrize("band", [(10.0, 490.0), (1.0, 500.0)])
+def test_a_whole_band_shows_the_sharp_mode_and_the_wrong_way(band):
+    fit = identify_modes(vtb(1), band)
+    assert fit.frequencies[:2] == pytest.approx([34.05, 212.093], rel=1e-3)
+    assert fit.modes[0].verdict is ModeVerdict.UNDER_RESOLVED, "34 Hz is one line wide"
+    assert fit.only([212.0]).structure().frequencies[0] == pytest.approx(212.093, rel=1e-3)
+    assert [mode.verdict for mode in identify_modes(vtb(2), band).modes] == [ModeVerdict.WRONG_WAY]
+
+
+def test_modes_between_the_lines_keep_their_frequency_and_lose_their_damping():
+    fit = identify_modes(beam(), (20.0, 999.0))
+    assert fit.frequencies == pytest.approx(BEAM, rel=2e-4)
+    assert [mode.verdict for mode in fit.modes] == [ModeVerdict.UNDER_RESOLVED] * 6
+    with pytest.raises(
+        InputError, match=r"half-power band of 0\.\d+ Hz is below the line spacing of 1 Hz"
+    ) as caught:
+        fit.structure()
+    assert len(caught.value.problems) == 6
+
+
+@pytest.mark.parametrize("near", BEAM)
+def test_a_circle_through_modes_between_the_lines_is_refused(near):
+    responses = beam()
+    for values in responses.values[1:, 0, 1:] / (2.0j * np.pi * responses.frequency[1:]):
+        with pytest.raises(InputError, match="under-resolved"):
+            fit_mode_circle(responses.frequency[1:], values, near)
+
+
+@pytest.mark.parametrize(("near", "ratio"), CUED)
+def test_circles_of_the_six_modes(near, ratio):
+    responses = cued().between(20.0, 1500.0)
+    mobility = responses.values[0, 0] / (2.0j * np.pi * responses.frequency)
+    fit = fit_mode_circle(responses.frequency, mobility, near)
+    assert fit.frequency == pytest.approx(near, rel=1e-3)
+    assert 100.0 * fit.damping_ratio == pytest.approx(ratio, rel=0.15)

@@ -1,0 +1,263 @@
+"""The animation of a walk: what it is made of, and that it stands alone."""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import json
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+from html_page import Page
+from tarsus.base.errors import InputError
+from tarsus.report.motion import MOST_FRAMES, SLIPPING, STUCK, Motion, frame_limit
+from tarsus.report.packing import packed, packed_states, unpacked
+from tarsus.report.player import payload, walk_section
+from tarsus.report.stage import drawn, round_below, stage_of
+from walking_devices import walk
+
+
+@pytest.fixture(scope="module")
+def motion() -> Motion:
+    return walk(6)
+
+
+@pytest.fixture(scope="module")
+def section(motion: Motion) -> str:
+    return walk_section(motion)
+
+
+def data_of(section: str) -> dict[str, Any]:
+    (text,) = re.findall(r'<script type="application/json"[^>]*>(.*?)</script>', section, re.DOTALL)
+    return json.loads(text)
+
+
+def test_arrays_that_do_not_fit_are_all_named(motion: Motion) -> None:
+    with pytest.raises(InputError) as error:
+        dataclasses.replace(
+            motion,
+            foot_x=motion.foot_x[:, 1:],
+            hips=motion.hips[:2],
+            body={"twist": motion.time, "heave": motion.time[1:]},
+        )
+    for name in ("foot_x", "hips", "body.twist", "body.heave"):
+        assert name in str(error.value)
+    assert "foot_z" not in str(error.value)
+
+
+@pytest.mark.parametrize("bits", [8, 16])
+def test_packing_is_within_half_a_step_and_keeps_zero(bits: int) -> None:
+    random = np.random.default_rng(4)
+    values = random.normal(1e-6, 3e-6, (5, 400))
+    values[:, ::7] = 0.0
+    channel = packed(values, bits)
+    back = unpacked(channel, 5)
+    assert channel["step"] <= np.ptp(values) / (2**bits - 2) * (1.0 + 1e-12)
+    assert np.abs(back - values).max() <= 0.5 * channel["step"] * (1.0 + 1e-9)
+    assert np.all(back[:, ::7] == 0.0)
+
+
+@pytest.mark.parametrize("value", [0.0, 3e-9, -2.0])
+def test_a_constant_is_packed_as_it_is(value: float) -> None:
+    np.testing.assert_allclose(unpacked(packed(np.full((1, 9), value), 8), 1), value, rtol=1e-12)
+
+
+def test_what_is_not_finite_is_packed_as_zero() -> None:
+    back = unpacked(packed(np.array([[1.0, np.nan, np.inf, -1.0]]), 16), 1)
+    np.testing.assert_allclose(back, [[1.0, 0.0, 0.0, -1.0]], atol=2e-5)
+
+
+def test_times_far_from_zero_keep_their_resolution() -> None:
+    time = np.linspace(5.0, 5.1, 2000)[None, :]
+    assert np.abs(unpacked(packed(time, 16), 1) - time).max() < 0.1 / 2000 / 10
+
+
+def test_states_are_packed_four_to_a_byte() -> None:
+    state = np.random.default_rng(1).integers(0, 3, (3, 7)).astype(np.uint8)
+    raw = np.frombuffer(base64.b64decode(packed_states(state)), np.uint8)
+    assert len(raw) == 6
+    flat = (raw[:, None] >> np.array([0, 2, 4, 6])) & 3
+    np.testing.assert_array_equal(flat.reshape(-1)[:21].reshape(3, 7), state)
+
+
+def test_thinning_keeps_the_ends_and_takes_the_nearest_times() -> None:
+    motion = walk(2)
+    thin = motion.thinned(100)
+    assert len(thin.time) == 100
+    assert (thin.time[0], thin.time[-1]) == (motion.time[0], motion.time[-1])
+    assert (
+        np.abs(thin.time - np.linspace(0.0, motion.time[-1], 100)).max() <= 0.51 * np.diff(motion.time).max()
+    )
+    at = np.searchsorted(motion.time, thin.time)
+    np.testing.assert_array_equal(thin.state, motion.state[:, at])
+    np.testing.assert_array_equal(thin.body["surge"], motion.body["surge"][at])
+    assert motion.thinned(10_000) is motion
+
+
+def test_drives_of_one_voltage_are_one_curve_whose_label_is_told() -> None:
+    motion = walk(2)
+    volts = np.stack([motion.volts[0]] * 2 + [0.5 * motion.volts[0]] + [0.1 * motion.volts[0]] * 5)
+    names = ("a", "b", "c", *"defgh")
+    section = walk_section(dataclasses.replace(motion, drives=names, volts=volts))
+    assert data_of(section)["drives"] == ["a +1", "c", "d +4"]
+    assert "Drives of one voltage are one curve (a +1: a and b; d +4: d and 4 others)." in section
+
+
+@pytest.mark.slow
+def test_thirty_legs_stay_below_400_kb() -> None:
+    motion = walk(30)
+    section = walk_section(motion)
+    assert len(section.encode()) < 400_000
+    frames = data_of(section)["frames"]
+    assert 900 < frames <= MOST_FRAMES
+    assert frame_limit(2, 2, 400_000) == MOST_FRAMES
+
+
+def test_the_page_holds_the_walk(motion: Motion, section: str) -> None:
+    data = data_of(section)
+    frames = data["frames"]
+    thin = motion.thinned(frames)
+    assert data["legs"] == list(motion.legs)
+    np.testing.assert_allclose(unpacked(data["time"], 1)[0], thin.time, atol=thin.time[-1] / 60_000)
+    np.testing.assert_allclose(unpacked(data["foot_x"], 6), thin.foot_x, atol=np.ptp(thin.foot_x) / 120_000)
+    np.testing.assert_allclose(unpacked(data["foot_z"], 6), thin.foot_z, atol=np.ptp(thin.foot_z) / 120_000)
+    np.testing.assert_allclose(
+        unpacked(data["body"]["surge"], 1)[0], thin.body["surge"], atol=np.ptp(thin.body["surge"]) / 120_000
+    )
+    assert data["period"] == motion.period
+    assert [one[2:] for one in data["drives"]] == [" +2"] * 2, "two different voltages, each of three drives"
+
+
+@pytest.mark.slow
+def test_a_body_that_does_not_turn_has_no_turns(motion: Motion) -> None:
+    still = dataclasses.replace(motion, body={name: motion.body[name] for name in ("surge", "heave")})
+    assert set(data_of(walk_section(still))["body"]) == {"surge", "heave"}
+
+
+def test_a_walk_without_drives_has_no_voltages(motion: Motion) -> None:
+    data = payload(dataclasses.replace(motion, drives=(), volts=np.zeros((0, 0))), stage_of(motion))
+    assert data["volts"] is None and data["drives"] == []
+
+
+def test_the_section_needs_nothing_from_outside(section: str) -> None:
+    page = Page(section)
+    assert not {"link", "img", "iframe", "object"} & set(page.tags)
+    for tag, name, value in page.attributes:
+        if name in ("src", "href", "xlink:href"):
+            assert value.startswith("#"), (tag, value)
+    assert not re.findall(r"url\((?!#)", section)
+    assert "@import" not in section
+    addresses = set(re.findall(r"https?://[^\s\"'<]+", section))
+    assert addresses <= {"http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"}
+    for word in ("fetch(", "XMLHttpRequest", "WebSocket", "import(", "sendBeacon", "eval("):
+        assert word not in section
+
+
+def test_everything_that_is_worked_has_a_name(section: str) -> None:
+    page = Page(section)
+    named = {
+        (tag, dict(rest).get("aria-label"))
+        for tag, rest in (
+            (tag, re.findall(r'([\w-]+)="([^"]*)"', rest))
+            for tag, rest in re.findall(r"<(button|input|canvas)\b([^>]*)>", section)
+            if "checkbox" not in rest
+        )
+    }
+    assert all(label for _, label in named)
+    assert ("button", "Play") in named and ("input", "Time") in named
+    labels = re.findall(r"<label>(.*?)</label>", section)
+    assert [re.sub(r"<[^>]*>", "", label).strip() for label in labels] == [
+        "Speed", "Motion up", "along", "forces", "follow the body",
+    ]  # fmt: skip
+    assert "noscript" in page.tags
+    assert "The animation needs a browser that runs scripts" in page.text
+
+
+def test_without_a_script_there_is_a_picture_of_four_moments(section: str) -> None:
+    (still,) = re.findall(r'<div class="walk-still">(.*?)<figcaption>', section, re.DOTALL)
+    assert [time in still for time in ("180 ms", "185 ms", "190 ms", "195 ms")] == [True] * 4
+    assert "4 moments of a drive period" in Page(section).text
+
+
+def test_names_cannot_be_taken_for_markup(motion: Motion) -> None:
+    nasty = dataclasses.replace(motion, legs=("</script><b>x</b>", *motion.legs[1:]))
+    section = walk_section(nasty)
+    assert "<b>x" not in section
+    assert data_of(section)["legs"][0] == "</script><b>x</b>"
+
+
+@pytest.mark.slow
+def test_equal_motions_give_equal_sections(motion: Motion, section: str) -> None:
+    assert walk_section(motion) == section
+
+
+def test_hips_are_where_the_model_has_them(motion: Motion) -> None:
+    stage = stage_of(motion)
+    assert stage.true
+    np.testing.assert_array_equal(stage.x, motion.hips[:, 0])
+    assert stage.length == pytest.approx(2e-3), "the larger one of length and width"
+    np.testing.assert_array_equal(stage.far, motion.hips[:, 1] > 0)
+    back, front, right, left = stage.box
+    assert back < stage.x.min() and front > stage.x.max() and (right, left) == (-1e-3, 1e-3)
+
+
+def test_legs_at_one_place_are_drawn_apart() -> None:
+    stage = stage_of(dataclasses.replace(walk(2), hips=np.zeros((2, 3))))
+    assert not stage.true
+    assert np.ptp(stage.x) > 0.0 and stage.x.sum() == pytest.approx(0.0)
+    assert not stage.far.any()
+
+
+def test_two_legs_at_one_place_among_others_stay_near_it(motion: Motion) -> None:
+    hips = motion.hips.copy()
+    hips[2] = hips[0]
+    stage = stage_of(dataclasses.replace(motion, hips=hips))
+    assert not stage.true
+    assert 0.0 < abs(stage.x[0] - stage.x[2]) < 1.8e-3
+    np.testing.assert_array_equal(stage.x[[1, 3, 4, 5]], hips[[1, 3, 4, 5], 0])
+
+
+def test_motion_is_drawn_as_large_as_there_is_room(motion: Motion) -> None:
+    stage = stage_of(motion)
+    assert 0.1 * stage.leg < stage.up * motion.foot_z.max() < 0.6 * stage.leg
+    swing = motion.foot_x - motion.hips[:, :1] - motion.hip_shift_x
+    assert 0.0 < stage.along * np.ptp(swing, axis=1).max() < 10e-3 / 15, "less than the way to the next leg"
+    huge = dataclasses.replace(motion, foot_z=motion.foot_z * 1e3)
+    assert stage_of(huge).up == 1.0
+    still = dataclasses.replace(
+        motion, foot_x=motion.foot_x * 0.0, foot_z=motion.foot_z * 0.0, body={}, hips=motion.hips
+    )
+    assert stage_of(still).up == 1.0
+
+
+def test_feet_in_contact_are_drawn_on_the_ground(motion: Motion) -> None:
+    stage = stage_of(motion)
+    for frame in (0, 333, 1999):
+        moment = drawn(motion, stage, frame)
+        near = ~stage.far
+        down = np.isin(motion.state[:, frame], (STUCK, SLIPPING))
+        none = 1e-9 * stage.leg
+        assert np.abs(moment.feet[near & down, 1]).max(initial=0.0) < none
+        assert np.all(moment.feet[:, 1] > -none)
+        np.testing.assert_allclose(moment.feet[~near & down, 1], 0.03 * stage.length)
+
+
+def test_the_drawn_body_turns_as_its_hips_do(motion: Motion) -> None:
+    stage = stage_of(motion)
+    moment = drawn(motion, stage, 1234)
+    slope = -stage.up * motion.body["pitch"][1234]
+    edge = moment.near_face[1] - moment.near_face[0]
+    assert edge[1] / edge[0] == pytest.approx(slope)
+    near = np.flatnonzero(~stage.far)
+    across = np.polyfit(stage.x[near], moment.hips[near, 1], 1)
+    assert across[0] == pytest.approx(slope)
+
+
+@pytest.mark.parametrize(
+    ("value", "below"), [(1.0, 1.0), (4.99, 2.0), (5.0, 5.0), (0.03, 0.02), (987.0, 500.0)]
+)
+def test_round_numbers(value: float, below: float) -> None:
+    assert round_below(value) == pytest.approx(below)

@@ -1,0 +1,339 @@
+"""The report: one readable, self-contained page that shows what the run holds."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pytest
+
+import tarsus as ts
+from html_page import Page
+from scene_files import scene as scene_of
+from tarsus.base.errors import InputError
+from tarsus.measure import CautionKind
+from tarsus.model.scene import Provenance, Source
+from tarsus.model.values import ValueRow, grouped, value_rows
+from tarsus.report import write_report
+from tarsus.report.figures import turns_of
+from tarsus.report.run_page import MOST_EVENTS, report_html
+from tarsus.report.series import contact_intervals, drive_period, foot_traces, series_of
+from tarsus.report.sheet import Sheet, figure_style, to_svg
+from tarsus.report.style import decimate, scale_of, upright
+from tarsus.solve.codes import EVENT_TYPE
+from tarsus.tables.numbers import amount
+
+
+@pytest.fixture(scope="module")
+def scene() -> ts.Scene:
+    """The cantilever, with characters of markup in its texts."""
+    made = ts.load_scene("cantilever")
+    note = Provenance(source=Source.PRINTED, note="section 2.2, <laser vibrometer> & network analyser")
+    return ts.with_values(
+        made,
+        {
+            "provenance": {**made.provenance, "robot.structure.frequencies": note},
+            "citations": ("J. Ryou, K. R. Oldham: contact dynamics of <micro> robots",),
+        },
+    )
+
+
+@pytest.fixture(scope="module")
+def run(scene: ts.Scene) -> ts.Run:
+    return ts.simulate(scene, 0.09)
+
+
+@pytest.fixture(scope="module")
+def companion(scene: ts.Scene) -> ts.Run:
+    return ts.simulate(ts.with_values(scene, {"ground.adhesion": None}), 0.09)
+
+
+@pytest.fixture(scope="module")
+def stored(run: ts.Run, tmp_path_factory: pytest.TempPathFactory) -> ts.Run:
+    """The run as it is read back from a folder: a table whose parts can be replaced."""
+    folder = tmp_path_factory.mktemp("run")
+    return ts.load_run(run.save(folder))
+
+
+@pytest.fixture(scope="module")
+def page_text(run: ts.Run, companion: ts.Run) -> str:
+    return report_html(run, companion)
+
+
+@pytest.fixture(scope="module")
+def failed() -> ts.Run:
+    """A run that stopped, after more events than are listed."""
+    return ts.simulate(scene_of("vibrating_table"), 800.0, ts.Accuracy(steps=2000))
+
+
+@pytest.fixture(scope="module")
+def failed_text(failed: ts.Run) -> str:
+    return report_html(failed)
+
+
+@pytest.fixture(scope="module")
+def page(page_text: str) -> Page:
+    return Page(page_text)
+
+
+def test_page_is_small_and_needs_nothing_from_outside(page_text: str, page: Page) -> None:
+    assert len(page_text.encode()) < 1_500_000
+    assert "link" not in page.tags and "img" not in page.tags
+    for _, name, value in page.attributes:
+        if name in ("src", "href", "xlink:href"):
+            assert value.startswith("#"), value
+    assert not re.findall(r"url\((?!#)", page_text)
+    assert "@import" not in page_text and "fetch(" not in page_text and "XMLHttpRequest" not in page_text
+
+
+def test_ids_are_unique_and_references_resolve(page: Page) -> None:
+    ids = [value for _, name, value in page.attributes if name == "id"]
+    assert len(ids) == len(set(ids))
+    used = {v[1:] for _, name, v in page.attributes if name.endswith("href") and v.startswith("#")}
+    used |= {m for _, _, v in page.attributes for m in re.findall(r"url\(#([^)]+)\)", v)}
+    assert used and used <= set(ids)
+
+
+def test_page_says_what_was_run_and_how_it_ended(run: ts.Run, page: Page) -> None:
+    assert run.code.value in page.text
+    assert "square, amplitude 8 V, frequency 50 Hz" in page.text
+    assert re.search(r"90 ms simulated, computed in [\d.]+ m?s; 24 contact events", page.text)
+    headings = ["Motion", "Measures", "Forces", "Energy", "Events", "Values of this run"]
+    positions = [page.text.index(f" {heading} ") for heading in headings]
+    assert positions == sorted(positions)
+
+
+def test_failed_run_is_marked(failed_text: str, page_text: str) -> None:
+    assert 'class="verdict failed"' in failed_text and 'class="verdict failed"' not in page_text
+
+
+def test_every_figure_has_its_caption_and_axes_have_units(page: Page) -> None:
+    figures = page.tags.count("figure")
+    assert figures == page.tags.count("figcaption") == 7
+    for label in ("displacement (µm)", "drive (V)", "time (ms)", "energy since start (nJ)"):
+        assert label in page.text
+    for number_ in range(1, figures + 1):
+        assert f"Figure {number_}." in page.text
+    assert "without adhesion" in page.text
+
+
+def test_without_companion_there_is_one_curve(run: ts.Run) -> None:
+    text = Page(report_html(run)).text
+    assert "without adhesion" not in text
+    assert "with adhesion switched off" not in text
+
+
+def test_texts_of_the_scene_are_escaped(page_text: str, page: Page) -> None:
+    assert "<laser" not in page_text and "<micro>" not in page_text
+    assert "<laser vibrometer> & network analyser" in page.text
+    assert "contact dynamics of <micro> robots" in page.text
+
+
+def test_measures_come_with_definition_and_spread(run: ts.Run, page: Page) -> None:
+    contact = run.measures["contact_duration"]
+    assert "total time per drive period with zero gap" in page.text
+    assert f" contact duration {amount(contact.value, 's')} " in page.text
+    assert "nan" not in page.text.lower().replace("nanometre", "")
+
+
+def test_values_come_with_provenance(scene: ts.Scene) -> None:
+    bare = {path: one for path, one in scene.provenance.items() if not path.startswith("robot.feet")}
+    rows = {row.path: row for row in value_rows(ts.with_values(scene, {"provenance": bare}))}
+    assert rows["robot.structure.frequencies"].value == "623 Hz, 6.424 kHz"
+    assert rows["robot.structure.frequencies"].source == "printed"
+    assert rows["ground.film.coefficient"].source == scene.origin("ground.film.coefficient").source.value
+    assert rows["robot.feet.tip.gap"].value == "70 µm"
+    assert rows["robot.feet.tip.gap"].source == ""
+
+
+def test_long_event_list_is_cut_and_says_so(failed: ts.Run, failed_text: str) -> None:
+    rows = failed_text.partition(">Events<")[2]
+    assert rows.count(">bounce</td>") == np.count_nonzero(failed.events["kind"][:MOST_EVENTS] == 1)
+    more = len(failed.events) - MOST_EVENTS
+    assert more > 0 and f"The first {MOST_EVENTS} are listed; {more} more are in events.csv." in failed_text
+
+
+def test_run_that_never_touches(scene: ts.Scene) -> None:
+    high = ts.simulate(
+        ts.with_values(scene, {"robot.feet.tip.gap": 1e-3, "ground.film": None, "ground.adhesion": None}),
+        0.045,
+    )
+    text = Page(report_html(high)).text
+    assert "No foot touched the ground." in text
+
+
+def test_several_feet_get_a_panel_each() -> None:
+    text = Page(report_html(ts.simulate(scene_of("three_feet"), 0.03))).text
+    for foot in "abc":
+        assert f"Forces on foot {foot}" in text
+    assert "the bars below mark contact" in text
+
+
+def test_run_without_feet_or_drives() -> None:
+    structure = ts.Modal(
+        frequencies=(1e2,), damping_ratios=(0.1,), modal_masses=(1e-6,), shapes={"a": (1.0,)}
+    )
+    start = ts.Initial(displacement=(1e-6,))
+    bare = ts.Scene(name="bare", robot=ts.Robot(structure=structure), initial=start, duration=0.02)
+    assert "Kinetic energy" in Page(report_html(ts.simulate(bare))).text
+
+
+def test_drive_periods_lie_over_each_other_where_there_are_some(
+    scene: ts.Scene, run: ts.Run, page: Page
+) -> None:
+    text = Page(report_html(ts.simulate(scene, 0.012))).text
+    assert "over one drive period" not in text and "last 2 drive periods" not in text
+    assert "over one drive period (20 ms): the last 4 of them" in page.text
+    (trace,) = foot_traces(series_of(run))
+    heights = [height for _, height in turns_of(trace)]
+    assert len(heights) == 4 and np.ptp(heights[-1]) > 100e-6
+    seen = trace.height[trace.inside((0.06, 0.08))]
+    ends = (heights[-1].min(), heights[-1].max())
+    assert ends == pytest.approx((seen.min(), seen.max()), abs=0.01 * np.ptp(seen))
+
+
+def test_equal_runs_give_equal_pages(run: ts.Run, companion: ts.Run, page_text: str) -> None:
+    assert report_html(run, companion) == page_text
+
+
+def test_settings_of_matplotlib_are_left_alone() -> None:
+    before = dict(matplotlib.rcParams)
+    with figure_style():
+        inside = dict(matplotlib.rcParams)
+        sheet = Sheet()
+        sheet.stacks(1, [1.0])
+        to_svg(sheet.figures[0], "a panel")
+    assert dict(matplotlib.rcParams) == before != inside
+
+
+def test_stored_run_can_be_reported(run: ts.Run, stored: ts.Run, tmp_path: Path) -> None:
+    path = write_report(stored, tmp_path / "report.html")
+    text = path.read_text(encoding="utf-8")
+    assert run.code.value in text
+    assert "computed in" not in text
+
+
+def test_report_into_a_folder_is_refused(run: ts.Run, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr("tarsus.report.run_page.report_html", lambda *words, **options: "<html></html>")
+    with pytest.raises(InputError, match="folder"):
+        write_report(run, tmp_path)
+
+
+def test_contact_intervals_follow_the_events() -> None:
+    rows = [(0.0, 0, 5), (0.1, 0, 3), (0.15, 1, 2), (0.2, 0, 1), (0.3, 0, 2), (0.4, 0, 3), (0.5, 0, 4)]
+    events = np.zeros(len(rows), EVENT_TYPE)
+    events["time"], events["foot"], events["kind"] = zip(*rows, strict=True)
+    assert contact_intervals(events, 0, 0.9) == [(0.0, 0.1), (0.3, 0.4), (0.5, 0.9)]
+    assert contact_intervals(events, 1, 0.9) == [(0.15, 0.9)]
+    assert contact_intervals(events[:0], 0, 0.9) == []
+
+
+def test_windows_end_at_whole_periods(run: ts.Run) -> None:
+    series = series_of(run)
+    assert series.period == drive_period(run.scene) == pytest.approx(0.02)
+    assert series.last_periods(2) == pytest.approx((0.04, 0.08))
+    assert series.last_periods(10) == series.whole
+    part = series.inside((0.04, 0.08))
+    assert series.time[part][0] <= 0.04 and series.time[part][-1] >= 0.08
+
+
+def test_decimation_keeps_every_extreme() -> None:
+    time = np.linspace(0.0, 1.0, 200_001)
+    values = np.sin(40.0 * time)
+    values[123_457] = 9.0
+    values[55_555] = -7.0
+    thin_time, thin = decimate(time, values, bins=300)
+    assert len(thin) <= 602
+    assert thin.max() == 9.0 and thin.min() == -7.0
+    assert (thin_time[0], thin_time[-1]) == (0.0, 1.0)
+    assert np.all(np.diff(thin_time) > 0)
+    values[1000:9000] = np.nan
+    thin_time, thin = decimate(time, values, bins=300)
+    assert np.isnan(thin).any() and thin.max(initial=0.0, where=~np.isnan(thin)) == 9.0
+    assert np.array_equal(decimate(np.arange(5.0), np.arange(5.0))[1], np.arange(5.0))
+
+
+def test_scales_without_values() -> None:
+    assert scale_of("m", np.array([np.nan, 3e-6])).label == "µm"
+    assert scale_of("m", np.array([])).label == "m"
+
+
+@pytest.mark.slow
+def test_matplotlib_is_loaded_only_for_pages_that_draw_with_it() -> None:
+    check = (
+        "import sys, tarsus.files.store as s; print({'matplotlib', 'xarray'} & {*sys.modules})\n"
+        "import tarsus.report; print('matplotlib' in sys.modules)\n"
+        "import tarsus as ts; tarsus.report.run_page.report_html(ts.simulate('cantilever', '50 ms'))\n"
+        "print('matplotlib' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["set()", "False", "False"]
+
+
+def test_a_sampled_square_wave_is_drawn_upright() -> None:
+    time = np.arange(8.0)
+    wave = np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0, 1.0, 1.0])
+    when, shown = upright(time, wave)
+    slanted = (np.diff(when) > 0.0) & (np.diff(shown) != 0.0)
+    assert not slanted.any()
+    assert sorted(when[np.flatnonzero(np.diff(shown)) + 1]) == [2.5, 5.5]
+    both = upright(time, np.stack([wave, np.arange(8.0)]))
+    assert both[1].shape == (2, 12) and np.array_equal(both[1][0], shown)
+    np.testing.assert_allclose(both[1][1], both[0])
+    smooth = np.sin(time)
+    np.testing.assert_array_equal(upright(time, smooth)[1], smooth)
+    np.testing.assert_array_equal(upright(time, np.zeros(8))[1], np.zeros(8))
+
+
+def test_measures_say_what_they_count_and_where_that_misleads(failed: ts.Run, failed_text: str) -> None:
+    text = Page(failed_text).text
+    assert CautionKind.COUNTED_LOW in {one.kind for one in failed.measures.warnings}
+    for one in failed.measures.warnings:
+        assert f"Note: {one}".replace(" um", " µm") in text
+    assert "flights above 100 nm, after contacts below 500 µs" in text
+    assert "names that begin with max, total or longest are of the whole run" in text
+
+
+def test_an_account_shows_no_number_below_its_rounding(stored: ts.Run) -> None:
+    found = dataclasses.replace(stored.ledger, work_in=1e-9, adhesion=8.623e-39, friction=2e-14)
+    page = report_html(ts.Run.of(dataclasses.replace(stored.arrays(), ledger=found)))
+    table = page.partition("The account in numbers")[2]
+    row = {
+        name: re.findall(rf'<td>{name}</td><td class="n">([^<]*)', table)
+        for name in ("lost to adhesion", "lost to friction")
+    }
+    assert row["lost to adhesion"] == ["0 J"] and row["lost to friction"] == ["20 fJ"]
+
+
+def test_equal_members_are_shown_once() -> None:
+    def row(path: str, value: str, number: float = 0.0) -> ValueRow:
+        return ValueRow(path, value, "printed", "a note", "", (number,), "m")
+
+    names = [f"L{i}" for i in range(1, 9)]
+    rows = [row("ground.gap", "1 m")]
+    for i, name in enumerate(names):
+        rows += [row(f"legs.{name}.mass", "1 mg"), row(f"legs.{name}.y", "1 m" if i < 5 else "2 m")]
+        rows += [row(f"legs.{name}.x", f"{i} m", float(i)), row(f"legs.{name}.load.{name}_hip", "3 m")]
+    shown = {(one.path, one.of): one.value for one in grouped(rows)}
+    assert shown == {
+        ("ground.gap", ""): "1 m",
+        ("legs.*.mass", "all 8"): "1 mg",
+        ("legs.*.y", "L1, L2, … L5 (5 of 8)"): "1 m",
+        ("legs.*.y", "L6, L7, L8 (3 of 8)"): "2 m",
+        ("legs.*.x", "all 8"): "8 values, 0 m to 7 m",
+        ("legs.*.load.*_hip", "all 8"): "3 m",
+    }
+    assert grouped(rows[:5]) == rows[:5], "a single member stays as it is"
+
+
+def test_headings_are_listed_and_the_page_has_a_dark_side(page_text: str, page: Page) -> None:
+    targets = [value for tag, name, value in page.attributes if (tag, name) == ("h2", "id")]
+    links = [value for tag, name, value in page.attributes if (tag, name) == ("a", "href")]
+    assert len(targets) == 7 and [f"#{one}" for one in targets] == links[1:8]
+    assert "prefers-color-scheme: dark" in page_text and 'id="theme"' in page_text
+    assert "prefers-reduced-motion" in page_text

@@ -1,0 +1,228 @@
+"""What the report of a walker's run shows, from runs of the engine."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from html_page import Page
+from tarsus.base.events import TRANSITIONS, FootState
+from tarsus.files.summary import MOST_FEET_LISTED
+from tarsus.report import figures
+from tarsus.report.above import path_above
+from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion, motion_of, whole_motion
+from tarsus.report.player import walk_section
+from tarsus.report.run_page import report_html
+from tarsus.report.sheet import figure_style
+from tarsus.report.walk_figures import footfalls, ground_forces, travel
+from tarsus.solve.run import Run
+from walking_devices import creeping_millipede, walk
+
+
+@pytest.fixture(scope="module")
+def run() -> Run:
+    return ts.simulate(creeping_millipede(), duration=0.06)
+
+
+@pytest.fixture(scope="module")
+def motion(run: Run) -> Motion:
+    return whole_motion(run)
+
+
+@pytest.fixture(scope="module")
+def text(run: Run) -> str:
+    return report_html(run)
+
+
+def test_motion_is_that_of_the_run(run: Run, motion: Motion) -> None:
+    data = run.to_dataset()
+    assert motion.legs == tuple(run.scene.robot.structure.legs)
+    assert motion.period == pytest.approx(0.02)
+    np.testing.assert_array_equal(motion.time, data["time"].values)
+    np.testing.assert_array_equal(motion.body["surge"], data["body"].sel(coordinate="surge").values)
+    np.testing.assert_array_equal(
+        motion.hip_shift_z[0], data["displacement"].sel(point=f"{motion.legs[0]}_hip").values
+    )
+    np.testing.assert_allclose(motion.foot_z, data["gap"].values, atol=1e-18)
+    np.testing.assert_allclose(motion.foot_x, data["foot_x"].values, atol=1e-18)
+    np.testing.assert_array_equal(motion.normal, data["contact_force"].values)
+    np.testing.assert_array_equal(motion.friction, data["friction_force"].values)
+    np.testing.assert_array_equal(motion.state > AIR, data["contact"].values)
+    assert {AIR, STUCK, SLIPPING} == set(np.unique(motion.state))
+
+
+def test_stuck_feet_stand_still_and_on_the_ground(motion: Motion) -> None:
+    for leg in range(len(motion.legs)):
+        both = (motion.state[leg, 1:] == STUCK) & (motion.state[leg, :-1] == STUCK)
+        assert np.abs(np.diff(motion.foot_x[leg]))[both].max() < 1e-12
+        assert np.abs(motion.foot_z[leg][motion.state[leg] > AIR]).max() < 1e-12
+
+
+@pytest.mark.slow
+def test_a_kept_run_shows_the_same(run: Run, motion: Motion, tmp_path: Path) -> None:
+    kept = whole_motion(ts.load_run(run.save(tmp_path)))
+    np.testing.assert_array_equal(kept.foot_x, motion.foot_x)
+    np.testing.assert_array_equal(kept.state, motion.state)
+    assert kept.legs == motion.legs and kept.drives == motion.drives and kept.period == motion.period
+
+
+def test_a_long_run_is_shown_by_its_last_periods(run: Run) -> None:
+    few = motion_of(run, most=128)
+    assert (few.time[0], few.time[-1]) == pytest.approx((0.02, 0.06), abs=5e-6), "to a sample"
+    assert len(few.time) == 128
+    whole = motion_of(run, most=192)
+    assert (whole.time[0], whole.time[-1]) == pytest.approx((0.0, 0.06))
+
+
+def test_series_too_coarse_are_taken_anew(run: Run, motion: Motion) -> None:
+    coarse = motion.taken(slice(0, None, 400))
+    fine = motion_of(run, most=128, whole=coarse)
+    assert len(fine.time) == 128 and (fine.time[0], fine.time[-1]) == pytest.approx((0.02, 0.06))
+    surge = np.interp(fine.time, motion.time, motion.body["surge"])
+    np.testing.assert_allclose(fine.body["surge"], surge, atol=1e-8)
+
+
+def test_a_leg_without_a_foot_swings_over_the_ground_of_the_others() -> None:
+    scene = creeping_millipede()
+    feet = {
+        name: foot.model_copy(update={"gap": 3e-6}) for name, foot in scene.robot.feet.items() if name != "R1"
+    }
+    robot = scene.robot.model_copy(update={"feet": feet})
+    motion = whole_motion(ts.simulate(scene.model_copy(update={"robot": robot}), duration=0.02))
+    assert motion.legs == ("L1", "R1")
+    assert np.all(motion.state[1] == AIR) and np.all(motion.normal[1] == 0.0)
+    assert motion.foot_z[1, 0] == pytest.approx(3e-6)
+
+
+def test_sections_of_the_page(text: str, motion: Motion) -> None:
+    page = Page(text)
+    headings = ["The walk", "Measures", "Forces", "Energy", "Events", "Values of this run"]
+    positions = [page.text.index(f" {heading} ") for heading in headings]
+    assert positions == sorted(positions)
+    assert page.tags.count("canvas") == 2 and page.tags.count("noscript") == 2 + text.count(
+        '<div class="charts"'
+    )
+    numbers = [int(n) for n in re.findall(r"<b>Figure (\d+)\.</b>", text)]
+    assert numbers == list(range(1, len(numbers) + 1)) and len(numbers) == 6
+    for label in (
+        "travel",
+        "Footfalls",
+        "Force of the ground on every foot",
+        "slip begins",
+        "lost to friction",
+    ):
+        assert label in page.text
+    ids = [value for _, name, value in page.attributes if name == "id"]
+    assert len(ids) == len(set(ids))
+
+
+def test_the_page_needs_nothing_from_outside(text: str) -> None:
+    page = Page(text)
+    assert len(text.encode()) < 1_500_000
+    assert not {"link", "img"} & set(page.tags)
+    for tag, name, value in page.attributes:
+        if name in ("src", "href", "xlink:href"):
+            assert value.startswith("#"), (tag, value)
+    assert not re.findall(r"url\((?!#)", text)
+
+
+def test_values_of_many_feet_are_listed_by_the_least_and_the_largest(run: Run, monkeypatch) -> None:
+    monkeypatch.setattr("tarsus.files.summary.MOST_FEET_LISTED", 1)
+    text = Page(report_html(run)).text
+    assert "least foot largest foot" in text
+
+
+# Slow: thirty legs walk and are drawn. Its sibling above asks for the words, of two legs.
+@pytest.mark.slow
+def test_many_feet_are_listed_by_the_least_and_the_largest() -> None:
+    count = len(ts.load_scene("millipede-30").robot.feet)
+    assert count > MOST_FEET_LISTED
+    run = ts.simulate(ts.load_scene("millipede-30"), duration=0.04)
+    html = report_html(run)
+    text = Page(html).text
+    assert "least foot largest foot" in text
+    assert len(html.encode()) < 1_500_000
+
+
+@pytest.mark.parametrize("legs", [2, 30])
+def test_figures_of_any_number_of_legs(legs: int) -> None:
+    motion = walk(legs, 0.08)
+    with figure_style():
+        falls = footfalls(motion, (0.04, 0.08))
+        plates = (travel(motion), falls, ground_forces(motion, (0.04, 0.08)))
+    for plate in plates:
+        assert isinstance(plate, figures.Plate)
+        assert len(plate.picture) < 400_000
+        assert "nan" not in re.sub(r'"data":"[^"]*"', "", plate.picture).lower().replace("nano", "")
+    for leg in motion.legs:
+        assert f'"{leg}"' in falls.picture
+
+
+def test_turns_that_the_run_does_not_resolve_are_told_and_not_drawn() -> None:
+    """Of a body that rises by 10 um a roll of 1 nrad is rounding, one of 1 mrad is none."""
+    motion = walk(10, 0.02)
+    wave = np.sin(300.0 * motion.time)
+    for size, drawn in ((1e-3, True), (1e-9, False)):
+        body = {"surge": 1e-5 * wave, "heave": 1e-5 * wave, "roll": size * wave}
+        plate = travel(replace(motion, body=body))
+        assert ("roll (mrad)" in plate.picture) is drawn, size
+        assert ("not resolve" in plate.caption) is not drawn
+        assert drawn or "Its roll stays within 2·10⁻⁹ rad" in plate.caption
+
+
+def test_impacts_at_landings_do_not_press_the_other_forces_to_a_line() -> None:
+    """Of ten feet that push with 1 uN, one has an impact of 100 uN for one sample: rows stay as high as the push."""
+    motion = walk(10, 0.08)
+    state, normal = np.full_like(motion.state, STUCK), np.full_like(motion.normal, 1e-6)
+    normal[3, motion.normal.shape[1] // 2] = 1e-4
+    pushed = replace(motion, state=state, normal=normal, friction=0.0 * normal)
+    plate = ground_forces(pushed, (0.0, float(motion.time[-1])))
+    assert "from one line to the next is 1.6 µN" in plate.caption and "the largest is 100 µN" in plate.caption
+    calm = ground_forces(replace(pushed, normal=np.full_like(normal, 1e-6)), (0.0, float(motion.time[-1])))
+    assert "cut" not in calm.caption
+
+
+def test_the_committed_picture_of_a_foot_s_states_names_all_that_the_engine_s_table_has() -> None:
+    committed = (Path(__file__).parents[2] / "docs" / "flowchart.svg").read_text(encoding="utf-8")
+    shown = re.findall(r"<text[^>]*>([^<]*)</text>", committed)
+    changes = [(before, after, event) for before, after, event, _ in TRANSITIONS]
+    assert len(set(changes)) == len(changes) and {one for pair in changes for one in pair[:2]} == set(
+        FootState
+    )
+    assert {state.words for state in FootState} <= set(shown), "run `python docs/draw_flowchart.py`"
+    for number, (before, after, event) in enumerate(changes, 1):
+        assert {f"{number}  {event}", f"{before.words} → {after.words}", event} <= set(shown)
+
+
+@pytest.mark.slow
+def test_the_page_says_how_the_ground_rises_and_where_gravity_pulls(motion: Motion) -> None:
+    level, rising = (walk_section(replace(motion, incline=angle)) for angle in (0.0, 0.5235987755982988))
+    assert "The ground rises forward by 30 deg" in rising and "rises" not in level
+    assert '"incline":0.5235987755982988' in rising.replace(" ", "")
+
+
+def test_path_from_above_is_to_scale() -> None:
+    run = ts.simulate(ts.load_scene("turning-hexapod"), duration=0.1)
+    plate = path_above(whole_motion(run))
+    series = run.variables()
+    picture = str(plate.picture)
+    (path,) = re.findall(r'<path d="M([^"M]*)" fill="none" stroke="var\(--blue', picture)
+    points = np.array([one.split(",") for one in path.split()], dtype=float)
+    place = np.array([series[name].values for name in ("path_x", "path_y")])
+    scale = (points[-1, 0] - points[0, 0]) / (place[0, -1] - place[0, 0])
+    np.testing.assert_allclose(
+        points[-1] - points[0], scale * (place[:, -1] - place[:, 0]) * [1, -1], atol=0.02
+    )
+    bodies = [
+        np.array([c.split(",") for c in one.split()], float)
+        for one in re.findall('points="([^"]*)"', picture)
+    ]
+    assert len(bodies) == 7
+    length = np.linalg.norm(bodies[-1][0] - bodies[-1][3]) / scale
+    assert length == pytest.approx(30e-3, rel=1e-3)
+    assert picture in report_html(run)
