@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -50,10 +50,6 @@ class Problem:
     adhesion_rate: float
     restitution: float
 
-    def film_force(self, x_tip: float, v_tip: float) -> float:
-        """Squeeze-film force on the tip [uN], ``-C v/(x + offset)^3``."""
-        return -self.film * v_tip / (x_tip + self.offset) ** 3
-
     def held_force_row(self) -> FloatArray:
         """Row r (2n,) with F_s = r @ (x, v): the structure's force on the tip held at rest [uN].
 
@@ -71,11 +67,6 @@ class Problem:
 def strength(problem: Problem, age: float) -> float:
     """Adhesion [uN] after ``age`` ms of contact."""
     return problem.adhesion0 + problem.adhesion_rate * age
-
-
-def sticks(problem: Problem, held_force: float) -> bool:
-    """Impact decision: the tip sticks unless the held structure pulls harder than fresh adhesion."""
-    return held_force <= problem.adhesion0
 
 
 def half_periods(duration: float) -> Iterator[tuple[int, float]]:
@@ -110,11 +101,6 @@ def load(n: int) -> Problem:
     if problem.tip == problem.drive:
         raise ValueError("the held tip's force would depend on the drive")
     return problem
-
-
-def with_pair(problem: Problem, restitution: float, film_scale: float) -> Problem:
-    """The P2 member of ``problem`` for one (restitution, film scale) pair."""
-    return replace(problem, restitution=restitution, film=problem.film * film_scale)
 
 
 @cache

@@ -16,7 +16,6 @@ import os
 
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
-os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
 
 import argparse
 import importlib
@@ -47,9 +46,6 @@ OWN = "tarsus"
 # peer -> (module for P1, module for P2, sizes it does in reasonable time, longest P1 [ms], members of P2)
 PEERS: dict[str, tuple[str, str, tuple[int, ...], float, int]] = {
     "heyoka": ("peers.heyoka_peer", "peers.heyoka_batch", (2, 6, 32), 1000.0, 256),
-    "diffrax": ("peers.diffrax_peer", "peers.diffrax_peer", (2,), 1000.0, 64),
-    "sundae": ("peers.sundae_peer", "peers.sundae_peer", (2,), 1000.0, 8),
-    "scipy": ("peers.scipy_peer", "peers.scipy_peer", (2,), 1000.0, 8),
 }
 
 

@@ -17,8 +17,8 @@ from doc_pages import PAGES, ROOT, sweep_study
 NOT_RUN = re.compile(
     r"git clone|python3 -m venv|pip install|\.venv/bin/|jupyter |tarsus open|.*tcp://|qsub |tarsus explore"
 )
-"""Lines that install, open a window, or need a cluster or the engine for pages: `benchmarks/newcomer.py`,
-tests/cluster and tests/core/test_page_engine.py do those."""
+"""Lines that install, open a window, or need a cluster or the engine for pages: `.ci/run`, tests/cluster and
+tests/core/test_page_engine.py do those."""
 
 SMALLER = {
     "candidates=400 -o gaits": "candidates=64 --request look=2 --request from_rest=50ms -o gaits",
