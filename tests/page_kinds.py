@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+import tarsus as ts
 from calibrate.toys import ball_study
 from identify.campaigns import identified
 from modes.test_modal import responses
-from validation.folders import drop_folder
-
-import tarsus as ts
 from reproduce.coarse_studies import FEW, ringing
 from scene_files import SCENES
 from tarsus.base.spec import float_paths
@@ -29,6 +28,7 @@ from tarsus.validation import Suite
 from tarsus_reproduce.index import index_html
 from tarsus_reproduce.millipede import judge_scene
 from tarsus_reproduce.millipede_tables import millipede_reproduction
+from validation.folders import drop_folder
 from walking_devices import CREEPING
 
 __all__ = ["KINDS", "Kind"]

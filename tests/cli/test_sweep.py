@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from study.sweep_case import files
 
+from study.sweep_case import files
 from tarsus.cli.task import task
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "studies"

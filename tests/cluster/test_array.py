@@ -10,9 +10,9 @@ import time
 from pathlib import Path
 
 import pytest
-from study.sweep_case import files, small
 
 import tarsus as ts
+from study.sweep_case import files, small
 from tarsus.cluster.array import _ranges, _units, prepare, run_task
 from tarsus.cluster.slurm import _jobs
 from tarsus.cluster.status import status_lines, status_of

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 from distributed import Client, LocalCluster
-from study.sweep_case import files, small
 
 import tarsus as ts
+from study.sweep_case import files, small
 from tarsus.cluster.dask import dask_executor
 from tarsus.study.axes import Linspace, Sobol
 from tarsus.study.sweeping import run_sweep

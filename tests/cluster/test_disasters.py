@@ -14,9 +14,9 @@ from collections import namedtuple
 from pathlib import Path
 
 import pytest
-from study.sweep_case import small
 
 import tarsus as ts
+from study.sweep_case import small
 from tarsus.cluster.array import prepare
 from tarsus.cluster.status import status_of
 from tarsus.study.axes import Linspace, Sobol

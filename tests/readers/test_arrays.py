@@ -15,7 +15,8 @@ from nptdms import ChannelObject, TdmsWriter
 from scipy.io import netcdf_file, savemat
 
 import tarsus as ts
-from tarsus.formats import content_of, raw
+from tarsus.formats import raw
+from tarsus.formats.content import content_of
 from tarsus.records.measurement import Quantity
 from tarsus.records.readers import read_measurement, read_response
 from universal_files import function58, units164

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.io import wavfile
 
 import tarsus as ts
 from tarsus.formats.unit_names import frequency_factor, ratio_of, scaled, time_factor
@@ -156,7 +157,7 @@ def test_wrong_choices_are_sentences(tmp_path):
             r"leg.pvd is a binary file of the Polytec software; .*\(UFF 58\) or as ASCII",
         ),
         ("leg.xlsx", b"PK\3\4\0", "leg.xlsx is a spreadsheet; save the sheet as CSV"),
-        ("leg.bin", b"\1\0\2\0", "leg.bin is a binary file of no known format; export it as one of: UFF"),
+        ("leg.bin", b"\1\0\2\0", "leg.bin is a binary file of no known format; export it as one of: .*UFF"),
         ("leg.uff", b"\0\0\0\0", "leg.uff is not what its name says"),
         ("leg.csv", b"", "leg.csv is empty"),
         ("leg.csv", b"a,b\nc,d\n", "leg.csv holds no rows of numbers"),
@@ -183,3 +184,25 @@ def test_a_format_is_told_from_the_content(tmp_path):
     assert read_measurement(renamed).count == 2000
     with pytest.raises(ts.InputError, match="is a folder"):
         read_measurement(tmp_path)
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.int16, np.int32, np.float32])
+def test_a_sound_file_is_in_shares_of_full_scale_and_its_unit_is_chosen(tmp_path, kind):
+    shares = np.stack([np.sin(0.1 * N), 0.5 * np.cos(0.1 * N)], axis=1)[:2000]
+    if np.dtype(kind).kind == "f":
+        samples, finest = shares.astype(kind), 1e-7
+    else:
+        scale = 2 ** (8 * np.dtype(kind).itemsize - 1)
+        level = scale if kind is np.uint8 else 0
+        samples = (np.round(0.99 * shares * scale) + level).astype(kind)
+        shares, finest = 0.99 * shares, 0.5 / scale
+    path = tmp_path / "leg.wav"
+    wavfile.write(path, 48000, samples)
+    record = read_measurement(path, channels={"1": {"unit": "mm/s", "factor": 2.5}, "2": "V"}, drive="2")
+    assert record.step == 1 / 48000 and record.drive == "2"
+    assert record.values == pytest.approx(shares.T * [[2.5e-3], [1.0]], abs=1.1 * finest)
+    with pytest.raises(ts.InputError, match="unit"):
+        read_measurement(path)
+    path.write_bytes(path.read_bytes()[:-100])
+    with pytest.raises(ts.InputError, match=r"leg\.wav is damaged or truncated"):
+        read_measurement(path, channels={"1": "m/s"})

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from tarsus.base.errors import InputError
+from tarsus.formats.format import Format
 from tarsus.formats.raw import RawFile, check_values, parsing
 from tarsus.formats.tables import Array, file_of
 
@@ -20,6 +21,11 @@ _COMPLEX = (["real", "imag"], ["r", "i"], ["re", "im"])
 def is_hdf(head: bytes) -> bool:
     """Whether a file begins like HDF5; a block of the user may come first, as in MATLAB files."""
     return any(head[offset : offset + 8] == _SIGNATURE for offset in (0, 512))
+
+
+def _is_plain_hdf(head: bytes) -> bool:
+    """As `is_hdf`, without the words that MATLAB writes into the block of the user."""
+    return is_hdf(head) and not head.startswith(b"MATLAB")
 
 
 def is_netcdf_classic(head: bytes) -> bool:
@@ -161,3 +167,9 @@ def read_netcdf_classic(path: Path, content: bytes) -> RawFile:
             arrays.append(Array(name, values, dict(variable._attributes), rows))
         groups = {"": dict(file._attributes)}
     return file_of(path.name, arrays, groups=groups)
+
+
+FORMATS = (
+    Format("HDF5", _is_plain_hdf, read_hdf, (".h5", ".hdf5")),
+    Format("NetCDF", is_netcdf_classic, read_netcdf_classic, (".nc",)),
+)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
+from tarsus.formats.format import Format
 from tarsus.formats.numerals import (
     check_ending,
     column_of,
@@ -177,3 +178,6 @@ def _count(block: Mapping[str, Sequence[str]], channel: int) -> int | None:
     """Number of samples that the header announces."""
     cell = _cell(block, "samples", channel)
     return int(cell) if cell.isdecimal() else None
+
+
+FORMATS = (Format("LVM", is_lvm, read_lvm, (".lvm",)),)

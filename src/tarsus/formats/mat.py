@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from tarsus.base.errors import InputError
+from tarsus.formats.format import Format
 from tarsus.formats.hdf import is_hdf, values_in
 from tarsus.formats.mat5 import variables
 from tarsus.formats.mat_parts import DEEPEST, TOO_DEEP, Left, an_object, whole
@@ -22,6 +23,11 @@ def is_mat(head: bytes) -> bool:
     if head.startswith((b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file")):
         return True
     return head[124:128] in (b"\x00\x01IM", b"\x01\x00MI")
+
+
+def _may_be_mat(head: bytes) -> bool:
+    """As `is_mat`, or HDF5: other programs write version 7.3 without MATLAB's words."""
+    return is_mat(head) or is_hdf(head)
 
 
 def read_mat(path: Path, data: bytes) -> RawFile:
@@ -183,3 +189,6 @@ def _sparse(group: Any) -> np.ndarray | Left:
     rows = np.asarray(group["ir"] if "ir" in group else np.zeros(0), dtype=np.int64)
     starts = np.asarray(group["jc"], dtype=np.int64)
     return whole(values, rows, starts, int(group.attrs["MATLAB_sparse"]))
+
+
+FORMATS = (Format("MATLAB", _may_be_mat, read_mat, (".mat",), unsigned=True),)

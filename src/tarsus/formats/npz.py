@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tarsus.formats.format import Format
 from tarsus.formats.raw import RawFile, check_values, parsing
 from tarsus.formats.tables import Array, file_of
 
@@ -31,3 +32,6 @@ def read_npz(path: Path, content: bytes) -> RawFile:
         with np.load(io.BytesIO(content), allow_pickle=False) as stored:
             arrays = [Array(name, stored[name]) for name in stored.files]
     return file_of(path.name, arrays)
+
+
+FORMATS = (Format("npz", is_npz, read_npz),)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from tarsus.base.errors import InputError
+from tarsus.formats.format import Format
 from tarsus.formats.mat import variables_of
 from tarsus.formats.numerals import text_of
 from tarsus.formats.raw import RawFile, parsing, truncated
@@ -153,3 +154,6 @@ class _Reader:
                 raise InputError(f"{self.source} is truncated: structure '{name}' does not end")
             fields[field_name] = self.value(field_name)
         return fields
+
+
+FORMATS = (Format("Octave", is_octave, read_octave),)

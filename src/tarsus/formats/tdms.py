@@ -11,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from tarsus.base.errors import InputError
+from tarsus.formats.format import Format
 from tarsus.formats.numerals import rounding_of_number
 from tarsus.formats.raw import Axis, Declared, Domain, RawFile, RawSeries, parsing
 
@@ -120,3 +121,6 @@ def _number(properties: Mapping[str, Any], name: str) -> float:
         return float(properties.get(name) or 0.0)
     except (TypeError, ValueError):
         return 0.0
+
+
+FORMATS = (Format("TDMS", is_tdms, read_tdms, (".tdms",)),)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from tarsus.base.errors import InputError
+from tarsus.formats.format import Format
 from tarsus.formats.freedoms import DIRECTIONS, freedom_name
 from tarsus.formats.raw import Axis, Domain, RawFile, RawSeries, Reference, Role, truncated
 from tarsus.formats.unit_names import Scaled, frequency_factor, ratio_of, scaled, time_factor
@@ -302,3 +303,6 @@ def _numbered(series: Sequence[RawSeries]) -> list[RawSeries]:
         seen[key] = seen.get(key, 0) + 1
         out.append(one if seen[key] == 1 else replace(one, name=f"{one.name} #{seen[key]}"))
     return out
+
+
+FORMATS = (Format("UFF 55/58/58b", is_uff, read_uff, (".uff", ".unv", ".ufb")),)

@@ -10,7 +10,7 @@ import numpy as np
 
 from tarsus.base.errors import Fault, InputError
 from tarsus.base.units import format_quantity
-from tarsus.formats import content_of
+from tarsus.formats.content import content_of
 from tarsus.records.readers import read_measurement, read_response
 from tarsus.tables.table import ROW, Column, Table
 from tarsus.tables.view import View

@@ -11,8 +11,8 @@ from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.quantities import Quantity
-from tarsus.formats import content_of
 from tarsus.formats.axes import axis_series, series_axis
+from tarsus.formats.content import content_of
 from tarsus.formats.headers import in_brackets
 from tarsus.formats.raw import Axis, Domain, RawFile, RawSeries, Role, truncated
 from tarsus.formats.unit_names import scaled

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import validate
-from tarsus.formats import content_of
+from tarsus.formats.content import content_of
 from tarsus.formats.raw import RawFile
 from tarsus.records.measurement import FrequencyResponse, Measurement
 from tarsus.records.readers.choices import ChannelChoice, Choices

@@ -14,6 +14,11 @@ class ChannelChoice(Description):
 
     name: str | None = Field(default=None, min_length=1, description="name to give it")
     unit: str | None = Field(default=None, min_length=1, description="unit of its numbers in the file")
+    factor: float = Field(
+        default=1.0,
+        allow_inf_nan=False,
+        description="what 1 in the file is of that unit, as the sensitivity of an analogue output",
+    )
     point: str | None = Field(default=None, min_length=1, description="point of the structure it looks at")
     noise: float | str | None = Field(default=None, description="standard deviation of one sample")
     full_scale: float | str | None = Field(default=None, description="largest value of the instrument")

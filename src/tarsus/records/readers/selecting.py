@@ -32,10 +32,9 @@ class Selected:
 
 def scaled_series(series: RawSeries, choice: ChannelChoice) -> Scaled | None:
     """Quantity and factor to SI of a series: what was chosen, else what the file says; None if neither is known."""
-    if choice.unit is not None:
-        return scaled(choice.unit)
-    found = scaled(series.unit)
-    return None if found is None else found._replace(factor=found.factor * series.factor)
+    factor = choice.factor * (series.factor if choice.unit is None else 1.0)
+    found = scaled(series.unit if choice.unit is None else choice.unit)
+    return None if found is None else found._replace(factor=found.factor * factor)
 
 
 def chosen_series(
