@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import tarsus as ts
@@ -90,6 +91,18 @@ def test_the_folder_holds_an_ensemble_that_predicts_the_same(finished):
     assert found["rate"].p_bounce is not None and found["rate"].p_bounce > 0.8
     with pytest.raises(InputError, match="no condition 'dorp'"):
         whole.predict([{"dorp": 3}])
+
+
+def test_rows_of_a_file_and_of_a_frame_are_predicted_and_values_of_the_scene_prevail(finished, tmp_path):
+    whole = finished[0].ensemble
+    file = tmp_path / "asked.csv"
+    file.write_text("drop,rate\n40,7\n80,\n", encoding="utf-8")
+    told = whole.predict(file)
+    frame = pd.DataFrame({"drop": [40, 80], "rate": [7.0, np.nan], "ground.restitution.coefficient": [0.1, 0.1]})
+    dull = whole.predict(frame)
+    plain = whole.predict([{"drop": 40}, {"drop": 80}])
+    assert [one["rate"].median for one in told] == [one["rate"].median for one in plain]
+    assert all(one["height"].median < other["height"].median for one, other in zip(dull, told, strict=True))
 
 
 def test_every_hypothesis_is_a_device_with_provenance_and_intervals(finished):

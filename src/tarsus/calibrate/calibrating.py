@@ -14,9 +14,10 @@ from tarsus.base.progress import Progress
 from tarsus.calibrate.ensemble import SearchedEnsembles, searched_ensembles
 from tarsus.calibrate.excluding import ExcludedRow, exclude_each, missed_by
 from tarsus.calibrate.lowering import Lowered, lower_study
-from tarsus.calibrate.prediction import Discrepancy, Prediction, predict_row
+from tarsus.calibrate.prediction import Discrepancy, Prediction
 from tarsus.calibrate.problem import Archive, CalibrationProblem
 from tarsus.calibrate.studyfile import Described, frozen_texts, load_study
+from tarsus.calibrate.weighted_ensemble import WeightedEnsemble
 from tarsus.files.runstore import RunStore
 from tarsus.model.laws.userfile import laws_of
 from tarsus.tables.table import Table, Tabled
@@ -61,11 +62,13 @@ class Solution:
 
 @dataclass(frozen=True)
 class Calibration(Tabled):
-    """A finished calibration: the study, its solution, and predictions of the rows that were not fitted."""
+    """A finished calibration: the study, its solution, the ensemble that predicts any row, and predictions of the rows
+    that were not fitted."""
 
     described: Described
     lowered: Lowered
     solution: Solution
+    ensemble: WeightedEnsemble
     others: tuple[tuple[Prediction, ...], ...]
     folder: Path | None = None
 
@@ -229,27 +232,12 @@ def calibrate(
     lowered = lower_study(described, threads)
     store = RunStore.open(output, frozen_texts(described), resume=resume, what="calibration")
     solution = solve(lowered.problem, described.study.search, store, progress, threads)
+    ensemble = WeightedEnsemble(lowered, solution.fit.ensembles, solution.fit.weights, solution.discrepancy)
+    rows = described.table.rows
+    others = tuple(tuple(one.values()) for one in ensemble.predict([rows[n] for n in lowered.others]))
     result = Calibration(
-        described, lowered, solution, other_rows(lowered, solution), None if output is None else Path(output)
+        described, lowered, solution, ensemble, others, None if output is None else Path(output)
     )
     if output is not None:
         result.write(output)
     return result
-
-
-def other_rows(lowered: Lowered, solution: Solution) -> tuple[tuple[Prediction, ...], ...]:
-    """Predictions of the rows that were not fitted."""
-    first, problem, ensembles = len(lowered.trained), lowered.problem, solution.fit.ensembles
-    rows = tuple(range(first, first + len(lowered.others)))
-    if not rows:
-        return ()
-    readings = [
-        lowered.forward(one.hypothesis.run, problem.unknowns.values(one.points), rows) for one in ensembles
-    ]
-    return tuple(
-        predict_row(
-            ensembles, solution.fit.weights, [one[:, n] for one in readings], problem.objective.cells,
-            lowered.other_cells.absolute[n], solution.discrepancy, problem.peak, problem.resolution,
-        )
-        for n in range(len(rows))
-    )  # fmt: skip

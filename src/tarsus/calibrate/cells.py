@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from tarsus.base.units import parse_quantity
-from tarsus.calibrate.description import MeasureColumn, Study
+from tarsus.calibrate.description import MeasureColumn, Study, TableSampling
 from tarsus.calibrate.faults import Faults
 from tarsus.calibrate.objective import Cells, SoftLimit
 from tarsus.calibrate.readings import unit_of
@@ -32,7 +32,7 @@ def cells_of(
         period = scene_period(variant.scene_of(middle, variant.rows[place]), np.inf)
         for k, (name, one) in enumerate(measures):
             unit = unit_of(one.measure)
-            absolute[place, k] = absolute_of(study, one, period, f"measures.{name}", faults)
+            absolute[place, k] = absolute_of(study.sampling, one, period, f"measures.{name}", faults)
             cell = table.rows[number][one.column or name]
             where = f"line {table.lines[number]} of the table"
             try:
@@ -58,14 +58,15 @@ def cells_of(
     )  # fmt: skip
 
 
-def absolute_of(study: Study, one: MeasureColumn, period: float, where: str, faults: Faults) -> float:
+def absolute_of(
+    sampling: TableSampling, one: MeasureColumn, period: float, where: str, faults: Faults
+) -> float:
     """Absolute tolerance of a column [SI] in a row of this drive period [s]: its own, and one count in the window."""
     unit = unit_of(one.measure)
     own = faults.quantity(one.absolute, unit, f"{where}.absolute")
     if not one.counts:
         return own
-    s = study.sampling
-    window = s.window if s.window is not None else (s.window_periods or 1.0) * period
+    window = sampling.window if sampling.window is not None else (sampling.window_periods or 1.0) * period
     return float(np.hypot(own, 1.0 / window if unit == "1/s" else period / window))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
@@ -189,7 +189,7 @@ def _constraint_rows(
     return rows
 
 
-def strange(study: Study, given: Mapping[str, Any], where: str) -> list[str]:
+def strange(study: Study, given: Iterable[str], where: str) -> list[str]:
     """A sentence for each column that is no condition."""
     return [
         f"{where}: there is no condition '{column}'{nearest(column, study.conditions)}"

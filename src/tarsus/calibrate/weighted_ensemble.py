@@ -7,19 +7,24 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.base.workers import Workers
 from tarsus.calibrate.cells import absolute_of
+from tarsus.calibrate.description import TableSampling
 from tarsus.calibrate.ensemble import HypothesisEnsemble
 from tarsus.calibrate.faults import Faults
+from tarsus.calibrate.forward import Forward
 from tarsus.calibrate.lowering import Lowered, conditions_of, lower_study, probes, strange, with_rows
 from tarsus.calibrate.prediction import Discrepancy, Prediction, predict_row
 from tarsus.calibrate.scenes import Row
 from tarsus.calibrate.studyfile import STUDY_FILE, load_study
+from tarsus.files.rows import parse_rows
+from tarsus.files.tables import read_text
 from tarsus.measure.periods import scene_period
 from tarsus.model.laws import Law
 from tarsus.model.scene import Scene
@@ -27,6 +32,16 @@ from tarsus.model.scene import Scene
 ENSEMBLE_FILE = "mixture.json"
 FORMAT = 2
 """Of `mixture.json`; in format 1 members did not say how they were found."""
+
+
+class SupportsRecords(Protocol):
+    """A DataFrame: what gives its rows as mappings."""
+
+    def to_dict(self, orient: str, /) -> Any: ...
+
+
+RowsGiven = Sequence[Mapping[str, Any]] | str | os.PathLike[str] | SupportsRecords
+"""Rows of a table: mappings by column, a CSV file, or a DataFrame."""
 
 
 @dataclass(frozen=True)
@@ -39,59 +54,82 @@ class WeightedEnsemble:
     discrepancy: Discrepancy
 
     def predict(
-        self, rows: Sequence[Mapping[str, Any]], threads: int | None = None
+        self, rows: RowsGiven, *, sampling: TableSampling | None = None, threads: Workers = None
     ) -> list[dict[str, Prediction]]:
         """Predict rows by all members.
 
         Parameters
         ----------
         rows
-            Cells of the conditions by column of the study's table, as they stand there; an absent column takes that of
-            the first fitted row.
+            Mappings, a CSV file or a DataFrame: cells of the conditions by column of the study's table, as they stand
+            there, and values of the scene by path, which prevail. An absent column takes the cell of the first fitted
+            row; measured columns are not read.
+        sampling
+            Windows and initial states of the runs, instead of the study's own.
         threads
-            Worker threads; by default one for each processor that this process may use.
+            Worker threads; by default those of the ensemble.
 
         Returns
         -------
         list
-            For every row its predictions by measure, in SI.
+            For every row its predictions by measure, in SI: median, 80 % interval, probability that there is some.
 
         Raises
         ------
         InputError
             With every unknown column and refused value.
         """
-        lowered, study, faults = self.lowered, self.lowered.study, Faults()
-        first = lowered.table.rows[lowered.trained[0]]
-        asked = []
-        for n, row in enumerate(rows, start=1):
-            faults.add(*strange(study, row, f"row {n}"))
-            asked.append(
-                Row(f"row {n}", conditions_of(study, lowered.table, {**first, **row}, f"row {n}", faults))
-            )
-        faults.stop()
-        unknowns, places = lowered.problem.unknowns, tuple(range(len(rows)))
-        middle = probes(unknowns)[0]
-        variants = tuple(with_rows(one, asked, middle, faults) for one in lowered.forward.variants)
-        faults.stop()
-        forward = replace(lowered.forward, variants=variants, threads=threads)
+        lowered, unknowns = self.lowered, self.lowered.problem.unknowns
+        forward = self._forward(rows, sampling, threads)
+        places = tuple(range(len(forward.variants[0].rows)))
         readings = [
             forward(one.hypothesis.run, unknowns.values(one.points), places) for one in self.ensembles
         ]
         out = []
-        for n in places:
-            best = self.ensembles[int(np.argmax(self.weights))]
-            scene = variants[best.hypothesis.run].scene_of(unknowns.by_name(best.points[0]), asked[n])
-            period = scene_period(scene, np.inf)
-            absolute = np.array(
-                [absolute_of(study, one, period, "", faults) for one in study.measures.values()]
-            )
+        for n, scene in enumerate(self._scenes(forward)):
+            period, faults = scene_period(scene, np.inf), Faults()
+            absolute = [
+                absolute_of(forward.sampling, one, period, name, faults)
+                for name, one in lowered.study.measures.items()
+            ]
             found = predict_row(
                 self.ensembles, self.weights, [one[:, n] for one in readings], lowered.problem.objective.cells,
-                absolute, self.discrepancy, lowered.problem.peak, lowered.problem.resolution,
+                np.array(absolute), self.discrepancy, lowered.problem.peak, lowered.problem.resolution,
             )  # fmt: skip
             out.append({one.measure: one for one in found})
         return out
+
+    def scenes(self, rows: RowsGiven) -> list[Scene]:
+        """The device of the best member under the conditions of each of the rows; arguments and errors as for
+        `predict`."""
+        return self._scenes(self._forward(rows, None, None))
+
+    def _scenes(self, forward: Forward) -> list[Scene]:
+        best = self.ensembles[int(np.argmax(self.weights))]
+        run, values = forward.variants[best.hypothesis.run], self.lowered.problem.unknowns.by_name(best.points[0])
+        return [run.scene_of(values, row) for row in run.rows]
+
+    def _forward(self, given: RowsGiven, sampling: TableSampling | None, threads: Workers) -> Forward:
+        """The forward model of rows."""
+        lowered, study, faults = self.lowered, self.lowered.study, Faults()
+        own = lowered.forward
+        first = lowered.table.rows[lowered.trained[0]]
+        asked = []
+        for n, row in enumerate(_mappings(given), start=1):
+            added = {name: value for name, value in row.items() if name not in lowered.table.columns}
+            paths = {name: value for name, value in added.items() if "." in name and value != ""}
+            faults.add(*strange(study, [name for name in added if "." not in name], f"row {n}"))
+            cells = {name: row[name] for name in study.conditions if name in row}
+            conditions = conditions_of(study, lowered.table, {**first, **cells}, f"row {n}", faults)
+            asked.append(Row(f"row {n}", conditions, paths))
+        faults.stop()
+        chosen = sampling or own.sampling
+        middle = probes(lowered.problem.unknowns)[0]
+        variants = tuple(
+            with_rows(replace(one, moving=chosen.draws > 1), asked, middle, faults) for one in own.variants
+        )
+        faults.stop()
+        return replace(own, variants=variants, sampling=chosen, threads=own.threads if threads is None else threads)
 
     def scene(self, kept: int, member: int = 0) -> Scene:
         """The device of a member (0: the best) of a kept hypothesis, under the conditions of the first fitted row."""
@@ -99,6 +137,13 @@ class WeightedEnsemble:
         run = self.lowered.forward.variants[one.hypothesis.run]
         unknowns = self.lowered.problem.unknowns
         return run.scene_of(unknowns.by_name(one.points[member]), run.rows[0])
+
+
+def _mappings(rows: RowsGiven) -> Sequence[Mapping[str, Any]]:
+    """Rows as mappings by column."""
+    if isinstance(rows, str | os.PathLike):
+        return parse_rows(read_text(rows), str(rows)).rows
+    return rows if isinstance(rows, Sequence) else rows.to_dict("records")
 
 
 def ensemble_table(whole: WeightedEnsemble) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
 from tarsus.calibrate.results import device_file
 from tarsus.calibrate.studyfile import ASKED_FILE, STUDY_FILE, TABLE_FILE
-from tarsus.calibrate.weighted_ensemble import ENSEMBLE_FILE, WeightedEnsemble, ensemble_table
+from tarsus.calibrate.weighted_ensemble import ENSEMBLE_FILE, ensemble_table
 from tarsus.files.jsontext import json_text
 from tarsus.files.runstore import SWEEP_FILES
 from tarsus.files.store import REPORT_FILE
@@ -30,17 +30,9 @@ CALIBRATION_FILES = (
 """Everything that a calibration's folder may hold of it, as glob patterns."""
 
 
-def ensemble_of_result(result: Calibration) -> WeightedEnsemble:
-    """The weighted ensemble of a finished calibration."""
-    solution = result.solution
-    return WeightedEnsemble(
-        result.lowered, solution.fit.ensembles, solution.fit.weights, solution.discrepancy
-    )
-
-
 def hypothesis_scene(result: Calibration, place: int) -> Scene:
     """The device of a kept hypothesis: its best member, every fitted value with its 95 % interval and its origin."""
-    whole = ensemble_of_result(result)
+    whole = result.ensemble
     ensemble = whole.ensembles[place]
     lowered, study = result.lowered, result.described.study
     run = lowered.forward.variants[ensemble.hypothesis.run]
@@ -84,7 +76,7 @@ def write_outputs(result: Calibration, folder: Path) -> list[Path]:
         write_text(target, scene_text(scene))
         written.append(target)
     for name, table in (
-        (ENSEMBLE_FILE, ensemble_table(ensemble_of_result(result))),
+        (ENSEMBLE_FILE, ensemble_table(result.ensemble)),
         (CALIBRATION_FILE, result.to_dict()),
     ):
         write_text(folder / name, json_text(table, indent=1) + "\n")
