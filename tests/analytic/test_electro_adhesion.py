@@ -151,16 +151,6 @@ def test_a_foot_that_lands_is_held_where_its_volts_hold_it() -> None:
         assert run.ledger.closure < 1e-12
 
 
-@pytest.mark.parametrize("path", ["ground.laws.electro_adhesion.coefficient", "signals.pad.start"])
-def test_the_moment_of_release_has_its_derivatives(scene: Scene, path: str) -> None:
-    ramp = padded(scene, 180.0, Ramp(start=120.0, stop=0.0, duration=0.05))
-    run = ts.simulate(ramp, 0.04, gradients=[path])
-    at = int(np.flatnonzero(run.events["kind"] == EventKind.RELEASE)[0])
-    high, root = 120.0, math.sqrt(WEIGHT / K)
-    exact = {"signals.pad.start": 0.05 * root / high**2}.get(path, 0.05 * root / high / (2.0 * K))
-    assert run.event_gradients[path]["time"][at] == pytest.approx(exact, rel=1e-7)
-
-
 def test_runs_of_a_batch_have_volts_of_their_own(scene: Scene) -> None:
     ramp = padded(scene, 180.0, Ramp(start=120.0, stop=0.0, duration=0.05))
     starts = np.array([100.0, 120.0, 150.0])

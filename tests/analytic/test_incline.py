@@ -8,16 +8,15 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from differences import slope
 from random_scenes import plain_scene
-from sliding_scenes import MASS, by_modes, slider
+from sliding_scenes import MASS, slider
 from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
 from tarsus.base.spec import with_values
 from tarsus.model.laws import Friction
 from tarsus.model.scene import Initial, Scene, Standing
 from tarsus.model.structure import Walker
-from walking_scenes import GRAVITY, block, moving, sticky, trotter
+from walking_scenes import GRAVITY, block, sticky, trotter
 
 MU = 0.3
 BARELY = 1e-9
@@ -114,39 +113,6 @@ def test_energy_closes_on_walks_up_a_slope_a_wall_and_under_a_ceiling(degrees: f
     strong = sticky(adhesion=ts.Adhesion(initial=4e-6, rate=1e-5))
     run = ts.simulate(inclined(trotter(4, ground=strong), math.radians(degrees)))
     assert run.ok and len(run.events) > 10 and run.ledger.closure < 1e-8
-
-
-@pytest.mark.parametrize("path", ["ground.incline", "ground.gravity.acceleration"])
-def test_the_derivative_by_the_incline_is_that_of_the_closed_form(path: str) -> None:
-    """Of the time at which a block that is thrown uphill stops: v / g (sin a + mu cos a)."""
-    angle, speed = 0.4, 0.05
-    for scene in (moving(inclined(block(), angle), block_x=speed), inclined(slider(speed=speed), angle)):
-        run = ts.simulate(scene, 0.02, gradients=[path])
-        stop = int(np.flatnonzero(run.events["kind"] != EventKind.CONTACT_AT_START)[0])
-        brake = math.sin(angle) + MU * math.cos(angle)
-        time = speed / (GRAVITY * brake)
-        assert run.events["time"][stop] == pytest.approx(time, rel=1e-11)
-        bent = (math.cos(angle) - MU * math.sin(angle)) / brake
-        wanted = -time * (bent if path == "ground.incline" else 1.0 / GRAVITY)
-        off = abs(run.event_gradients[path]["time"][stop] - wanted)
-        assert off < run.event_errors[path]["time"][stop] < 1e-8 * abs(wanted)
-
-
-@pytest.mark.parametrize("legged", [True, False])
-def test_derivatives_of_walks_by_the_incline_are_those_of_differences(legged: bool) -> None:
-    scene = inclined(trotter(2, turning=False), 0.2)
-    scene = scene if legged else by_modes(scene)
-    tight, path, step = ts.Accuracy(gap=1e-11, drive=1e-11), "ground.incline", 1e-5
-    run = ts.simulate(scene, 0.003, tight, gradients=[path])
-    around = [
-        ts.simulate(with_values(scene, {path: 0.2 + k * step}), 0.003, tight).events["time"]
-        for k in (-2, -1, 1, 2)
-    ]
-    found = run.event_gradients[path]["time"]
-    wanted = slope(around, step)
-    size = np.abs(wanted).max()
-    assert len(found) > 5 and size > 0.0
-    np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=1e-7 * size)
 
 
 def test_runs_of_a_batch_differ_in_the_incline() -> None:

@@ -12,7 +12,6 @@ from scipy.optimize import brentq
 
 import tarsus as ts
 from scene_files import scene
-from tarsus.base.spec import get_value
 
 G = 9.81
 SHIFT = "ground.motion.normal.displacement"
@@ -208,19 +207,6 @@ def test_the_work_in_the_laboratory_is_that_of_what_touches() -> None:
         impulse = MASS[0, 0] * (event["speed_before"] + event["speed_after"])
         work += impulse * AMPLITUDE * rate * math.cos(rate * event["time"] + PHASE)
     assert run.laboratory_work == pytest.approx(work, rel=1e-9)
-
-
-@pytest.mark.parametrize("path", ["amplitude", "frequency", "phase"])
-@pytest.mark.parametrize("base", ["moves", "stays"])
-def test_derivatives_by_how_the_ground_moves(base: str, path: str) -> None:
-    """As by any number: of event times and states, against runs beside it."""
-    own, at = two_masses(base), f"{SHIFT}.{path}"
-    run = ts.simulate(own, 0.12, gradients=[at])
-    value = get_value(own, at)
-    step = 1e-5 * value
-    beside = [ts.simulate(ts.with_values(own, {at: value + by}), 0.12) for by in (-step, step)]
-    wanted = (beside[1].events["time"] - beside[0].events["time"]) / (2.0 * step)
-    np.testing.assert_allclose(run.event_gradients[at]["time"], wanted, rtol=1e-6)
 
 
 def test_ground_that_moves_is_data_of_a_plan() -> None:

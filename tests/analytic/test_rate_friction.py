@@ -11,7 +11,6 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 import tarsus as ts
-from differences import AROUND, runs_around, slope
 from independent.compare import compare
 from random_scenes import plain_scene
 from sliding_scenes import by_modes
@@ -307,33 +306,3 @@ def test_whole_sequences_agree_with_the_independent_simulator(name: str) -> None
     scene = ts.with_values(plain_scene(22, True), {"ground.friction": LAWS[name]})
     found = compare(scene)
     assert found.wrong is None, found
-
-
-def test_derivatives_of_stick_slip_are_those_of_differences() -> None:
-    """Through a slip's begin and end, by numbers of the law, of the leg and of the body."""
-    scene, duration = slider(LAWS["weakening"], 0.01, 0.002, 1e-3), 0.6
-    paths = ["ground.friction.static", "ground.friction.speed", "robot.structure.legs.block.stiffness_l"]
-    run = ts.simulate(scene, duration, gradients=paths)
-    assert np.count_nonzero(run.events["kind"] == STICK) == 2
-    for path in paths:
-        value = ts.get_value(scene, path)
-        near = runs_around(scene, path, 1e-4 * value, duration)
-        times = slope([one.events["time"] for one in near], 1e-4 * value)
-        lost = slope([one.ledger.friction for one in near], 1e-4 * value)
-        found = run.event_gradients[path]["time"]
-        np.testing.assert_allclose(found, times, rtol=0.0, atol=3e-7 * np.abs(times).max())
-        assert run.gradient("ledger.friction")[path] == pytest.approx(lost, rel=1e-7)
-
-
-@pytest.mark.parametrize("name", LAWS)
-def test_derivatives_of_the_time_in_which_a_block_stops(name: str) -> None:
-    """The quadrature's differences of fourth order, by the law's numbers; dT/dv0 = 1 / (mu(v0) g)."""
-    law, numbers, begun = LAWS[name], ("static", "dynamic", "speed"), "initial.velocity.2"
-    paths = [f"ground.friction.{number}" for number in numbers]
-    run = ts.simulate(moving(on(law), block_x=START), 0.06, gradients=[*paths, begun])
-    found = [run.event_gradients[path]["time"][-1] for path in [*paths, begun]]
-    for number, had in zip(numbers, found, strict=False):
-        at = getattr(law, number)
-        values = [stop_time(law.model_copy(update={number: at * (1.0 + k * 1e-3)})) for k in AROUND]
-        assert had == pytest.approx(slope(values, 1e-3 * at), rel=2e-8)
-    assert found[-1] == pytest.approx(1.0 / (law.evaluate(1.0, 0.0, START) * GRAVITY), rel=2e-8)

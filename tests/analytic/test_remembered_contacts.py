@@ -9,7 +9,6 @@ import pytest
 from scipy.optimize import brentq
 
 import tarsus as ts
-from differences import runs_around, slope
 from tarsus.base import pythonfile
 from tarsus.base.events import CONTACT_BEGINS, EventKind
 
@@ -124,24 +123,6 @@ def test_two_contacts_in_closed_form():
     assert shown == pytest.approx([law().evaluate(t - again + brought) for t in held], rel=1e-9)
 
 
-def test_its_derivatives_pass_through_the_contacts_before():
-    tight = ts.Accuracy(gap=1e-12, drive=1e-12)
-    paths = [f"ground.laws.ripening.{name}" for name in ("fresh", "gain", "ageing", "recovery")]
-    paths += ["signals.push.levels.3", "robot.feet.x.gap", "robot.structure.mass.0.0"]
-    run = ts.simulate(scene(), 0.13, tight, gradients=paths)
-    wanted_at = np.flatnonzero(run.events["kind"] == EventKind.RELEASE)[1]
-    for path in paths:
-        value = ts.get_value(scene(), path)
-        step = 1e-3 * value
-        near = runs_around(scene(), path, step, 0.13, tight)
-        wanted = slope([one.events["time"][wanted_at] for one in near], step)
-        assert run.event_gradients[path]["time"][wanted_at] == pytest.approx(wanted, rel=2e-6), path
-    assert abs(run.event_gradients[paths[3]]["time"][wanted_at]) > 1e-3  # the time in the air counts
-    backwards = ts.gradient(lambda events: events["time"][wanted_at], scene(), paths[:4], 0.13, tight)
-    for path in paths[:4]:
-        assert backwards[path] == pytest.approx(run.event_gradients[path]["time"][wanted_at], rel=1e-6)
-
-
 def test_walkers_remember_as_well():
     """The strengths in the log of a walker are those of the ages that follow from its events."""
     ripe = Ripening(fresh=1e-7, gain=3e-6, ageing=3e-3, recovery=4e-3)
@@ -165,31 +146,6 @@ def test_walkers_remember_as_well():
                 age, parted = time - since, time
                 assert event["strength"] == pytest.approx(ripe.evaluate(age), rel=1e-9)
     assert more >= 3
-
-
-def test_a_walkers_derivatives_pass_through_the_contacts_before():
-    ripe = Ripening(fresh=1e-7, gain=3e-6, ageing=3e-3, recovery=4e-3)
-    walker = ts.with_values(
-        ts.load_scene("millipede"), {"ground.adhesion": None, "ground.laws": {"ripening": ripe}}
-    )
-    tight = ts.Accuracy(gap=1e-12, drive=1e-12)
-    paths = [f"ground.laws.ripening.{name}" for name in ("gain", "ageing", "recovery")] + ["gait.high"]
-    run = ts.simulate(walker, 0.018, tight, gradients=paths)
-    largest = {}
-    for path in paths:
-        value = ts.get_value(walker, path)
-        step = 8e-5 * value  # event times round to 1e-12 s at most: with 2e-5 that alone is 1e-5 of a slope
-        near = [one.events["time"] for one in runs_around(walker, path, step, 0.018, tight)]
-        assert all(len(one) == len(run.events) for one in near)
-        wanted = slope(near, step)
-        found = run.event_gradients[path]["time"]
-        known = np.isfinite(found)
-        assert known.sum() > 0.8 * len(found)
-        np.testing.assert_allclose(
-            found[known], wanted[known], rtol=1e-5, atol=1e-6 * np.abs(wanted[known]).max()
-        )
-        largest[path] = np.abs(found[known]).max()
-    assert largest[paths[2]] > 0.0  # the time in the air counts
 
 
 def test_nothing_is_brought_along_by_a_law_that_does_not_say(tmp_path, monkeypatch):

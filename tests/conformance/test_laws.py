@@ -124,18 +124,3 @@ def test_a_users_friction_from_a_file_is_coulombs(name, tmp_path):
     one, other = (ts.simulate(scene, duration=0.03) for scene in (base, mine))
     same_events(one, other)
     assert other.ledger.friction == pytest.approx(one.ledger.friction, rel=1e-9)
-
-
-def test_a_users_friction_of_two_arguments_has_the_derivatives_of_coulombs(tmp_path):
-    (tmp_path / "own.py").write_text(OWN_FRICTION)
-    own = ts.load_laws(tmp_path / "own.py")["rough"]
-    base = ts.load_scene("millipede")
-    mine = ts.with_values(
-        base, {"ground.friction": None, "ground.laws": {"rough": own(mu=base.ground.friction.coefficient)}}
-    )
-    found = [
-        ts.simulate(scene, 0.01, gradients=[path]).event_gradients[path]["time"]
-        for scene, path in ((base, "ground.friction.coefficient"), (mine, "ground.laws.rough.mu"))
-    ]
-    assert np.any(found[0] != 0.0)
-    np.testing.assert_allclose(found[1], found[0], rtol=1e-9, atol=1e-12 * np.nanmax(np.abs(found[0])))

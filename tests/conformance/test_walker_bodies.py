@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from differences import slope
 from sliding_scenes import by_modes
 from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
@@ -182,30 +181,6 @@ def test_modes_of_matrices_are_the_payload_that_they_were_made_of() -> None:
     assert len(one.events) > 5
     np.testing.assert_array_equal(one.events["kind"], other.events["kind"])
     np.testing.assert_allclose(one.events["time"], other.events["time"], rtol=0.0, atol=1e-11)
-
-
-@pytest.mark.parametrize(
-    "path",
-    [
-        "robot.structure.payloads.bag.stiffness_v", "robot.structure.payloads.bag.damping_l",
-        "robot.structure.body.modes.bends.frequency", "robot.structure.legs.leg1.tip.stiffness_v",
-        "ground.incline",
-    ],
-)  # fmt: skip
-def test_derivatives_by_what_is_in_the_body(path: str) -> None:
-    scene = with_body(trotter(3), **BODIES["all"])
-    scene = ts.with_values(scene, {"ground.incline": 0.1})
-    tight, value = ts.Accuracy(gap=1e-11, drive=1e-11), ts.get_value(scene, path)
-    run = ts.simulate(scene, 0.002, tight, gradients=[path])
-    step = 1e-4 * value
-    around = [
-        ts.simulate(ts.with_values(scene, {path: value + k * step}), 0.002, tight).events["time"]
-        for k in (-2, -1, 1, 2)
-    ]
-    found, wanted = run.event_gradients[path]["time"], slope(around, step)
-    size = np.abs(wanted).max()
-    assert len(found) > 3 and size > 0.0
-    np.testing.assert_allclose(found, wanted, rtol=1e-5, atol=1e-5 * size)
 
 
 def test_what_a_body_cannot_have_is_said() -> None:

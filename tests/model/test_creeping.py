@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from differences import AROUND, slope
 from model.test_drive_lower import check_shape
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
@@ -208,7 +207,7 @@ def test_a_robot_driven_by_it_keeps_its_account_and_its_file() -> None:
 @pytest.mark.parametrize(
     "path", ["law.temperature", "law.times.1", "law.weights.2", "law.thresholds.1", "amplifier.bandwidth"]
 )
-def test_its_numbers_vary_in_a_batch_and_have_derivatives(path: str) -> None:
+def test_its_numbers_vary_in_a_batch(path: str) -> None:
     scene, path = robot(), f"robot.drives.piezo.{path}"
     if path.endswith("bandwidth"):
         scene = with_values(scene, {"robot.drives.piezo.amplifier": Amplifier(bandwidth=900.0)})
@@ -218,14 +217,6 @@ def test_its_numbers_vary_in_a_batch_and_have_derivatives(path: str) -> None:
     for run, value in enumerate(values):
         alone = ts.simulate(with_values(scene, {path: value}), 0.05)
         np.testing.assert_array_equal(batch.events(run)["time"], alone.events["time"])
-    tight, step = ts.Accuracy(gap=1e-11, drive=1e-11), 1e-4 * own
-    around = [
-        ts.simulate(with_values(scene, {path: own + k * step}), 0.02, tight).events["time"] for k in AROUND
-    ]
-    found = ts.simulate(scene, 0.02, tight, gradients=[path]).event_gradients[path]["time"]
-    wanted = slope(around, step)
-    assert len(found) > 2
-    np.testing.assert_allclose(found, wanted, rtol=1e-5, atol=1e-6 * np.abs(wanted).max())
 
 
 def test_what_it_refuses() -> None:

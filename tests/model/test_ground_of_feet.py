@@ -10,14 +10,12 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from differences import assert_as_differences
 from tarsus.base.errors import InputError
 from tarsus.base.spec import validate, with_values
 from tarsus.model.ground import Ground
 from tarsus.model.profile import Relief
 from tarsus.model.profile.random_ground import _coherence, _shares
 from tarsus.model.scene import Scene
-from tarsus.plan.lowering import Kind, slot
 from tarsus.report.motion import motion_of
 from tarsus.report.player import payload
 from tarsus.report.stage import drawn, facets, stage_of
@@ -75,16 +73,6 @@ def test_higher_ground_is_a_smaller_gap() -> None:
 def test_two_grounds_close_their_account() -> None:
     run = ts.simulate(on(trotter(4), TEETH | {"friction": [1.0, 0.3]}, ROUGH), 0.02)
     assert run.ok and len(run.events) > 20 and run.ledger.closure < 1e-8
-
-
-def test_derivatives_by_numbers_of_each_ground() -> None:
-    scene = on(trotter(2), TEETH | {"friction": [1.0, 0.5]}, ROUGH)
-    paths = [f"ground.profile.feet.{name}" for name in ("left.height", "left.friction.1", "right.rms")]
-    assert [slot(scene, path).kind for path in paths] == [Kind.PROFILE] * 3  # pyright: ignore[reportOptionalMemberAccess]
-    run = assert_as_differences(scene, paths, 0.004, 1e-7, (1e-4, 1e-5))
-    assert len(run.events) > 5
-    with pytest.raises(InputError, match=r"right\.seed: there is no derivative by it, for its whole part"):
-        ts.simulate(scene, 1e-3, gradients=["ground.profile.feet.right.seed"])
 
 
 def test_batches_windows_and_sessions_have_each_foot_on_its_ground() -> None:

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from differences import runs_around, slope
 from tarsus.base.errors import InputError
 from tarsus.measure.path import path_of
 from tarsus.model.structure import Payload, Walker
@@ -158,14 +157,3 @@ def test_hips_follow_a_turn_of_any_axis_as_a_rigid_body() -> None:
     for name, leg in walker.legs.items():
         moved = [row(name) @ body for row in (walker.hip_row_x, walker.hip_row_y, walker.hip_row_z)]
         assert moved == pytest.approx(np.cross(list(turn.values()), (leg.x, leg.y, leg.z)))
-
-
-def test_the_turn_rate_has_a_derivative_by_friction_and_by_where_a_hip_is() -> None:
-    """Against differences of fourth order over other steps."""
-    scene, name = ts.with_values(HEXAPOD, {"duration": 0.04}), "turn_rate"
-    paths = ["ground.friction.coefficient", "robot.structure.legs.LF.x"]
-    found = ts.gradient(name, scene, paths)
-    for path in paths:
-        step = 3e-4 * abs(float(ts.get_value(scene, path)))
-        wanted = slope([run.measures[name].value for run in runs_around(scene, path, step)], step)
-        assert found[path] == pytest.approx(wanted, rel=1e-4) and found.error[path] < 1e-4 * abs(wanted)

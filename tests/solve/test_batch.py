@@ -47,14 +47,6 @@ def test_a_grid_runs_every_combination_and_its_results_have_its_shape(scene, gri
     assert grid.measures((1, 1))["peak"].value == peak[1, 1]
 
 
-def test_axes_of_a_grid_may_differ_in_length_and_rows_may_not(scene):
-    vary = {FILM: [4e-21, 6e-21, 8e-21], VOLTS: [8.0, 10.0]}
-    with pytest.raises(InputError, match=r"has 3, signals.pzt.amplitude has 2 .*grid=True"):
-        ts.simulate_batch(scene, vary, DURATION)
-    with pytest.raises(InputError, match="expected at least one run, got none"):
-        ts.simulate_batch(scene, {FILM: [4e-21], VOLTS: []}, DURATION, grid=True)
-
-
 def test_a_grid_as_a_dataset_has_a_dimension_for_each_path(grid):
     data = grid.to_dataset(["peak", "bounces"])
     assert dict(data.sizes) == {FILM: 3, VOLTS: 2}

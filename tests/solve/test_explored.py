@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.base.errors import InputError
 from tarsus.measure.switching import rise_squares, squares_per_period
 from tarsus.solve.explored import Explored
 
@@ -75,23 +74,6 @@ def test_numbers_of_many_feet_that_are_alike_are_one_slider():
     assert [len(one.paths) for one in gaps] == [30]
     assert explored.row({gaps[0].paths[0]: 2e-7})["rows.sources"][:30].tolist() == [2e-7] * 30
     assert len(explored.lattice.pool) <= 4 * 81, "legs that a gait moves alike share what was lowered"
-
-
-def test_what_is_no_number_of_a_drive_is_told():
-    scene = ts.load_scene("cantilever")
-    with pytest.raises(InputError, match=r"ground\.film\.coefficient: is not a number that a drive takes"):
-        Explored.of(scene, 0.02, drives=["ground.film.coefficient"])
-    with pytest.raises(InputError, match="3 numbers of drives at most"):
-        Explored.of(
-            scene, 0.02, drives=[f"signals.pzt.{one}" for one in ("amplitude", "frequency", "duty", "phase")]
-        )
-    with pytest.raises(InputError, match="the scene has no such number"):
-        ts.explore(scene, duration=0.02, over={"robot.feet.toe.gap": (0.0, 1.0)})
-    explored = Explored.of(scene, 0.02, drives=["signals.pzt.amplitude"])
-    with pytest.raises(InputError, match="none of the values that were lowered"):
-        explored.place({"signals.pzt.amplitude": 7.77777})
-    with pytest.raises(InputError, match="there is no such slider"):
-        explored.changed({"robot.structure.length": 1.0})
 
 
 def test_gravity_on_an_incline_is_turned_by_its_acceleration_and_by_the_incline():

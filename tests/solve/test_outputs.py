@@ -7,7 +7,6 @@ import pytest
 
 import tarsus as ts
 from scene_files import scene as scene_of
-from tarsus.base.errors import InputError
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import get_value, with_values
 from tarsus.model.drive.laws import PrandtlIshlinskii
@@ -202,17 +201,6 @@ def test_pieces_have_their_rate_and_rest_when_they_are_held() -> None:
     np.testing.assert_allclose(evaluate(volts.rate(), at), exact, atol=1e-8 * 160.0 * np.pi)
     ramp = lower(ts.Sampled(times=(0.0, 1.0), levels=(0.0, 3.0)), ts.LinearForce(gain=1.0))[1].rate()
     np.testing.assert_allclose(evaluate(ramp, [0.5, 1.5, 9.0]), [3.0, 0.0, 0.0], atol=1e-12)
-
-
-def test_what_a_robot_has_not_is_refused() -> None:
-    with pytest.raises(
-        InputError, match=r"no drive 'leg9'.*\n?.*no angle of a body 'surge'.*\n?.*no point 'roll'"
-    ):
-        output_rows(
-            trotter(),
-            [Output(Q.CHARGE, "leg9"), Output(Q.ANGLE, "surge"), Output(Q.VELOCITY, "roll")],
-            [0.0],
-        )
 
 
 def test_another_output_is_one_row_of_the_table(monkeypatch, tmp_path) -> None:

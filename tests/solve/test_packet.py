@@ -102,13 +102,3 @@ def test_a_damaged_packet_is_refused():
     }.items():  # fmt: skip
         with pytest.raises(ValueError, match=said):
             _native.Packaged(given).run(np.zeros(0))
-
-
-def test_robots_of_many_feet_are_refused():
-    scene = random_scene(next(seed for seed in range(400) if _many(random_scene(seed))))
-    with pytest.raises(ts.InputError, match=r"feet make \d+ contact modes: an explorer holds 256"):
-        packet_of(scene, 0.01)
-
-
-def _many(scene):
-    return lower_scene(scene).legs is None and len(scene.robot.feet) > 8

@@ -169,28 +169,6 @@ def test_what_is_data_and_what_enters_tables():
     assert walker["gait.high"].kind is Kind.GAIT and walker["robot.feet.L1.gap"].at == 0
 
 
-@pytest.mark.parametrize(
-    ("make", "vary", "said"),
-    [
-        (
-            chain, {"signals.pull.amplitude": [8.0, -1.0]},
-            "signals.pull.amplitude: expected a voltage (V) of at least 0",
-        ),
-        (chain, {"signals.pull.frequency": [50.0, 0.0]}, "signals.pull.frequency"),
-        (chain, {"robot.feet.tip.gap": [1e-5, -1e-6]}, "robot.feet.tip.gap: foot below ground at rest"),
-        (chain, {"ground.film.thickness": [1e-6, -1.0]}, "ground.film.thickness"),
-        (moved, {"robot.feet.tip.gap": [1e-5, 0.0], "initial.displacement.0": [0.0, -1e-6]}, "in run 1 foot 'tip'"),
-        (walking, {"gait.low": [0.0, 20.0]}, "gait.high: the upper voltage 14 V is below the lower one"),
-        (chain, {"signals.pull.height": [1.0]}, "signals.pull.height: unknown path"),
-        (amplified, {"robot.drives.pull.amplifier.rise_time": [1e-4, -1.0]}, "robot.drives.pull.amplifier.rise_time"),
-    ],
-)  # fmt: skip
-def test_values_out_of_bounds_are_refused(make, vary, said):
-    with pytest.raises(ts.InputError) as caught:
-        ts.simulate_batch(make(), vary, 0.01)
-    assert said in str(caught.value)
-
-
 def test_a_session_keeps_its_tables():
     session = ts.Session(chain())
     first = session.run(duration=0.05)
@@ -218,17 +196,13 @@ def test_a_session_of_a_walker():
     assert run.ok
 
 
-def test_varied_values_may_have_units_and_wrong_ones_are_a_sentence():
+def test_varied_values_may_have_units():
     path, texts = "robot.feet.tip.gap", ["70 um", "0.08 mm"]
     batch = ts.simulate_batch("cantilever", {path: texts}, "2 ms")
     assert batch.vary[path].tolist() == [7e-5, 8e-5]
     session = ts.Session("cantilever").batch({path: texts}, "2 ms")
     for k in range(2):
         np.testing.assert_array_equal(session.events(k), batch.events(k))
-    with pytest.raises(ts.InputError, match=r"robot\.feet\.tip\.gap: expected a length"):
-        ts.simulate_batch("cantilever", {path: ["70 V"]})
-    with pytest.raises(ts.InputError, match=r"robot\.feet\.tp\.gap: unknown path; did you mean"):
-        ts.simulate_batch("cantilever", {"robot.feet.tp.gap": ["70 um"]})
 
 
 def test_tolerances_of_every_run_refer_to_its_own_lengths_and_forces():

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
 from tarsus.core import arrays as a
 from tarsus.measure.windows import WindowedHistories
 from tarsus.solve import Accuracy, ResultCode
 from tarsus.solve.codes import structured_events
-from tarsus.solve.run import increasing
 
 SCENES = Path(__file__).parent.parent / "scenes"
 
@@ -72,20 +69,6 @@ def test_at_starts_at_the_initial_state_and_holds_the_last_one(run):
     x = run.at(np.array([0.0, run.end_time, 2 * run.end_time])).state.x
     np.testing.assert_allclose(x[:, 0], run.plan.initial[:3], rtol=1e-12, atol=1e-20)
     np.testing.assert_allclose(x[:, 2], x[:, 1], rtol=1e-12)
-    with pytest.raises(ts.InputError):
-        run.at(np.array([-1e-3, 0.0]))
-
-
-def test_times_are_a_row_in_order():
-    assert increasing([0.0, 0.1, 0.1]).tolist() == [0.0, 0.1, 0.1]
-    assert increasing([]).shape == (0,)
-    with pytest.raises(ts.InputError, match="a row of times"):
-        increasing(0.01)
-    for device in ("cantilever", "millipede"):
-        made = ts.simulate(device, 0.01)
-        for ask in (made.at, made.states, made.to_dataset):
-            with pytest.raises(ts.InputError, match="in order"):
-                ask(np.array([0.01, 0.005]))
 
 
 def test_held_feet_do_not_move_and_free_ones_are_not_pulled(run):
@@ -180,8 +163,6 @@ def test_one_measure_of_a_batch_is_computed_alone(scene, monkeypatch):
     every = batch.measures(0)
     for name in ("peak", "max_peak"):
         assert batch.measure(name)[0] == every[name].value
-    with pytest.raises(InputError, match="no measure 'peek'; did you mean 'peak'"):
-        batch.measure("peek")
     own = WindowedHistories.of
     only = {"peak": own}  # no other measure can be computed any more
     monkeypatch.setattr(WindowedHistories, "of", lambda self, name: only[name](self, name))
@@ -192,37 +173,6 @@ def test_varying_nothing_is_one_run(scene):
     batch = ts.simulate_batch(scene, {}, duration=0.005)
     assert len(batch) == 1 and batch.duration == 0.005
     assert batch.events(0)["time"].max() <= 0.005
-
-
-@pytest.mark.parametrize(
-    ("vary", "sentence"),
-    [
-        (
-            {"ground.film.coefficient": [1e-21, math.nan]},
-            "film.coefficient: every value must be a finite number",
-        ),
-        ({"ground.film.coefficient": [[1e-21]]}, "expected a list of numbers, got an array of 2 dimensions"),
-        ({"ground.film.coefficient": []}, "expected at least one run, got none"),
-        (
-            {"ground.film.coefficient": [0.0, 0.0], "signals.pzt.amplitude": [1.0]},
-            "one length: ground.film.coefficient has 2, signals.pzt.amplitude has 1",
-        ),
-        ({"ground.film.coefficient": [1e-21, -1e-21]}, "ground.film.coefficient"),
-        ({"ground.film.coeficient": [1e-21]}, "ground.film.coefficient"),
-        ({"robot.structure.frequencies.7": [1.0]}, "robot.structure.frequencies"),
-    ],
-)
-def test_bad_values_are_refused_in_sentences(scene, vary, sentence):
-    with pytest.raises(ts.InputError) as error:
-        ts.simulate_batch(scene, vary)
-    assert sentence in str(error.value)
-
-
-@pytest.mark.parametrize("duration", [0.0, -1.0, math.inf, math.nan])
-def test_durations_must_be_positive_and_finite(scene, duration):
-    for call in (lambda: ts.simulate(scene, duration), lambda: ts.simulate_batch(scene, {}, duration)):
-        with pytest.raises(ts.InputError, match="expected a time above 0 s"):
-            call()
 
 
 def test_devices_files_and_durations_are_taken_as_files_say_them(tmp_path):
@@ -238,13 +188,3 @@ def test_devices_files_and_durations_are_taken_as_files_say_them(tmp_path):
     assert ts.Session("cantilever").run({}, "10 ms").events["time"][0] == pytest.approx(
         plain.events["time"][0]
     )
-    with pytest.raises(InputError, match="did you mean 'cantilever'"):
-        ts.simulate("cantlever")
-    with pytest.raises(InputError, match=r"duration: .*'10 mm'"):
-        ts.simulate("cantilever", "10 mm")
-    with pytest.raises(InputError, match=r"duration: expected a time above 0 s, got -0\.01 s"):
-        ts.simulate("cantilever", "-10 ms")
-    with pytest.raises(InputError, match="the robot has no foot 'tipp'"):
-        ts.design.landing("cantilever", "tipp")
-    with pytest.raises(InputError, match=r"did you mean 'signals\.gate\.amplitude'"):
-        ts.branch("mems-switch", {"signals.gate.amplitud": (40.0, 45.0)})

@@ -231,23 +231,6 @@ def test_copies_go_their_own_way_and_files_go_on_to_the_last_bit(name, tmp_path)
     assert (tmp_path / "there.npz").stat().st_size < 60_000
 
 
-def test_a_file_of_something_else_is_refused(tmp_path):
-    sim = ts.Session("cantilever")
-    with pytest.raises(ts.InputError, match="call reset first"):
-        sim.step({"pzt": 1.0})
-    sim.reset()
-    (tmp_path / "none.npz").write_bytes(b"PK nothing")
-    with pytest.raises(ts.InputError, match="no file of a session"):
-        sim.restore(tmp_path / "none.npz")
-    with pytest.raises(ts.InputError, match=r"gone\.npz"):
-        sim.restore(tmp_path / "gone.npz")
-    other = ts.Session("hexapod")
-    other.reset()
-    other.save(tmp_path / "other.npz")
-    with pytest.raises(ts.InputError, match="of another scene"):
-        sim.restore(tmp_path / "other.npz")
-
-
 def test_many_robots_are_each_what_it_is_alone():
     scene, count, dt = ts.load_scene("millipede"), 5, 2e-3
     gaps = np.linspace(0.3e-6, 1e-6, count)

@@ -82,23 +82,6 @@ def test_a_foot_that_is_leaving_flies_though_its_contact_would_hold_it():
     assert not leaves.states.held.any()
 
 
-def test_what_does_not_fit_a_plan_is_reported_at_once():
-    plan = lower_scene(scene_of("p1_n2"))
-    with pytest.raises(ts.InputError) as caught:
-        held = Contacts(held=(0, 3), since=(0.0,), leaving=(0,))
-        simulate_windows(plan, [WindowStart([0.0, np.nan], -1.0, [0.3, 0.1], held)])
-    text = str(caught.value)
-    for part in (
-        "state: expected 4 finite",
-        "t0: expected",
-        "times: expected",
-        "no foot number 3",
-        "cannot be held and be",
-        "since: expected",
-    ):
-        assert part in text
-
-
 def test_a_window_leaves_the_callers_rows_as_they_are():
     scene = scene_of("ball")
     plan = lower_scene(scene)
