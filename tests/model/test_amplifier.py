@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import fields
+from itertools import cycle
 
 import numpy as np
 import pytest
@@ -18,7 +20,8 @@ from tarsus.measure.switching import rise_squares
 from tarsus.model.drive.amplifier import Amplifier
 from tarsus.model.drive.laws.prandtl_ishlinskii import fit_branches
 from tarsus.model.drive.lower import evaluate, lower
-from tarsus.model.drive.output import Stage
+from tarsus.model.drive.output import Stage, amplified
+from tarsus.model.drive.parts import IDENTITY, to_pieces, whole_parts
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.waveforms import Constant, OnOff, Ramp, RampedSquare, Sine, Square, SweptSine
 from tarsus.model.robot import Drive
@@ -299,8 +302,28 @@ def test_what_an_amplifier_cannot_be(text: str, said: str) -> None:
     assert said in str(caught.value)
 
 
+@pytest.mark.parametrize(("kind", "share"), list(zip(WAVEFORMS, cycle([3e-4, 0.02, 0.3, 4.0]), strict=False)))
+def test_runs_that_a_pole_follows_together_are_those_followed_one_by_one(kind: str, share: float) -> None:
+    """A slew rate that nothing reaches makes the same equation be followed stretch by stretch; and two runs have the
+    bits that each has alone."""
+    track = WAVEFORMS[kind].track()
+    lag, start = share * float(track.end[-1]) * np.array([0.7, 1.0]), np.array([-2.0, 1.5])
+    both = amplified(track.picked(np.zeros(2, dtype=int)), Stage(lag, math.inf, -math.inf, math.inf), start)
+    together = both.picked(np.array([1]))
+    alone = amplified(track, Stage(lag[1], math.inf, -math.inf, math.inf), start[1])
+    for one in fields(alone):
+        np.testing.assert_array_equal(getattr(together, one.name), getattr(alone, one.name))
+    assert (alone.first[1:] == alone.last[:-1]).all()
+    one_by_one = amplified(track, Stage(lag[1], 1e30, -math.inf, math.inf), start[1])
+    pieces, other = (to_pieces(one, whole_parts(one, IDENTITY))[0] for one in (alone, one_by_one))
+    t = np.linspace(0.0, 1.2 * max(pieces.start[-1], other.start[-1]), 5001)
+    miss = np.abs(evaluate(pieces, t) - evaluate(other, t))
+    assert miss.max() <= 5e-12 * pieces.span  # the one by one sums what its stretches miss, up to 3e-12
+
+
 def test_an_amplifier_that_never_settles_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tarsus.model.drive.output.MOST_SETTLING", 100)
+    for module in ("output", "pole"):
+        monkeypatch.setattr(f"tarsus.model.drive.{module}.MOST_SETTLING", 100)
     slow = Amplifier(bandwidth=0.01).output(
         RampedSquare(amplitude=1.0, frequency=100.0, duty=0.5, offset=1.0)
     )

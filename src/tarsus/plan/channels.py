@@ -13,8 +13,9 @@ from tarsus.base.arrays import Floats, Ints
 from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, with_values
 from tarsus.model.drive.lower import lower_track
+from tarsus.model.drive.output import amplified
 from tarsus.model.drive.pieces import Channels
-from tarsus.model.drive.track import Track, joined
+from tarsus.model.drive.track import Track
 from tarsus.model.drive.waveforms.constant import Constant
 from tarsus.plan.lowering import distinct
 
@@ -44,7 +45,9 @@ def felt(path: str) -> bool:
     return not path.endswith((".capacitance", ".recovery"))
 
 
-def drive_courses(scene: Scene, values: Mapping[str, Floats], charged: Collection[str]) -> dict[str, DriveRuns]:
+def drive_courses(
+    scene: Scene, values: Mapping[str, Floats], charged: Collection[str]
+) -> dict[str, DriveRuns]:
     """What drives do, by name, of which numbers (nr,) vary from run to run, given by their paths in the scene;
     charged: those whose volts are asked for.
 
@@ -115,9 +118,7 @@ def gait_waves(scene: Scene, gait: Columns) -> dict[str, dict[str, Any]]:
     names = ("amplitude", "frequency", "phase", "offset", "duty")
     return {
         name: {
-            key: of + 0.0 * like
-            for key in names
-            if np.ndim(of := getattr(wave, key)) or key == "amplitude"
+            key: of + 0.0 * like for key in names if np.ndim(of := getattr(wave, key)) or key == "amplitude"
         }
         for name, wave in waves.items()
     }
@@ -154,15 +155,13 @@ def check_columns(where: str, of: Description, varied: Columns) -> None:
 
 
 def _track(drive: Drive, wave: Signal, varied: Columns, count: int) -> Track:
-    """The voltages at the actuator; an amplifier that is not ideal is followed run by run."""
+    """The voltages at the actuator."""
+    track = wave.track()
+    track = track if len(track.loops) == count else track.picked(np.zeros(count, dtype=np.intp))
     if _ideal(drive, varied):
-        track = wave.track()
-        return track if len(track.loops) == count else track.picked(np.zeros(count, dtype=np.intp))
-    tracks = []
-    for i in range(count):
-        own = with_values(drive, {path: float(column[i]) for path, column in varied.items()})
-        tracks.append(own.actuator_volts(_of_run(wave, i)).track())
-    return joined(tracks)
+        return track
+    many = with_columns(drive, varied)
+    return amplified(track, many.amplifier.stage(), many.history[-1] if many.history else 0.0)
 
 
 def _lowered(drive: Drive, varied: Columns, track: Track, *, volts: bool) -> tuple[Channels, Channels | None]:
@@ -177,20 +176,6 @@ def _lowered(drive: Drive, varied: Columns, track: Track, *, volts: bool) -> tup
         found.append(lower_track(track.picked(np.array([i])), own.law, own.history, volts=volts))
     force, levels = zip(*found, strict=True)
     return Channels.joined(force), Channels.joined(levels) if volts else None
-
-
-def _of_run(wave: Signal, run: int) -> Signal:
-    """The signal of one run."""
-    numbers = {name: of for name, of in wave if _is_many(of)}
-
-    def one(of: Any) -> Any:
-        return tuple(map(one, of)) if isinstance(of, tuple) else float(of[run]) if np.ndim(of) else of
-
-    return wave.model_copy(update={name: one(of) for name, of in numbers.items()})
-
-
-def _is_many(of: Any) -> bool:
-    return any(map(_is_many, of)) if isinstance(of, tuple) else isinstance(of, np.ndarray)
 
 
 def _ideal(drive: Drive, varied: Collection[str]) -> bool:

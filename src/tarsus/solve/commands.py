@@ -281,14 +281,10 @@ def _of_runs(track: Track, count: int) -> Track:
 
 
 def _amplified(drive: Drive, asked: Track, past: Floats) -> Track:
-    """What the amplifier makes of it, which gives the last of the past volts until then; course by course."""
+    """What the amplifier makes of it, which gives the last of the past volts until then."""
     if drive.amplifier.ideal:
         return asked
-    stage = drive.amplifier.stage()
-    starts = past[:, -1] if past.shape[1] else np.zeros(len(past))
-    return joined(
-        [amplified(asked.picked(np.array([r])), stage, float(start)) for r, start in enumerate(starts)]
-    )
+    return amplified(asked, drive.amplifier.stage(), past[:, -1] if past.shape[1] else 0.0)
 
 
 def _within(track: Track, since: Floats) -> Floats:

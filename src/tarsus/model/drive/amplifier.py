@@ -70,8 +70,8 @@ class Amplifier(Description):
         return self.stage() == Stage(0.0, math.inf, -math.inf, math.inf)
 
     def stage(self) -> Stage:
-        """Its numbers."""
-        lag = 0.0
+        """Its numbers, one a run where the amplifier's are."""
+        lag: Any = 0.0
         if self.bandwidth is not None:
             lag = 1.0 / (2.0 * math.pi * self.bandwidth)
         elif self.rise_time is not None:

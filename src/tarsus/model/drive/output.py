@@ -14,6 +14,7 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -23,29 +24,24 @@ from tarsus.base.linear import product, solve
 from tarsus.model.drive.crossings import crossing, turns, value
 from tarsus.model.drive.parts import IDENTITY, to_pieces, whole_parts
 from tarsus.model.drive.pieces import TERMS, Pieces
-from tarsus.model.drive.track import Floats, Track, shifted
+from tarsus.model.drive.pole import (
+    FIT,
+    MOST_SETTLING,
+    ROUNDING,
+    SETTLED,
+    SWING,
+    TERMS_KEPT,
+    TO_CHEBYSHEV,
+    TO_MONOMIAL,
+    followed,
+)
+from tarsus.model.drive.track import Floats, Track, joined, shifted
 
 MOST_STRETCHES = 200_000
 """An output with more stretches is refused: finding them would take minutes."""
-MOST_SETTLING = 20_000
-"""The same before a periodic output repeats: an amplifier so slow hardly passes its signal."""
 
-_TERMS = 20
-"""Chebyshev terms of a solution; those beyond degree 11 must vanish, which limits how long a piece may be."""
-_INTEGRAL = np.array([chebyshev.chebint(e, lbnd=-1)[:_TERMS] for e in np.eye(_TERMS)]).T
+_INTEGRAL = np.array([chebyshev.chebint(e, lbnd=-1)[:TERMS_KEPT] for e in np.eye(TERMS_KEPT)]).T
 """Chebyshev terms of the integral from -1, by those of a function."""
-_TO_CHEBYSHEV = np.array([np.pad(c := chebyshev.poly2cheb(e), (0, _TERMS - len(c))) for e in np.eye(TERMS)]).T
-_TO_MONOMIAL = np.array([np.pad(c := chebyshev.cheb2poly(e), (0, TERMS - len(c))) for e in np.eye(TERMS)]).T
-"""Between the powers of pieces and Chebyshev terms."""
-
-_FIT = 5e-14
-"""Share of the voltage's span that a piece may miss; the command's own pieces miss 2e-13."""
-_ROUNDING = 1e-13
-"""Share of the span below which a voltage beyond a limit, or from period to period, is rounding."""
-_SETTLED = 1e-14
-"""Share of the span to a constant command at which the output has arrived: 32 lags after a step."""
-_SWING = 2e-14
-"""Share of the span below which a turn of the voltage is rounding."""
 
 _SLIVER = 1e-13
 """A stretch this short, of 2 for a piece of the command, is rounding of the instants at which limits are met."""
@@ -53,16 +49,20 @@ _SLIVER = 1e-13
 
 @dataclass(frozen=True)
 class Stage:
-    """The numbers of an amplifier: what is absent is 0 (lag) or infinite."""
+    """The numbers of an amplifier, one or one a run (nr,): what is absent is 0 (lag) or infinite."""
 
-    lag: float
+    lag: Any
     """[s]."""
-    slew: float
+    slew: Any
     """[V/s]."""
-    low: float
+    low: Any
     """[V]."""
-    high: float
+    high: Any
     """[V]."""
+
+    def of_runs(self, count: int) -> list[Floats]:
+        """Its numbers (nr,) of every run."""
+        return [np.broadcast_to(one, (count,)) for one in (self.lag, self.slew, self.low, self.high)]
 
 
 class _Mode(Enum):
@@ -93,31 +93,48 @@ class _Move:
     then: _Mode
 
 
-def amplified(track: Track, stage: Stage, start: float) -> Track:
-    """Voltage behind an amplifier that gives `start` [V] until t = 0, for the command `track`.
+def amplified(track: Track, stage: Stage, start: Any) -> Track:
+    """Voltages behind an amplifier that gives `start` [V], one or one a run, until t = 0, for the commands `track`.
 
-    A periodic command is followed until the output repeats to 1e-13 of its span; what comes before is kept apart.
+    A periodic command is followed until the output repeats to 1e-13 of its span; what comes before is kept apart. Runs
+    in which nothing saturates are followed together, others one by one.
 
     Raises
     ------
     InputError
         For an output of too many stretches, by an amplifier that is very slow against its signal.
     """
-    command = to_pieces(track, whole_parts(track, IDENTITY))[0]
-    volts = min(max(start, stage.low), stage.high)
+    command = to_pieces(track, whole_parts(track, IDENTITY))
+    lag, slew, low, high = stage.of_runs(len(command))
+    volts = np.clip(np.broadcast_to(start, low.shape), low, high)
     size = np.abs(command.coef[:, 1:]).sum(axis=1)
-    top = max(volts, float((command.coef[:, 0] + size).max()))
-    span = top - min(volts, float((command.coef[:, 0] - size).min()))
-    if span == 0.0:
-        return track
+    top = np.maximum(volts, np.maximum.reduceat(command.coef[:, 0] + size, command.first))
+    bottom = np.minimum(volts, np.minimum.reduceat(command.coef[:, 0] - size, command.first))
+    span = top - bottom
+    linear = (span > 0.0) & (lag > 0.0) & np.isinf(slew) & (low <= bottom) & (top <= high)
+    pole, other = np.flatnonzero(linear), np.flatnonzero(~linear)
+    parts = []
+    if len(pole):
+        periodic = track.loops[pole] >= 0
+        parts.append(followed(command.picked(pole), periodic, lag[pole], volts[pole], span[pole]))
+    for r in other:
+        own = Stage(*(float(one[r]) for one in (lag, slew, low, high)))
+        alone = track.picked(np.array([r]))
+        parts.append(alone if span[r] == 0.0 else _followed(command[int(r)], own, float(span[r]), float(volts[r]),
+                                                            alone.periodic))  # fmt: skip
+    return joined(parts).picked(np.argsort(np.concatenate([pole, other])))
+
+
+def _followed(command: Pieces, stage: Stage, span: float, volts: float, periodic: bool) -> Track:
+    """The output of one run, stretch by stretch."""
     if stage.lag == 0.0:
-        command = _clipped(command, stage, _ROUNDING * span)
+        command = _clipped(command, stage, ROUNDING * span)
     output = _Output(stage, span, volts)
     if stage.lag == 0.0 and math.isinf(stage.slew):
         for p in range(command.count):
             output.add(command.start[p], command.start[p + 1], command.coef[p], bool(command.kink[p]))
-        return output.track(float(command.start[-1]), 0 if track.periodic else -1)
-    if track.periodic:
+        return output.track(float(command.start[-1]), 0 if periodic else -1)
+    if periodic:
         return _periodic(output, command)
     output.pass_through(command, 0.0)
     end, level = float(command.start[-1]), float(command.coef[-1].sum())
@@ -143,7 +160,7 @@ def _periodic(output: _Output, command: Pieces) -> Track:
         before, change = change, abs(output.volts - begun)
         # what is still to come, if changes go on to shrink as they do
         ahead = change**2 / (before - change) if change < before < math.inf else change
-        if change <= 1e-15 * output.span or max(change, ahead) <= _ROUNDING * output.span:
+        if change <= 1e-15 * output.span or max(change, ahead) <= ROUNDING * output.span:
             output.kinks[loop] |= mode is not output.mode
             output.last[-1] = output.first[loop]
             return output.track((k + 1) * period, loop)
@@ -262,7 +279,7 @@ class _Output:
                 f"the amplifier's output rises and falls more than {MOST_STRETCHES} times: shorten its signal or "
                 "lower the frequency"
             )
-        cuts = [-1.0, *turns(row, _SWING * self.span), 1.0]
+        cuts = [-1.0, *turns(row, SWING * self.span), 1.0]
         for low, high in pairwise(cuts):
             begin = time if low == -1.0 else time + 0.5 * (low + 1.0) * (end - time)
             part = row if len(cuts) == 2 else _part(row, low, high)
@@ -306,7 +323,7 @@ class _Output:
             return _Mode.AT_TOP
         if self.volts <= self._low and command <= self._low:
             return _Mode.AT_BOTTOM
-        near = _ROUNDING * self.span
+        near = ROUNDING * self.span
         for mode in _RAMPS:
             excess = mode.sign * (command - self.volts) - self._threshold
             too_fast = mode.sign * slope > self.stage.slew * (1.0 + 1e-12)
@@ -326,7 +343,7 @@ class _Output:
     def _stay(self, mode: _Mode, command: Floats, at: float, after: float) -> _Move:
         """At a rail until the command comes back."""
         rail = self._high if mode is _Mode.AT_TOP else self._low
-        back = crossing(-mode.sign * _offset(_part(command, at, 1.0), -rail), _ROUNDING * self.span, after)
+        back = crossing(-mode.sign * _offset(_part(command, at, 1.0), -rail), ROUNDING * self.span, after)
         row = np.zeros(TERMS)
         row[0] = rail
         if back is None:
@@ -339,7 +356,7 @@ class _Output:
         rise = mode.sign * self.stage.slew * 0.5 * (1.0 - at) * half
         row = np.zeros(TERMS)
         row[:2] = self.volts + rise, rise
-        caught = crossing(_offset(mode.sign * (row - rest), self._threshold), _ROUNDING * self.span, after)
+        caught = crossing(_offset(mode.sign * (row - rest), self._threshold), ROUNDING * self.span, after)
         rail = self._high if mode is _Mode.RISES else self._low
         hit = (rail - self.volts) / rise - 1.0
         if hit <= min(1.0, 1.0 if caught is None else caught):
@@ -373,23 +390,23 @@ class _Output:
         target = float(command[0])
         if constant:
             left = abs(target - self.volts)
-            if left <= _SETTLED * self.span:
+            if left <= SETTLED * self.span:
                 return _Move(1.0, command, target, _Mode.FOLLOWS)
-            end = min(end, at + lag * math.log(2.0 * left / (_SETTLED * self.span)) / half)
+            end = min(end, at + lag * math.log(2.0 * left / (SETTLED * self.span)) / half)
         arrives = constant and end < 1.0
         tried = min(end, at + self._reach / half)
         while True:
             arrived = arrives and tried == end
             rest = _part(command, at, tried)
             row, miss = lagged(rest, 0.5 * (tried - at) * half / lag, self.volts, self.span)
-            if miss <= _FIT * self.span:
+            if miss <= FIT * self.span:
                 break
-            tried = at + (tried - at) * min(max(0.9 * (_FIT * self.span / miss) ** (1.0 / TERMS), 0.1), 0.7)
+            tried = at + (tried - at) * min(max(0.9 * (FIT * self.span / miss) ** (1.0 / TERMS), 0.1), 0.7)
         self._reach = 3.0 * (tried - at) * half
         error = rest - row
         events = [(_offset(mode.sign * error, -self._threshold), mode) for mode in _RAMPS]
         events += [(_offset(row, -self._high), _Mode.AT_TOP), (_offset(-row, self._low), _Mode.AT_BOTTOM)]
-        move = self._first(row, at, tried, after, _ROUNDING * self.span, events)
+        move = self._first(row, at, tried, after, ROUNDING * self.span, events)
         if move.then in _RAILS:
             rail = self._high if move.then is _Mode.AT_TOP else self._low
             return _Move(move.end, move.row, rail, move.then)
@@ -419,13 +436,13 @@ def lagged(command: Floats, ratio: float, start: float, span: float) -> tuple[Fl
 
     V = V0 + ratio times the integral of u - V from -1 on, in Chebyshev terms.
     """
-    right = ratio * product(_INTEGRAL, product(_TO_CHEBYSHEV, command))
+    right = ratio * product(_INTEGRAL, product(TO_CHEBYSHEV, command))
     right[0] += start
-    series = solve(np.eye(_TERMS) + ratio * _INTEGRAL, right)
+    series = solve(np.eye(TERMS_KEPT) + ratio * _INTEGRAL, right)
     miss = float(np.abs(series[TERMS:]).sum())
     kept = series[:TERMS]
     rest = np.cumsum(np.abs(kept[::-1]))[::-1]
-    return product(_TO_MONOMIAL, np.where(rest <= 2e-15 * span, 0.0, kept)), miss
+    return product(TO_MONOMIAL, np.where(rest <= 2e-15 * span, 0.0, kept)), miss
 
 
 def _place(at: float, x: float) -> float:

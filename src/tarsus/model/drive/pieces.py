@@ -102,6 +102,16 @@ class Channels(Sequence[Pieces]):
             *(np.concatenate([getattr(one, name) for one in parts]) for name in Channels.__dataclass_fields__)
         )
 
+    def picked(self, which: NDArray[np.intp]) -> Channels:
+        """Some of the channels, one after the other."""
+        counts = self.counts[which]
+        place = np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)
+        own = place + np.repeat(self.first[which], counts)
+        return Channels(
+            counts, self.loops[which], self.begin[own], self.end[own], self.coef[own], self.kink[own],
+            self.periods[which],
+        )  # fmt: skip
+
     def rate(self) -> Channels:
         """Their derivatives by time, as `Pieces.rate`."""
         return Channels.of([one.rate() for one in self])
