@@ -21,7 +21,7 @@ from typing import Any
 
 ROOT = Path(__file__).parents[1]
 RESULTS = Path(__file__).with_name("results")
-OF_DOCS = ("agreement", "release-notes", "validation")
+OF_DOCS = ("agreement", "validation")
 PAGES = (ROOT / "README.md", *(ROOT / "docs" / f"{name}.md" for name in OF_DOCS))
 
 COMMANDS = {

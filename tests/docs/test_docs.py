@@ -291,7 +291,6 @@ def a_gait(names: Names) -> None:
 def identified(names: Names) -> None:
     low, high = names["found"].steps["adhesion"].interval("ground.adhesion.rate")
     assert 0.0 < low < high
-    assert "hysteresis" in names["chain"].steps
 
 
 def first_run(names: Names) -> None:

@@ -24,6 +24,8 @@ LONGEST = 30
 """Words of a sentence: longer ones are read twice (plain-language guides say 25 to 30)."""
 MEAN = 16.0
 """Words of a sentence on average, on the pages that somebody reads with a task in hand."""
+TASK = 600
+"""Words of a page that somebody reads with a task in hand, with tables and without code."""
 PAGE = 1500
 """Words of a page, with code and tables but those that a tool writes: five minutes of reading."""
 REFERENCE = {"file-format.md"}
@@ -111,20 +113,22 @@ def long(text: str) -> list[str]:
     return [one for count, one in lengths(re.sub(r"[;\n]", "\n\n", text)) if count > LONGEST]
 
 
-def tasks() -> set[str]:
-    """Pages of the index's tutorials and tasks."""
+def pages_of(*kinds: str) -> set[str]:
+    """Pages under the index's captions."""
     trees = re.findall(r":caption: (.*?)\n\n(.*?)```", (DOCS / "index.md").read_text(encoding="utf-8"), re.DOTALL)
-    return {f"{name}.md" for caption, names in trees if caption in ("Tutorials", "How to") for name in names.split()}
+    return {f"{name}.md" for caption, names in trees if caption in kinds for name in names.split()}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_a_page_is_short_and_its_sentences_are(page: Path) -> None:
     counted = list(lengths(plain(page)))
     assert [sentence for count, sentence in counted if count > LONGEST] == []
-    if page.name in tasks() | {"README.md"}:
+    typed = re.sub(r"<!-- figures:.*?<!-- end -->", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    if page.name in pages_of("Tutorials", "How to") | {"README.md"}:
         assert fmean(count for count, _ in counted) <= MEAN
+    if page.name in pages_of("How to"):
+        assert sum(bool(re.search(r"\w", word)) for word in _CODE.sub("", typed).split()) <= TASK
     if page.parent == DOCS and page.name not in REFERENCE:
-        typed = re.sub(r"<!-- figures:.*?<!-- end -->", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
         assert len(typed.split()) <= PAGE
 
 

@@ -322,8 +322,15 @@ class Session(Hinted):
         return self.fork()
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write robots to a file: numpy's .npz of the arrays of `docs/session.md`, from which `restore` goes on to the
-        last bit."""
+        """Write robots to a file, from which `restore` goes on to the last bit: numpy's .npz of arrays alone.
+
+        `session` is JSON: version of the format, digest of the scene, number of robots, state of the random generator.
+        `time` (nr,) [s], `state` (nr, 2n), `feet` (nr, m, 16) with the columns of `tarsus.solve.contacts.CARRIED`, and
+        `code` (nr,) say where the robots are and how the last step ended. `start` (nr, 2n), `lost` (nr, 2) and `spent`
+        (nr, .) belong to the account: state at the reset, energy lost in impacts, work [J]. `value/PATH` and
+        `gait/PATH` (nr,) are what robots have instead of the scene's numbers. `drive/NAME/...` is the command of a
+        drive: `begun` [s], `past` [V], `late` [N], and courses of voltage as stretches
+        (`tarsus.model.drive.track.Track`)."""
         with open(path, "wb") as file:
             file.write(self._bytes())
 
