@@ -110,12 +110,3 @@ def test_adhesive_friction_needs_adhesion() -> None:
     bare = scene.ground.without_adhesion
     assert bare.adhesion is None and bare.friction is None
     assert sticky().without_adhesion.friction == sticky().friction
-
-
-def test_its_coefficient_varies_in_batches() -> None:
-    scene = held(along=ts.waveforms.Ramp(stop=0.02 * PUSH, duration=0.02))
-    batch = ts.simulate_batch(scene, {"ground.friction.coefficient": [0.2, MU_A]}, 5e-3)
-    for i, coefficient in enumerate((0.2, MU_A)):
-        events = batch.events(i)
-        onset = coefficient * INITIAL / (PUSH - coefficient * RATE)
-        assert events["time"][events["kind"] == SLIP] == pytest.approx([onset], rel=1e-10)

@@ -151,15 +151,6 @@ def test_a_foot_that_lands_is_held_where_its_volts_hold_it() -> None:
         assert run.ledger.closure < 1e-12
 
 
-def test_runs_of_a_batch_have_volts_of_their_own(scene: Scene) -> None:
-    ramp = padded(scene, 180.0, Ramp(start=120.0, stop=0.0, duration=0.05))
-    starts = np.array([100.0, 120.0, 150.0])
-    batch = ts.simulate_batch(ramp, {"signals.pad.start": starts}, 0.05)
-    for run, start in enumerate(starts):
-        alone = ts.simulate(ts.with_values(ramp, {"signals.pad.start": start}), 0.05)
-        np.testing.assert_array_equal(batch.events(run)["time"], alone.events["time"])
-
-
 def test_a_pad_needs_an_electrode_and_has_no_return_map() -> None:
     law = {"ground.laws.electro_adhesion": ElectroAdhesion(initial=0.0, coefficient=K)}
     with pytest.raises(InputError, match="give a foot its electrode"):

@@ -115,15 +115,6 @@ def test_energy_closes_on_walks_up_a_slope_a_wall_and_under_a_ceiling(degrees: f
     assert run.ok and len(run.events) > 10 and run.ledger.closure < 1e-8
 
 
-def test_runs_of_a_batch_differ_in_the_incline() -> None:
-    scene, angles = inclined(trotter(3), 0.0), np.radians([0.0, 10.0, 75.0])
-    batch = ts.simulate_batch(scene, {"ground.incline": angles}, 0.01)
-    for run, angle in enumerate(angles):
-        alone = ts.simulate(with_values(scene, {"ground.incline": angle}), 0.01)
-        np.testing.assert_array_equal(batch.events(run)["kind"], alone.events["kind"])
-        np.testing.assert_allclose(batch.events(run)["time"], alone.events["time"], rtol=0.0, atol=1e-13)
-
-
 def test_degrees_are_read_and_what_is_missing_is_said() -> None:
     assert ts.Ground(gravity=ts.Gravity(), incline="30 deg").incline == pytest.approx(math.pi / 6.0)
     with pytest.raises(InputError, match=r"ground.incline: .*give ground.gravity"):

@@ -209,16 +209,6 @@ def test_the_work_in_the_laboratory_is_that_of_what_touches() -> None:
     assert run.laboratory_work == pytest.approx(work, rel=1e-9)
 
 
-def test_ground_that_moves_is_data_of_a_plan() -> None:
-    """Runs of a batch with their own ground are those that are made alone."""
-    own = two_masses("stays")
-    vary = {f"{SHIFT}.amplitude": [2e-4, 3e-4], f"{SHIFT}.frequency": [29.0, 31.0]}
-    batch = ts.simulate_batch(own, vary)
-    for k in range(2):
-        alone = ts.simulate(ts.with_values(own, {path: values[k] for path, values in vary.items()}))
-        np.testing.assert_allclose(batch.run(k).events["time"], alone.events["time"], rtol=1e-12)
-
-
 def test_a_session_goes_on_where_the_ground_is() -> None:
     own = two_masses("moves")
     session, run = ts.Session(own), ts.simulate(own)

@@ -39,17 +39,6 @@ def test_a_sliding_block_stops_where_friction_stops_it():
     assert run.ledger.closure < 1e-12
 
 
-def test_a_block_that_nothing_rubs_slides_there_and_back():
-    """Along A sin(w t): four amplitudes a period, though it turns back inside steps."""
-    amplitude, frequency = 1e-6, 50.0
-    omega = 2.0 * math.pi * frequency
-    force = ts.Sine(amplitude=MASS * amplitude * omega**2, frequency=frequency, phase=math.pi)
-    run = ts.simulate(
-        moving(block(friction=None, signals={"along": force}), block_x=amplitude * omega), duration=0.1
-    )
-    assert run.marks["slipped"][:, 0] == pytest.approx(4.0 * amplitude * np.arange(6), rel=1e-10)
-
-
 def test_the_path_there_and_back_moves_with_speed_and_force():
     """Thrown along against a force F: back at x = 0 after 2 m v / F, the path m v^2 / F - v T + F T^2 / 2 m by T."""
     speed, force, end = 0.01, 1e-6, 0.03
@@ -152,23 +141,6 @@ def test_overdamped_legs_are_the_same_by_contact_modes():
     np.testing.assert_allclose(run.events["time"], other["time"], rtol=0.0, atol=1e-9)
     np.testing.assert_allclose(run.events["speed_before"], other["speed_before"], rtol=0.0, atol=1e-7)
     np.testing.assert_allclose(run.events["pull"], other["pull"], rtol=1e-6, atol=1e-12)
-
-
-@pytest.mark.parametrize("legs", [2, 3, 6])
-@pytest.mark.parametrize("damping", [2e-6, 1e-3])
-@pytest.mark.parametrize("friction", [0.05, 0.5])
-def test_the_ledger_with_friction_closes(legs, damping, friction):
-    ground = sticky(
-        friction=Friction(coefficient=friction),
-        film=ts.Film(coefficient=1e-23, thickness=1e-6),
-        electrostatic=ts.Electrostatic(coefficient=1e-19, offset=1e-6),
-    )
-    run = ts.simulate(trotter(legs=legs, damping=damping, ground=ground, seed=legs))
-    assert run.ok
-    assert run.ledger.friction > 0.0
-    assert run.ledger.damping > 0.0
-    assert run.ledger.impacts > 0.0
-    assert run.ledger.closure < 1e-8
 
 
 def test_no_foot_goes_below_the_ground_and_no_stuck_foot_drifts():

@@ -13,6 +13,7 @@ import pytest
 
 from calibrate.toys import ball_study
 from doc_pages import PAGES, ROOT, sweep_study
+from identify.campaigns import copied
 
 NOT_RUN = re.compile(
     r"git clone|python3 -m venv|pip install|\.venv/bin/|jupyter |tarsus open|.*tcp://|qsub |tarsus explore"
@@ -41,7 +42,11 @@ SMALLER = {
     "-o /shared/out --array 100": "-o another --array 3",
     "/shared/out/array": "another/array",
     "seq 0 99": "seq 0 2",
-    "identify june --track july august": "identify lab --track lab",
+    "identify june --track july august": "identify june --track june",
+    "identify lab/campaign.toml -o result": "identify lab -o result",
+    "0:5um -o gaits": "0:5um -o out",
+    "shortest=1us -o soft": "shortest=1us --request effort=0.02 -o soft",
+    "reproduce hexapod -o hexapod": "reproduce hexapod --seeds 2 -o hexapod",
     "/shared/out": "shared",
     "identified/identified.toml": "cantilever",
     "# what is left to say: exit code 2 until it is said": "&& exit 1 || [ $? -eq 2 ]",
@@ -55,6 +60,11 @@ def nothing(folder: Path) -> None:
 
 def examples(folder: Path) -> None:
     (folder / "examples").symlink_to(ROOT / "examples")
+
+
+def sessions(folder: Path) -> None:
+    """A small campaign to be compared with."""
+    copied(folder / "june")
 
 
 def table_study(folder: Path) -> None:
@@ -79,7 +89,7 @@ HERE: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
     "export.md": (nothing, ("mujoco/model.xml", "matlab/run_model.m", "firmware/gait.h")),
     "gaits.md": (nothing, ("gaits/gait.h", "adaptive/adapt.json")),
     "gallery.md": (nothing, ("out/report.html", "hexapod/reproduction.html")),
-    "identify.md": (nothing, ("result/identified.toml",)),
+    "identify.md": (sessions, ("result/identified.toml",)),
     "identify-walking.md": (nothing, ("found/identified.toml", "found/draws.npz")),
     "install.md": (nothing, ("mine/report.html", "result/identified.toml", "own/campaign.toml")),
     "landing.md": (request, ("landing/landing.h",)),
@@ -88,7 +98,7 @@ HERE: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
     "tutorial-gait.md": (nothing, ("gaits/gait.h",)),
     "tutorial-landing.md": (nothing, ("soft/landing.h",)),
     "tutorial-transfer.md": (examples, ("found/draws.npz", "faster/gait.h")),
-    "tutorial-two-robots.md": (nothing, ("gaits/attractors.json", "gaits/attractor-3.html")),
+    "tutorial-two-robots.md": (nothing, ("out/attractors.json", "out/attractor-3.html")),
     "validation.md": (nothing, ("drop/report.html", "pages/index.html")),
     "walking.md": (nothing, ("walker.toml", "walk/report.html")),
     "yield.md": (nothing, ("out/yield.json",)),
@@ -119,18 +129,24 @@ def test_every_page_with_command_lines_is_run():
     assert [whole for whole in SMALLER if whole not in printed] == []
 
 
+AFTER = {"install.md": "identify.md", "tutorial-two-robots.md": "attractors.md"}
+"""Pages that are run in the folder of another one after it: lines that both have are run once."""
+
+
 # Slow: each line is a process. That all are command lines is seen by test_docs.py.
 @pytest.mark.full
-@pytest.mark.parametrize("page", HERE)
+@pytest.mark.parametrize("page", [page for page in HERE if page not in AFTER])
 def test_the_command_lines_of_a_page_run(page, tmp_path):
-    prepare, written = HERE[page]
-    prepare(tmp_path)
+    pages = [page, *(one for one, before in AFTER.items() if before == page)]
+    for one in pages:
+        HERE[one][0](tmp_path)
     programs = tmp_path / "programs"
     programs.mkdir()
     (programs / "tarsus").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m tarsus "$@"\n', encoding="utf-8")
     (programs / "tarsus").chmod(0o755)
     environment = {**os.environ, "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}", "BROWSER": "true"}
-    script = "set -e\n" + "\n".join(lines(page))
+    once = dict.fromkeys(re.sub(r"\s+#.*", "", line) for one in pages for line in lines(one))
+    script = "set -e\n" + "\n".join(once if len(pages) > 1 else lines(page))
     done = subprocess.run(
         ["bash", "-c", script],
         cwd=tmp_path,
@@ -141,7 +157,7 @@ def test_the_command_lines_of_a_page_run(page, tmp_path):
         check=False,
     )
     assert done.returncode == 0, f"{script}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
-    assert [name for name in written if not (tmp_path / name).is_file()] == []
+    assert [name for one in pages for name in HERE[one][1] if not (tmp_path / name).is_file()] == []
     for path, value, verdict in PRINTED.findall(PAGES[page]):
         row = next(row for row in PRINTED.findall(done.stdout) if row[0] == path)  # a series follows
         assert float(row[1].split("·")[0]) == pytest.approx(float(value.split("·")[0]), rel=0.02), path

@@ -284,24 +284,6 @@ def test_the_amplifier_in_a_file() -> None:
     assert with_values(plain, {base + "clip": "20 V"}).robot.drives["pzt"].amplifier.clip == (-20.0, 20.0)
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ('slew_rat = "10 V/ms"', "did you mean 'slew_rate'"),
-        ('slew_rate = "-10 V/ms"', "expected a rate of voltage (V/s) above 0, got -10 V/ms"),
-        ('slew_rate = "10 V"', "V/s"),
-        ('bandwidth = "1 kHz", rise_time = "1 ms"', "give one of the two"),
-        ('clip = ["3 V", "-3 V"]', "expected the lowest voltage before the highest, got 3 V and -3 V"),
-        ('clip = "0 V"', "expected a voltage (V) above 0 for both signs"),
-        ('clip = "3 m"', "clip"),
-    ],
-)
-def test_what_an_amplifier_cannot_be(text: str, said: str) -> None:
-    with pytest.raises(InputError, match=r"robot\.drives\.pzt\.amplifier") as caught:
-        _oscillator(text)
-    assert said in str(caught.value)
-
-
 @pytest.mark.parametrize(("kind", "share"), list(zip(WAVEFORMS, cycle([3e-4, 0.02, 0.3, 4.0]), strict=False)))
 def test_runs_that_a_pole_follows_together_are_those_followed_one_by_one(kind: str, share: float) -> None:
     """A slew rate that nothing reaches makes the same equation be followed stretch by stretch; and two runs have the

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 from hypothesis import example, given
@@ -11,13 +9,12 @@ from hypothesis import strategies as st
 
 from drive_cases import FALLING, PRINTED, RISING, WAVEFORMS, grid, jumps
 from effort import calls
-from tarsus.base.errors import InputError
 from tarsus.model.drive.law import VoltageLaw
 from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii, fit_branches
 from tarsus.model.drive.lower import Pieces, evaluate, lower
 from tarsus.model.drive.signal import Signal
-from tarsus.model.drive.waveforms import Constant, OnOff, RampedSquare, Sampled, Sine, Square
+from tarsus.model.drive.waveforms import OnOff, RampedSquare, Sampled, Sine, Square
 
 LAWS: dict[str, VoltageLaw] = {
     "linear": LinearForce(gain=-0.6e-6, offset=0.1e-6),
@@ -249,11 +246,6 @@ def test_on_off_sequence_with_equal_levels() -> None:
     wave = OnOff(levels=(1.0, 1.0, 0.0), durations=(0.1, 0.1, 0.1), repeat=True)
     _, volts = lower(wave, LinearForce(gain=1.0))
     assert volts.kink.tolist() == [True, False, True]
-
-
-def test_history_must_be_finite() -> None:
-    with pytest.raises(InputError, match="history"):
-        lower(Constant(level=1.0), LAWS["plays"], [math.nan])
 
 
 def test_lowering_is_economical() -> None:

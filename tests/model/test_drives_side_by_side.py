@@ -85,11 +85,3 @@ def test_numbers_of_drives_of_histories_and_of_amplifiers():
     check(behind, {f"{head}amplifier.bandwidth": 800.0 * three, "signals.pull.amplitude": 8.0 * three})
     branches = ts.with_values(scene, {f"{head}law": PRINTED})
     check(branches, {f"{head}law.rising.linear": PRINTED.rising.linear * three})
-
-
-def test_samples_that_do_not_increase_are_refused():
-    wave = ts.Sampled(times=(0.0, 0.1, 0.2), levels=(0.0, 8.0, 0.0))
-    scene = ts.with_values(scene_of("p1_n2"), {"signals": {"pull": wave}})
-    varied = {"signals.pull.times.1": np.array([0.1, 0.19]), "signals.pull.times.2": np.array([0.3, 0.15])}
-    with pytest.raises(ts.InputError, match="sample times must increase"):
-        drive_courses(scene, varied, [])

@@ -140,12 +140,6 @@ def test_a_drive_that_moves_no_leg_gets_no_volts() -> None:
     assert set(Alternating(**COMMON).waveforms(layout)) == {"leg"}
 
 
-@pytest.mark.parametrize("duty", [0.0, 1.0, -0.2, 1.5])
-def test_a_duty_outside_of_0_to_1(duty: float) -> None:
-    with pytest.raises(InputError, match=r"Alternating.duty: .*above 0 and below 1"):
-        Alternating(**COMMON, duty=duty)
-
-
 def test_voltages_in_order() -> None:
     with pytest.raises(InputError, match=r"^MetachronalGait.high: .*14 V .*15 V"):
         MetachronalGait(**COMMON, low=15.0)

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.base.errors import InputError
 from tarsus.base.spec import validate, with_values
 from tarsus.model.ground import Ground
 from tarsus.model.profile import Relief
@@ -129,17 +128,3 @@ def test_maps_are_read_at_each_foot(tmp_path: Path) -> None:
         [0.0, 0.0, 0.0], pytest.approx([3e-9, 6e-9, 4e-9])
     ]  # fmt: skip
     assert "row 2.5 of a map of rows 0 to 2" in ground.faults({"far": 1.5e-3})[0][1]
-
-
-@pytest.mark.parametrize(
-    ("feet", "said"),
-    [
-        ({"left": TEETH}, "foot 'leg1' has no ground: give that of its name or its side"),
-        ({"left": TEETH, "right": TEETH, "leg9": TEETH}, "feet.leg9: the robot has no foot 'leg9'"),
-        ({"leg0": TEETH, "leg1": TEETH, "left": TEETH}, "feet.left: is the ground of no foot: leave it out"),
-        ({"left": TEETH, "right": TEETH | {"length": -1.0}}, "feet.right.*length"),
-    ],
-)
-def test_grounds_that_fit_no_feet_are_refused(feet: dict[str, Any], said: str) -> None:
-    with pytest.raises(InputError, match=said):
-        with_values(trotter(2), {"ground.profile": {"kind": "feet", "feet": feet}})

@@ -29,20 +29,6 @@ def test_a_table_is_a_rule_and_its_speed_has_a_path():
     assert ts.with_values(slow, {"ground.landing.speed": 0.03}).ground.landing.speed == 0.03
 
 
-@pytest.mark.parametrize(
-    ("table", "said"),
-    [
-        ({"kind": "restitute_first"}, r"ground\.landing\.speed: missing"),
-        ({"kind": "restitute_first", "speed": -0.1}, r"ground\.landing\.speed: .*at least 0"),
-        ({"kind": "restitute"}, r"ground\.landing\.kind: unknown kind 'restitute'.*restitute_first"),
-        ({"speed": 0.1}, r"ground\.landing: expected a table with a 'kind'"),
-    ],
-)
-def test_what_is_no_rule_is_refused(table, said):
-    with pytest.raises(ts.InputError, match=said):
-        ts.with_values(ts.load_scene("cantilever"), {"ground.landing": table})
-
-
 def two_modes(**shapes) -> ts.Scene:
     """A foot on a structure of two modes with the given shapes."""
     return ts.Scene(

@@ -65,8 +65,6 @@ def test_friction_is_borne_by_push_and_adhesion_and_never_pulls() -> None:
     assert law.function() is Friction.bound
     assert Friction.bound(2e-6, 1e-6, *law.parameters()) == pytest.approx(0.6e-6)
     assert Friction.bound(0.0, 1e-6, 0.3) == 0.0 == Friction.bound(2e-6, 1e-6, 0.0)
-    with pytest.raises(InputError, match=r"^Friction.coefficient: .* got -0.1"):
-        Friction(coefficient=-0.1)
 
 
 def test_electrostatics_attract() -> None:
@@ -90,22 +88,6 @@ def test_restitution_keeps_a_share_of_the_speed() -> None:
 def test_gravity_is_only_a_parameter() -> None:
     assert Gravity().parameters() == (9.81,)
     assert Gravity.function() is None
-
-
-@pytest.mark.parametrize(
-    ("build", "path"),
-    [
-        (lambda: Film(coefficient=1e-21, thickness=0.0), "Film.thickness"),
-        (lambda: Film(coefficient=-1e-21, thickness=1e-6), "Film.coefficient"),
-        (lambda: Restitution(coefficient=1.01), "Restitution.coefficient"),
-        (lambda: Restitution(coefficient=-0.39), "Restitution.coefficient"),
-        (lambda: Adhesion(initial=math.nan, rate=0.0), "Adhesion.initial"),
-        (lambda: Electrostatic(coefficient=1.0, offset=0.0), "Electrostatic.offset"),
-    ],
-)
-def test_bounds(build, path: str) -> None:  # type: ignore[no-untyped-def]
-    with pytest.raises(InputError, match=f"^{path}: expected "):
-        build()
 
 
 @pytest.mark.parametrize("law", [Film, Electrostatic, Adhesion, Restitution, Gravity])
@@ -171,49 +153,6 @@ HEAD = "from tarsus.model.laws import SmoothLaw\nfrom tarsus.base.spec import qu
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        (HEAD + "x = 1 / 0\n", r"law\.py, line 3: ZeroDivisionError: division by zero"),
-        (HEAD + "import sys\nsys.exit(3)\n", r"law\.py, line 4: SystemExit: 3"),
-        (HEAD + "def f(:\n", r"law\.py, line 3: SyntaxError"),
-        ("import no_such_module_at_all\n", r"law\.py, line 1: ModuleNotFoundError"),
-        (HEAD, r"defines no law; a law is a class derived from one of DampingLaw, SmoothLaw"),
-        (HEAD + "class A(SmoothLaw):\n    a: float = 3.0\n", r"line 3: TypeError: A\.a: a law's field"),
-        (
-            HEAD + "class A(SmoothLaw):\n    pass\n",
-            r"law A defines no function force\(gap, gap_rate, volts, time\)",
-        ),
-        (
-            HEAD + "class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n        return 1 / 0\n",
-            r"law\.py: A\.force, line 5: it raises ZeroDivisionError \(division by zero\)",
-        ),
-        (
-            HEAD + "class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n        return None\n",
-            r"law\.py: A\.force, line 4: it returns nothing on some path, not a number",
-        ),
-        (
-            HEAD
-            + "class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n        return gap * 1e308 * 1e9",
-            r"law A must return a finite number, got inf",
-        ),
-        (
-            HEAD + "class A(SmoothLaw):\n    def force(gap):\n        return 0.0\n",
-            r"line 3: TypeError: A\.force: takes \(gap\), but must take \(gap, gap_rate, volts, time\)",
-        ),
-        (
-            HEAD
-            + "class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n"
-            + "        while gap > 1:\n            gap /= 2\n        return gap\n",
-            r"law\.py: A\.force, line 5: more than 256 comparisons in a row",
-        ),
-    ],
-)
-def test_a_wrong_file_is_a_sentence(tmp_path: Path, text: str, said: str) -> None:
-    with pytest.raises(InputError, match=said):
-        load_laws(law_file(tmp_path, text))
-
-
-@pytest.mark.parametrize(
     "loop",
     [
         "while True:\n    pass\n",
@@ -241,11 +180,6 @@ def test_a_law_that_never_ends_is_stopped(
     text = f"class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n        while True:\n            {turn}"
     with pytest.raises(InputError, match=rf"line \d: {said}"):
         load_laws(law_file(tmp_path, HEAD + text))
-
-
-def test_a_missing_file(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no such law file"):
-        load_laws(tmp_path / "law.py")
 
 
 def test_class_variables_are_not_parameters() -> None:

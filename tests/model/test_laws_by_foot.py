@@ -114,15 +114,6 @@ def test_an_electrode_elsewhere_is_a_foot_that_never_lands() -> None:
     np.testing.assert_allclose(structure.matrices().stiffness @ last, [pull, 0.0], rtol=0.0, atol=1e-6 * abs(pull))
 
 
-def test_numbers_of_grounds_are_data_of_a_plan() -> None:
-    own = balls()
-    vary = {"ground.restitution.coefficient": [0.7, 0.6], "grounds.soft.restitution.coefficient": [0.2, 0.4]}
-    batch = ts.simulate_batch(own, vary)
-    for k in range(2):
-        alone = ts.simulate(ts.with_values(own, {path: values[k] for path, values in vary.items()}))
-        np.testing.assert_allclose(batch.run(k).events["time"], alone.events["time"], rtol=1e-12)
-
-
 def test_files_keep_them_and_one_ground_costs_nothing() -> None:
     own = balls()
     assert parse_scene(scene_text(own)) == own
@@ -147,20 +138,3 @@ def test_a_walker_has_them_by_legs_as_by_contact_modes() -> None:
     np.testing.assert_array_equal(legs.events["kind"], modes.events["kind"])
     np.testing.assert_allclose(legs.events["time"], modes.events["time"], rtol=1e-9)
     assert abs(legs.events["time"][0] - same.events["time"][0]) > 1e-6
-
-
-REFUSED = {
-    "no such ground": ({"grounds": {"sof": {}}}, "robot.feet.b.ground: there is no 'soft' in grounds"),
-    "gravity": ({"grounds": {"soft": {"gravity": {"acceleration": 1.0}}}}, "grounds.soft.gravity: is of all feet"),
-    "a law of its own": (
-        {"grounds": {"soft": {"film": {"coefficient": 1.0, "thickness": 1.0}}}}, "grounds.soft.film: ground has no film"
-    ),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("case", REFUSED)
-def test_what_is_refused(case: str) -> None:
-    changes, said = REFUSED[case]
-    with pytest.raises(ts.InputError) as caught:
-        balls(**changes)
-    assert said in str(caught.value)

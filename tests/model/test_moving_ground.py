@@ -31,37 +31,7 @@ def moving(name: str, motion: dict[str, Any], **values: Any) -> ts.Scene:
     return ts.with_values(made, {"ground.motion": motion, **values})
 
 
-SQUARE = {"kind": "square", "amplitude": 1e-6, "frequency": 100.0}
 RAMP = {"kind": "ramp", "stop": 1e-3, "duration": 1.0}
-LINES = {"kind": "sampled", "times": [0.0, 0.1, 0.2], "levels": [0.0, 1e-3, 0.0]}
-REFUSED = {
-    "nothing": ({}, "ground.motion: expected normal, along or both"),
-    "two of one": ({"normal": {"displacement": SINE, "velocity": SINE}}, "got displacement and velocity"),
-    "volts": ({"normal": {"displacement": SINE | {"amplitude": "1 V"}}}, "amplitude: expected a length"),
-    "an edge": ({"normal": {"displacement": SQUARE}}, "would jump at 0.005 s, an impact"),
-    "an edge of the speed": ({"normal": {"velocity": SQUARE}}, "would jump at 0.005 s, an impact"),
-    "a corner": ({"normal": {"displacement": RAMP}}, "would jump at 1 s, an impact"),
-    "lines": ({"normal": {"displacement": LINES}}, "join samples by a cubic spline"),
-    "no way along": ({"along": {"displacement": SINE}}, "robot.structure.forward: the structure needs to know"),
-    "a base by its speed": ({"normal": {"velocity": SINE}, "base": "stays"}, "give the displacement"),
-}
-
-
-@pytest.mark.parametrize("case", REFUSED)
-def test_what_is_refused_in_words(case: str) -> None:
-    motion, said = REFUSED[case]
-    with pytest.raises(ts.InputError) as caught:
-        moving("ball", motion)
-    assert said in str(caught.value)
-
-
-def test_what_is_refused_of_robots_and_starts() -> None:
-    with pytest.raises(ts.InputError, match="a walker has no base that could stay"):
-        moving("millipede", TABLE | {"base": "stays"})
-    with pytest.raises(ts.InputError, match=r"initial\.in_laboratory: the ground does not move"):
-        scene("ball", {"initial.in_laboratory": True})
-    with pytest.raises(ts.InputError, match=r"robot\.structure\.upward: the structure needs to know"):
-        ts.with_values(ts.load_scene("hexapod"), {"ground.motion": TABLE, "ground.gravity": None})
 
 
 def test_a_corner_after_the_scene_is_refused_by_a_longer_run() -> None:

@@ -11,7 +11,6 @@ import pytest
 import xarray
 
 import tarsus as ts
-from random_scenes import plain_scene
 from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
 from tarsus.base.spec import validate, with_values
@@ -108,27 +107,6 @@ def test_random_ground_may_grow_along_the_way() -> None:
     assert level.repeats and not growing.repeats
 
 
-@pytest.mark.parametrize(
-    ("profile", "said"),
-    [
-        ({"kind": "polyline", "given": [[0.0, 0.0]]}, "two points at least, got 1"),
-        ({"kind": "polyline", "given": [[0.0, 0.0], [-1.0, 0.0]]}, "point 1 lies behind point 0"),
-        ({"kind": "polyline", "given": [[0.0, 0.0], [0.0, 0.0]]}, "points 0 and 1 are one"),
-        (
-            {"kind": "polyline", "given": [[0.0, 0.0], [0.0, 1.0], [0.0, 2.0]]},
-            "give the side of a step two points",
-        ),
-        ({"kind": "pits", "spacing": 1.0, "width": 2.0, "depth": 1.0}, "point 4 lies behind point 3"),
-        ({"kind": "file", "file": "nowhere.csv"}, "cannot be read"),
-        ({"kind": "staircase", "tread": 0.0, "rise": 1.0}, "tread"),
-        (STAIRS | {"restitution": [1.5]}, "restitution"),
-    ],
-)
-def test_what_is_no_ground_is_refused(profile: dict[str, Any], said: str) -> None:
-    with pytest.raises(InputError, match=said):
-        shape(**profile)
-
-
 def test_numbers_of_a_shape_are_slots() -> None:
     """A batch over heights, spacing and patches is what its runs are alone, and shares one plan."""
     scene = uneven(**LOW, friction=[1.0, 0.5])
@@ -182,8 +160,7 @@ def test_who_does_not_know_uneven_ground_says_so(tmp_path: Path) -> None:
     ):
         with pytest.raises(InputError, match=r"ground\.profile: .* on level ground alone"):
             ask()
-    with pytest.raises(InputError, match=r"ground\.profile: is ground under the feet of a walker"):
-        with_values(plain_scene(1, legged=False), {"ground.profile": STAIRS})
+
 
 
 def test_robots_are_put_down_onto_the_ground_that_each_has() -> None:

@@ -274,20 +274,6 @@ def test_provenance_of_nothing() -> None:
     assert problems(text) == ["provenance.duratio: unknown path; did you mean 'duration'?"]
 
 
-def test_files_that_cannot_be_read(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no such file"):
-        read_scene(tmp_path / "none.toml")
-    wrong = tmp_path / "wrong.toml"
-    wrong.write_text("name = \n")
-    with pytest.raises(InputError, match="not valid TOML: Invalid value"):
-        read_scene(wrong)
-    wrong.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(InputError, match="no text file"):
-        read_scene(wrong)
-    with pytest.raises(InputError, match="cannot be read"):
-        read_scene(tmp_path)
-
-
 def test_user_laws_in_a_file(tmp_path: Path) -> None:
     (tmp_path / "law.py").write_text(LAW)
     laws = load_laws(tmp_path / "law.py")

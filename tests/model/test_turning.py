@@ -21,32 +21,6 @@ BAG = Payload(mass=1e-4, stiffness_v=40.0, damping_v=0.01, stiffness_l=60.0, dam
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        (
-            {"robot.structure.legs.LF.stiffness_t": None},
-            "every leg has stiffness_t and damping_t, or none has",
-        ),
-        ({"robot.structure.legs.LF.tip": TIP}, "has no compliant tip"),
-        ({"robot.structure.payloads": {"bag": BAG}}, "has no payloads"),
-        ({"ground.incline": 0.1}, "ground.incline: goes by the way straight ahead"),
-        (
-            {"ground.profile": {"kind": "staircase", "tread": 1e-3, "rise": 1e-4}},
-            "ground.profile: goes by the way",
-        ),
-    ],
-)
-def test_what_does_not_go_with_turning_is_said(changes: dict[str, Any], said: str) -> None:
-    with pytest.raises(InputError, match=said):
-        ts.with_values(HEXAPOD, changes)
-
-
-def test_a_body_turns_on_legs_that_move_across_alone() -> None:
-    with pytest.raises(InputError, match="a body turns about z on legs that move across the way"):
-        ts.with_values(ts.load_scene("hamr-like"), {"robot.structure.body.yaw_inertia": 1e-7})
-
-
-@pytest.mark.parametrize(
     "ask",
     [
         lambda scene: ts.periodic(scene),
@@ -66,8 +40,6 @@ def test_runs_of_a_batch_are_those_of_one() -> None:
     for i, rate in enumerate(rates):
         one = ts.simulate(ts.with_values(HEXAPOD, {path: values[i] for path, values in varied.items()}), 0.2)
         assert one.measures["turn_rate"].value == pytest.approx(rate, abs=1e-8)
-    with pytest.raises(InputError, match=r"ground\.incline: goes by the way"):
-        ts.simulate_batch(ts.with_values(HEXAPOD, {"initial": {}}), {"ground.incline": [0.0, 0.1]}, 0.1)
 
 
 def test_a_session_walks_as_a_run_does() -> None:

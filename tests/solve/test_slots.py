@@ -10,6 +10,7 @@ from example_laws import OWN
 from scene_files import scene as scene_of
 from tarsus.base.spec import quantity
 from tarsus.model.drive.signal import Signal
+from tarsus.model.laws import AdhesiveFriction
 from tarsus.model.laws.ageing_adhesion import AgeingAdhesion
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import lower_scene
@@ -17,8 +18,9 @@ from tarsus.plan.slots import Kind, rows_for, slot, slots
 from tarsus.solve import Accuracy
 from tarsus.solve.run import Shared
 from tarsus.study import bench
+from walking_scenes import sticky, trotter
 
-VOLTS = 8.0
+VOLTS, SHIFT = 8.0, "ground.motion.normal.displacement"
 
 
 def chain(wave=None, **ground) -> Scene:
@@ -49,6 +51,30 @@ def bouncing() -> Scene:
 
 def sticky_feet() -> Scene:
     return scene_of("sticky_feet", {"ground.laws": {"drag": OWN["drag"](coefficient=1e-5, height=1e-6)}})
+
+
+def by_foot() -> Scene:
+    """Two balls, the second on a ground of its own."""
+    structure = ts.Lumped(coordinates=("a", "b"), mass=[1.0, 2.0], stiffness=[0.0, 0.0])
+    feet = {"a": ts.Foot(point="a", gap=1.0), "b": ts.Foot(point="b", gap=1.0, ground="soft")}
+    ground: dict = {"restitution": {"coefficient": 0.8}, "gravity": {"acceleration": 9.81}}
+    soft: dict = {"soft": {"restitution": {"coefficient": 0.3}}}
+    robot = ts.Robot(structure=structure, feet=feet)
+    return Scene(name="balls", robot=robot, duration=1.0, ground=ground, grounds=soft)
+
+
+def swinging() -> Scene:
+    wave = {"kind": "sine", "amplitude": 2e-4, "frequency": 29.0}
+    return scene_of("ball", {"ground.motion": {"normal": {"displacement": wave}}})
+
+
+def creeping() -> Scene:
+    law = {
+        "kind": "creeping", "instant": {"linear": 8e-7, "thresholds": [1.0, 2.0], "weights": [2e-7, 1e-7]},
+        "thresholds": [0.0, 1.5], "weights": [1e-7, 1e-7], "times": [2e-3, 1.0],
+    }  # fmt: skip
+    scene = ts.load_scene("cantilever", wave="square")
+    return ts.with_values(scene, {"robot.drives.pzt.law": law, "robot.drives.pzt.history": (), "provenance": {}})
 
 
 def walking() -> Scene:
@@ -111,6 +137,27 @@ CASES = {
     "gaps of a walker": (
         lambda: ts.with_values(walking(), {"initial.standing": None, "ground.gravity": None}),
         {"robot.feet.L1.gap": [1e-6, 2e-6], "robot.feet.R1.gap": [0.0, 1e-6], "gait.frequency": [102.0, 110.0]}, 0.05,
+    ),
+    "incline": (
+        lambda: ts.with_values(trotter(3), {"ground.incline": 0.0}), {"ground.incline": [0.0, 0.17, 1.3]}, 0.01
+    ),
+    "friction that adheres": (
+        lambda: trotter(3, ground=sticky(friction=AdhesiveFriction(coefficient=0.8))),
+        {"ground.friction.coefficient": [0.2, 0.7], "ground.adhesion.rate": [1e-5, 1e-4]}, 0.01,
+    ),
+    "pads": (
+        lambda: ts.load_scene("climber"), {"signals.LF_pad.levels.0": [150.0, 200.0]}, 0.05,
+    ),
+    "grounds by foot": (
+        by_foot, {"ground.restitution.coefficient": [0.7, 0.6], "grounds.soft.restitution.coefficient": [0.2, 0.4]}, 1.0
+    ),
+    "ground that swings": (
+        swinging,
+        {f"{SHIFT}.amplitude": [2e-4, 3e-4], f"{SHIFT}.phase": [0.1, 1.0]}, 1.0,
+    ),
+    "drive that creeps": (
+        creeping,
+        {"robot.drives.pzt.law.temperature": [290.0, 300.0], "robot.drives.pzt.law.weights.1": [1e-7, 2e-7]}, 0.02,
     ),
 }  # fmt: skip
 
