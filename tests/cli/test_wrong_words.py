@@ -99,7 +99,6 @@ WRONG = [
         "recommend ./run --budget 2s",
         "'./run' is a folder: expected a device by name, or a scene file (TOML); it holds scene.toml",
     ),
-    ("movie cantilever -o x.gif", "only walkers"),
     ("movie millipede -o x.mp4", "ending in .gif"),
     ("movie millipede -o x.gif --periods 0", "a period, got 720 and 0"),
     ("movie millipede -o taken/x.gif", "'taken' is a file"),

@@ -16,10 +16,10 @@ from tarsus.export.subject import Subject
 from tarsus.files.toml import parse_scene, scene_text
 from tarsus.model.motion import GroundMotion, GroundShift
 from tarsus.plan.lowering import lower_scene
+from tarsus.report.drawing import drawing_of
 from tarsus.report.motion import motion_of
 from tarsus.report.movie import movie
 from tarsus.report.player import payload, walk_section
-from tarsus.report.stage import drawn, stage_of
 from tarsus.solve.outputs import Output
 
 SINE = {"kind": "sine", "amplitude": 1e-6, "frequency": 100.0}
@@ -127,13 +127,13 @@ def test_players_and_movies_draw_it(tmp_path: Path) -> None:
     plate = {"normal": {"displacement": SINE}, "along": {"displacement": SINE | {"frequency": 50.0}}}
     run = ts.simulate(moving("millipede", plate), "40 ms")
     motion = motion_of(run)
-    stage = stage_of(motion)
+    drawing = drawing_of(motion)
     assert motion.moved is not None
     np.testing.assert_allclose(motion.moved[1], 1e-6 * np.sin(200.0 * np.pi * motion.time), atol=1e-12)
-    frame = int(np.argmax(motion.moved[1]))
-    lifted, level = drawn(motion, stage, frame), drawn(motion.still(), stage, frame)
-    np.testing.assert_allclose(lifted.feet[:, 1] - level.feet[:, 1], stage.up * motion.moved[1, frame])
-    assert payload(motion, stage)["moved"]["bits"] == 16 and "seen from the laboratory" in walk_section(motion)
-    assert payload(motion.still(), stage)["moved"] is None
+    lifted, level = drawing.seen(motion), drawing.seen(motion.still())
+    risen = np.broadcast_to(drawing.up * motion.moved[1], lifted[1].shape)
+    np.testing.assert_allclose(lifted[1] - level[1], risen, atol=1e-12)
+    assert payload(motion, drawing)["moved"]["bits"] == 16 and "seen from the laboratory" in walk_section(motion)
+    assert payload(motion.still(), drawing)["moved"] is None
     movie(run, tmp_path / "walk.gif", periods=1)
     assert (tmp_path / "walk.gif").stat().st_size > 1000

@@ -65,8 +65,8 @@ function ink(canvas) {
 /** Plays every moving picture for a moment: those whose time, or what they show, stood still. */
 async function play() {
   const faults = [];
-  for (const figure of document.querySelectorAll("figure.walk, figure.points")) {
-    const canvas = figure.querySelector("canvas"), button = figure.querySelector(".walk-play, .row button");
+  for (const figure of document.querySelectorAll("figure.walk")) {
+    const canvas = figure.querySelector("canvas"), button = figure.querySelector(".walk-play");
     if (!seen(canvas)) continue;
     const clock = () => figure.querySelector("output").textContent;
     if (button.getAttribute("aria-label") === "Pause") button.click();
@@ -83,7 +83,7 @@ async function play() {
 /** Everything that an explorer draws and says of the run that it shows. */
 function shownBy(explorer) {
   const { player, charts, root } = explorer;
-  const walk = Object.values(player.walk.body).concat(player.walk.footX, player.walk.footZ, player.walk.normal, player.walk.friction, player.walk.volts);
+  const walk = Object.values(player.walk.body).concat(player.walk.swing, player.walk.footZ, player.walk.normal, player.walk.friction, player.walk.volts);
   return {
     run: [...explorer.shown.gap, ...explorer.shown.body, ...explorer.shown.volts].map((row) => row.join()).join(";"),
     film: walk.map((row) => row.join()).join(";"),

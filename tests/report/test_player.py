@@ -13,10 +13,10 @@ import pytest
 
 from html_page import Page
 from tarsus.base.errors import InputError
+from tarsus.report.drawing import Drawing, Foot, Shape, drawing_of, round_below
 from tarsus.report.motion import MOST_FRAMES, SLIPPING, STUCK, Motion, frame_limit
 from tarsus.report.packing import packed, packed_states, unpacked
 from tarsus.report.player import payload, walk_section
-from tarsus.report.stage import drawn, round_below, stage_of
 from walking_devices import walk
 
 
@@ -122,7 +122,9 @@ def test_the_page_holds_the_walk(motion: Motion, section: str) -> None:
     thin = motion.thinned(frames)
     assert data["legs"] == list(motion.legs)
     np.testing.assert_allclose(unpacked(data["time"], 1)[0], thin.time, atol=thin.time[-1] / 60_000)
-    np.testing.assert_allclose(unpacked(data["foot_x"], 6), thin.foot_x, atol=np.ptp(thin.foot_x) / 120_000)
+    np.testing.assert_allclose(
+        unpacked(data["swing"], 6), thin.foot_x - thin.hips[:, :1], atol=np.ptp(thin.foot_x) / 120_000
+    )
     np.testing.assert_allclose(unpacked(data["foot_z"], 6), thin.foot_z, atol=np.ptp(thin.foot_z) / 120_000)
     np.testing.assert_allclose(
         unpacked(data["body"]["surge"], 1)[0], thin.body["surge"], atol=np.ptp(thin.body["surge"]) / 120_000
@@ -138,7 +140,7 @@ def test_a_body_that_does_not_turn_has_no_turns(motion: Motion) -> None:
 
 
 def test_a_walk_without_drives_has_no_voltages(motion: Motion) -> None:
-    data = payload(dataclasses.replace(motion, drives=(), volts=np.zeros((0, 0))), stage_of(motion))
+    data = payload(dataclasses.replace(motion, drives=(), volts=np.zeros((0, 0))), drawing_of(motion))
     assert data["volts"] is None and data["drives"] == []
 
 
@@ -157,7 +159,6 @@ def test_the_section_needs_nothing_from_outside(section: str) -> None:
 
 
 def test_everything_that_is_worked_has_a_name(section: str) -> None:
-    page = Page(section)
     named = {
         (tag, dict(rest).get("aria-label"))
         for tag, rest in (
@@ -172,6 +173,7 @@ def test_everything_that_is_worked_has_a_name(section: str) -> None:
     assert [re.sub(r"<[^>]*>", "", label).strip() for label in labels] == [
         "Speed", "Motion up", "along", "forces", "follow the body",
     ]  # fmt: skip
+    page = Page(section)
     assert "noscript" in page.tags
     assert "The animation needs a browser that runs scripts" in page.text
 
@@ -194,66 +196,106 @@ def test_equal_motions_give_equal_sections(motion: Motion, section: str) -> None
     assert walk_section(motion) == section
 
 
+def feet_of(drawing: Drawing) -> dict[int, int]:
+    """Points of the side by leg."""
+    return {part.leg: part.point for part in drawing.side.parts if isinstance(part, Foot)}
+
+
+def hips_of(drawing: Drawing) -> dict[int, int]:
+    """The other ends of the legs."""
+    feet = {point: leg for leg, point in feet_of(drawing).items()}
+    legs = [part.points for part in drawing.side.parts if isinstance(part, Shape) and not part.fill]
+    return {feet[foot]: hip for hip, foot in legs}
+
+
+def hips_at_rest(drawing: Drawing) -> np.ndarray:
+    return np.array([drawing.side.points[hip].x for _, hip in sorted(hips_of(drawing).items())])
+
+
 def test_hips_are_where_the_model_has_them(motion: Motion) -> None:
-    stage = stage_of(motion)
-    assert stage.true
-    np.testing.assert_array_equal(stage.x, motion.hips[:, 0])
-    assert stage.length == pytest.approx(2e-3), "the larger one of length and width"
-    np.testing.assert_array_equal(stage.far, motion.hips[:, 1] > 0)
-    back, front, right, left = stage.box
-    assert back < stage.x.min() and front > stage.x.max() and (right, left) == (-1e-3, 1e-3)
+    drawing = drawing_of(motion)
+    assert drawing.true and drawing.length == pytest.approx(2e-3), "the larger one of length and width"
+    far = motion.hips[:, 1] > 0
+    np.testing.assert_allclose(hips_at_rest(drawing), motion.hips[:, 0] + 0.05 * drawing.length * far)
+    legs = [part.leg for part in drawing.side.parts if isinstance(part, Foot)]
+    assert set(legs[:3]) == set(np.flatnonzero(far).tolist()), "the far side is painted first"
+    assert drawing.above is not None and drawing.back == pytest.approx(0.03 * drawing.length)
 
 
 def test_legs_at_one_place_are_drawn_apart() -> None:
-    stage = stage_of(dataclasses.replace(walk(2), hips=np.zeros((2, 3))))
-    assert not stage.true
-    assert np.ptp(stage.x) > 0.0 and stage.x.sum() == pytest.approx(0.0)
-    assert not stage.far.any()
+    drawing = drawing_of(dataclasses.replace(walk(2), hips=np.zeros((2, 3))))
+    x = hips_at_rest(drawing)
+    assert not drawing.true and drawing.above is None
+    assert np.ptp(x) > 0.0 and x.sum() == pytest.approx(0.0)
 
 
 def test_two_legs_at_one_place_among_others_stay_near_it(motion: Motion) -> None:
     hips = motion.hips.copy()
     hips[2] = hips[0]
-    stage = stage_of(dataclasses.replace(motion, hips=hips))
-    assert not stage.true
-    assert 0.0 < abs(stage.x[0] - stage.x[2]) < 1.8e-3
-    np.testing.assert_array_equal(stage.x[[1, 3, 4, 5]], hips[[1, 3, 4, 5], 0])
+    drawing = drawing_of(dataclasses.replace(motion, hips=hips))
+    assert not drawing.true
+    x = hips_at_rest(drawing) - 0.05 * drawing.length * (hips[:, 1] > 0)
+    assert 0.0 < abs(x[0] - x[2]) < 1.8e-3
+    np.testing.assert_allclose(x[[1, 3, 4, 5]], hips[[1, 3, 4, 5], 0])
 
 
 def test_motion_is_drawn_as_large_as_there_is_room(motion: Motion) -> None:
-    stage = stage_of(motion)
-    assert 0.1 * stage.leg < stage.up * motion.foot_z.max() < 0.6 * stage.leg
+    drawing = drawing_of(motion)
+    assert 0.1 * drawing.leg < drawing.up * motion.foot_z.max() < 0.6 * drawing.leg
     swing = motion.foot_x - motion.hips[:, :1] - motion.hip_shift_x
-    assert 0.0 < stage.along * np.ptp(swing, axis=1).max() < 10e-3 / 15, "less than the way to the next leg"
+    assert 0.0 < drawing.along * np.ptp(swing, axis=1).max() < 10e-3 / 15, "less than the way to the next leg"
     huge = dataclasses.replace(motion, foot_z=motion.foot_z * 1e3)
-    assert stage_of(huge).up == 1.0
+    assert drawing_of(huge).up == 1.0
     still = dataclasses.replace(
         motion, foot_x=motion.foot_x * 0.0, foot_z=motion.foot_z * 0.0, body={}, hips=motion.hips
     )
-    assert stage_of(still).up == 1.0
+    assert drawing_of(still).up == 1.0
+
+
+def test_all_that_is_drawn_is_in_its_box(motion: Motion) -> None:
+    drawing = drawing_of(motion)
+    x, z = drawing.seen(motion)
+    left, right, low, high = drawing.box
+    assert (x.min(), x.max(), z.max()) == pytest.approx((left, right, high)) and low == min(z.min(), 0.0)
 
 
 def test_feet_in_contact_are_drawn_on_the_ground(motion: Motion) -> None:
-    stage = stage_of(motion)
+    drawing = drawing_of(motion)
+    points = [point for _, point in sorted(feet_of(drawing).items())]
+    far = motion.hips[:, 1] > 0
     for frame in (0, 333, 1999):
-        moment = drawn(motion, stage, frame)
-        near = ~stage.far
+        height = drawing.seen(motion)[1, points, frame]
         down = np.isin(motion.state[:, frame], (STUCK, SLIPPING))
-        none = 1e-9 * stage.leg
-        assert np.abs(moment.feet[near & down, 1]).max(initial=0.0) < none
-        assert np.all(moment.feet[:, 1] > -none)
-        np.testing.assert_allclose(moment.feet[~near & down, 1], 0.03 * stage.length)
+        none = 1e-9 * drawing.leg
+        assert np.abs(height[~far & down]).max(initial=0.0) < none
+        assert np.all(height > -none)
+        np.testing.assert_allclose(height[far & down], 0.03 * drawing.length)
 
 
 def test_the_drawn_body_turns_as_its_hips_do(motion: Motion) -> None:
-    stage = stage_of(motion)
-    moment = drawn(motion, stage, 1234)
-    slope = -stage.up * motion.body["pitch"][1234]
-    edge = moment.near_face[1] - moment.near_face[0]
+    drawing = drawing_of(motion)
+    at = drawing.seen(motion)[..., 1234]
+    slope = -drawing.up * motion.body["pitch"][1234]
+    near = [part for part in drawing.side.parts if isinstance(part, Shape) and part.fill][-1].points
+    edge = at[:, near[1]] - at[:, near[0]]
     assert edge[1] / edge[0] == pytest.approx(slope)
-    near = np.flatnonzero(~stage.far)
-    across = np.polyfit(stage.x[near], moment.hips[near, 1], 1)
+    hips = [hip for leg, hip in hips_of(drawing).items() if motion.hips[leg, 1] < 0]
+    rest = [drawing.side.points[hip].x for hip in hips]
+    across = np.polyfit(rest, at[1, hips], 1)
     assert across[0] == pytest.approx(slope)
+
+
+def test_the_page_is_told_what_is_drawn_on_paper(motion: Motion) -> None:
+    """A point as the script places it: at rest, and by weights of channels."""
+    drawing = drawing_of(motion)
+    told, channels = drawing.to_dict()["side"], motion.channels[:, 777]
+    for (x, z, along, up), place in zip(
+        told["points"], drawing.side.placed(channels, 3.0, 5.0).T, strict=True
+    ):
+        moved = [sum(weight * channels[at] for at, weight in one) for one in (along, up)]
+        np.testing.assert_allclose(
+            [x + 3.0 * moved[0], z + 5.0 * moved[1]], place, rtol=1e-5, atol=1e-6 * drawing.length
+        )
 
 
 @pytest.mark.parametrize(

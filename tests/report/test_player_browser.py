@@ -40,7 +40,9 @@ ready(found);
 
 
 @pytest.fixture(scope="module")
-def watch(tmp_path_factory: pytest.TempPathFactory, chromium: Chromium) -> Callable[[int, str], dict[str, Any]]:
+def watch(
+    tmp_path_factory: pytest.TempPathFactory, chromium: Chromium
+) -> Callable[[int, str], dict[str, Any]]:
     """Open the page of a walk of so many legs, take some steps in it, and return what they found."""
     folder = tmp_path_factory.mktemp("walk")
 

@@ -1,89 +1,63 @@
-"""The animation of a robot's points: its data, and that a browser plays it."""
+"""The drawing of robots without legs: their points, and that what they hang on follows them."""
 
 from __future__ import annotations
 
-import json
-import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import pytest
 
 import tarsus as ts
-from chromium import READY, Chromium
 from laboratory import LABORATORY
-from tarsus.report.packing import unpacked
-from tarsus.report.pages import page
-from tarsus.report.points import FRAMES, points_section
-from tarsus.report.series import series_of
+from tarsus.report.drawing import BENT, Foot, Shape, drawing_of
+from tarsus.report.motion import Held, Motion, whole_motion
+from tarsus.report.run_page import report_html
 
 
-def section(name: str | Path) -> tuple[Any, str]:
-    run: Any = ts.simulate(ts.load_scene(name), 0.04)
-    series = series_of(run)
-    return series, points_section(run, series, series.whole, 3)
+def motion(name: str | Path | ts.Scene) -> Motion:
+    scene = name if isinstance(name, ts.Scene) else ts.load_scene(name)
+    return whole_motion(ts.simulate(scene, 0.04))
 
 
-def data(text: str) -> dict[str, Any]:
-    found = re.search(r'class="points-data">(.*?)</script>', text, re.DOTALL)
-    assert found
-    return json.loads(found[1])
-
-
-def test_it_shows_the_run() -> None:
-    series, text = section(LABORATORY)
-    found = data(text)
-    assert found["beam"] and found["names"] == list(series.points) and "Figure 3." in text
-    tip = unpacked(found["y"][found["names"].index("tip")], 1)[0]
-    assert len(tip) <= FRAMES
-    exact = np.interp(
-        np.linspace(0.0, 0.04, len(tip)), series.time, series["displacement"][series.points.index("tip")]
+def test_a_beam_goes_through_its_points_and_is_level_at_its_clamp() -> None:
+    run = ts.simulate(ts.load_scene(LABORATORY), 0.04)
+    moved, series = whole_motion(run), run.variables()
+    drawing = drawing_of(moved)
+    assert moved.held is Held.BEAM and set(moved.legs) == {"center", "tip"}
+    x, z = drawing.seen(moved)
+    (line,) = [part.points for part in drawing.side.parts if isinstance(part, Shape) and part.edge == "leg"]
+    feet = {part.leg: part.point for part in drawing.side.parts if isinstance(part, Foot)}
+    names = [str(one) for one in series["point"].values]
+    for leg, name in enumerate(moved.legs):
+        risen = drawing.up * series["displacement"].values[names.index(name)]
+        np.testing.assert_allclose(z[feet[leg]] - z[line[0]], risen, atol=1e-12)
+        on_line = [np.interp(x[feet[leg], 0], x[list(line), 0], row) for row in z[list(line)].T[::50]]
+        np.testing.assert_allclose(on_line, z[feet[leg], ::50], atol=2e-3 * np.ptp(z))
+    assert np.abs(z[line[1]] - z[line[0]]).max() < 0.01 * np.ptp(z)
+    plates = [part for part in drawing.side.parts if isinstance(part, Shape) and part.width == 2.0]
+    assert len(plates) == 1, "the ground is below the tip alone"
+    held = moved.state[moved.legs.index("tip")] > 0
+    assert (
+        held.any()
+        and np.abs(z[feet[moved.legs.index("tip")], held] - z[plates[0].points[0], 0]).max() < 1e-12
     )
-    np.testing.assert_allclose(tip, exact, atol=np.ptp(exact) / 60000)
-    (foot,) = found["feet"]
-    assert foot["level"] == pytest.approx(-70e-6) and len(foot["held"]) > 2
-    assert found["across"] == pytest.approx([375 / 825, 1.0]) or found["across"] == pytest.approx(
-        [1.0, 375 / 825]
-    )
+    assert np.ptp(z) <= 1.01 * BENT * drawing.length or drawing.up == 1.0
 
 
 def test_robots_that_are_no_beam_have_their_points_side_by_side() -> None:
-    _, text = section("hexapod")
-    found = data(text)
-    assert not found["beam"] and len(found["names"]) == 6
-    assert found["across"] == pytest.approx([i / 7 for i in range(1, 7)])
+    moved = motion("hexapod")
+    drawing = drawing_of(moved)
+    places = [drawing.side.points[part.point].x for part in drawing.side.parts if isinstance(part, Foot)]
+    assert moved.held is Held.SPRINGS and len(places) == 6
+    np.testing.assert_allclose(np.diff(sorted(places)), np.ptp(places) / 5)
 
 
-PROBE = """
-const found = {}, faults = [], turns = [];
-addEventListener("error", (event) => faults.push(event.message));
-window.requestAnimationFrame = (turn) => turns.push(turn);
-addEventListener("load", () => setTimeout(() => {
-  const root = document.querySelector(".points"), clock = () => root.querySelector("output").textContent;
-  const press = () => root.querySelector("button").click(), tick = (ms) => turns.splice(0).forEach((turn) => turn(ms));
-  found.still = clock();
-  press(); tick(0); tick(6000);
-  found.half = clock();
-  press();
-  found.label = root.querySelector("button").textContent;
-  tick(9000);
-  found.paused = clock();
-  const slider = root.querySelector("input");
-  slider.value = slider.max; slider.dispatchEvent(new Event("input"));
-  found.end = clock();
-  found.faults = faults;
-  ready(found);
-}, 100));
-"""
+def test_a_mass_that_nothing_holds_hangs_on_nothing() -> None:
+    scene = ts.load_scene(Path(__file__).parents[1] / "scenes" / "vibrating_table.toml")
+    drawing = drawing_of(motion(scene))
+    assert [type(part) for part in drawing.side.parts] == [Foot]
 
 
-@pytest.mark.browser
-def test_a_browser_plays_it(tmp_path: Path, chromium: Chromium) -> None:
-    path = tmp_path / "points.html"
-    whole = page("points", section(LABORATORY)[1]).replace("</head>", f"<script>{READY}{PROBE}</script></head>")
-    path.write_text(whole, encoding="utf-8")
-    found = chromium.found_in(path)
-    assert found["faults"] == [] and found["still"] == "0.00 ms" and found["end"] == "40.00 ms"
-    assert float(found["half"].split()[0]) == pytest.approx(20.0, abs=0.2)
-    assert found["paused"] == found["half"] and found["label"] == "Play"
+def test_the_page_of_a_beam_plays_it() -> None:
+    text = report_html(ts.simulate(ts.load_scene("cantilever"), 0.06))
+    assert "The beam over the ground of its feet" in text and text.count('<figure class="walk"') == 1
+    assert "Motion from 20 ms to 60 ms" in text

@@ -26,7 +26,7 @@ from tarsus.measure import Counting
 from tarsus.model.scene import Scene, seconds_of
 from tarsus.plan.lowering import REFUSALS
 from tarsus.report.figures import GROUND, MOST_FEET
-from tarsus.report.motion import Motion
+from tarsus.report.motion import Held, Motion
 from tarsus.report.packing import script_text
 from tarsus.report.pages import Fold, Section, asset, marked, rendered, sections_page, sources, write_page
 from tarsus.report.panels import DrawnLine, Sign, TimePanel, panels_html
@@ -353,7 +353,7 @@ class Shown:
             state=of_legs(seen["contact"]).astype(np.uint8),
             normal=of_legs(seen["contact_force"]), friction=of_legs(seen["friction_force"]),
             drives=tuple(one.scene.robot.drives), volts=seen["volts"],
-            period=period if repeats else None,
+            period=period if repeats else None, held=Held.LEGS if self.walks else Held.SPRINGS,
         )  # fmt: skip
 
     @cached_property
@@ -363,7 +363,7 @@ class Shown:
 
     def player(self, *, on_paper: bool) -> Markup:
         """The moving picture; on_paper: with moments of it for paper, which the page of a run needs no more of."""
-        return walk_section(self.motion, springs=not self.walks, on_paper=on_paper)
+        return walk_section(self.motion, on_paper=on_paper)
 
     @cached_property
     def charts(self) -> Markup:

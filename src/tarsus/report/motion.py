@@ -1,10 +1,11 @@
-"""What a walker's animation and figures need of a run: plain arrays over time, by leg and by drive."""
+"""What a robot's animation and figures need of a run: plain arrays over time, by leg and by drive."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from enum import Enum, auto
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from tarsus.base.errors import InputError
 from tarsus.files.series import Variables
 from tarsus.files.settled import drive_period
 from tarsus.model.profile import line_between
+from tarsus.model.structure import Beam, Walker
 from tarsus.model.structure.walker import RIGID
 
 if TYPE_CHECKING:
@@ -27,12 +29,27 @@ PER_PERIOD = 64
 MOST_FRAMES = 2000
 """Frames of an animation at most."""
 
+CHANNELS = ("one", "surge", "heave", "roll", "pitch", "yaw")
+"""What moves the points of a drawing beside feet, in order: 1 at all times, and coordinates of the body."""
+
+MOST_POINTS = 12
+"""Points shown of a robot without legs: more do not stand beside each other on a narrow screen."""
+
 _NOTHING = np.zeros((0, 0))
+
+
+class Held(Enum):
+    """What a robot's feet hang on: legs of a body, a beam from its clamp at x = 0, springs of their own, or nothing."""
+
+    LEGS = auto()
+    BEAM = auto()
+    SPRINGS = auto()
+    FREE = auto()
 
 
 @dataclass(frozen=True)
 class Motion:
-    """A walker at nt times [s]: nl legs with their feet, nd drives. x is forward, y to the left, z up.
+    """A robot at nt times [s]: nl legs with their feet, nd drives. x is forward, y to the left, z up.
 
     body: coordinates by name, each (nt,) [m, rad]; hips (nl, 3) [m]: at rest, from the body's centre of mass;
     foot_x, foot_z (nl, nt) [m]: place of a foot along the way, from where the body's centre started, and its height
@@ -40,8 +57,10 @@ class Motion:
     ground on a foot, upward and forward; volts (nd, nt) [V]; period [s]: the drives', None if none repeats; incline
     [rad]: by which the ground rises forward; ground: of uneven ground the different lines below feet, each (n, 2) [m],
     places and heights, none of level ground; line: the number of each leg's, (nl,); moved (2, nt) [m]: of ground that
-    moves its displacements along the way and upward, else zeros. Raises InputError, with every array
-    that does not fit, unless the shapes are these.
+    moves its displacements along the way and upward, else zeros; held: what the feet hang on; footless: numbers of the
+    legs without a foot. Of a robot that is no walker, points that move upward are its legs, hips their places along it
+    and heights above the ground at rest.
+    Raises InputError, with every array that does not fit, unless the shapes are these.
     """
 
     time: np.ndarray
@@ -60,6 +79,8 @@ class Motion:
     ground: tuple[np.ndarray, ...] = ()
     line: tuple[int, ...] = ()
     moved: np.ndarray | None = None
+    held: Held = Held.LEGS
+    footless: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         nt, nl, nd = len(self.time), len(self.legs), len(self.drives)
@@ -86,6 +107,13 @@ class Motion:
     def coordinate(self, name: str) -> np.ndarray:
         """A coordinate of the body (nt,), zero where it has none."""
         return self.body.get(name, np.zeros(len(self.time)))
+
+    @property
+    def channels(self) -> np.ndarray:
+        """What moves the points of a drawing (nc, nt): CHANNELS, then for every foot its way along from below its hip
+        at rest [m], then for every foot its height [m]."""
+        body = [np.ones(len(self.time)), *map(self.coordinate, CHANNELS[1:])]
+        return np.concatenate([body, self.foot_x - self.hips[:, :1], self.foot_z])
 
     @property
     def ground_shift(self) -> np.ndarray:
@@ -145,16 +173,16 @@ def frame_limit(legs: int, drives: int, characters: int) -> int:
 
 
 def whole_motion(run: Run) -> Motion:
-    """The motion of a walker's run at the times of its series."""
-    return _motion(run.scene, run.foot_names, run.variables(), drive_period(run.scene))
+    """The motion of a run at the times of its series."""
+    return _motion(run, run.variables())
 
 
 def motion_of(run: Run, most: int = MOST_FRAMES, whole: Motion | None = None) -> Motion:
-    """The motion of a walker's run, or of its last drive periods where it has too many for `most` frames.
+    """The motion of a run, or of its last drive periods where it has too many for `most` frames.
 
-    `run.scene.robot.structure` is a `Walker`; `whole` its `whole_motion`, if at hand. A leg without a foot swings at
-    the height its springs give it, over ground as far below as under the other feet at rest. A run that was
-    simulated is asked for more times where its series are too coarse.
+    `whole`: its `whole_motion`, if at hand. A leg without a foot swings at the height its springs give it, over ground
+    as far below as under the other feet at rest. A run that was simulated is asked for more times where its series are
+    too coarse.
     """
     whole = whole_motion(run) if whole is None else whole
     first, last = _stretch(whole.time, whole.period, most)
@@ -162,7 +190,7 @@ def motion_of(run: Run, most: int = MOST_FRAMES, whole: Motion | None = None) ->
     inside = (whole.time >= first - near) & (whole.time <= last + near)
     if run.stored is not None or int(inside.sum()) >= min(most, len(whole.time)):
         return whole.taken(inside).thinned(most)
-    return _motion(run.scene, run.foot_names, run.variables(np.linspace(first, last, most)), whole.period)
+    return _motion(run, run.variables(np.linspace(first, last, most)))
 
 
 def _stretch(time: np.ndarray, period: float | None, most: int) -> tuple[float, float]:
@@ -175,13 +203,19 @@ def _stretch(time: np.ndarray, period: float | None, most: int) -> tuple[float, 
     return (complete - shown) * period, complete * period
 
 
-def _motion(scene: Any, feet: Sequence[str], variables: Variables, period: float | None) -> Motion:
+def _motion(run: Run, variables: Variables) -> Motion:
+    """The motion that variables of a run hold."""
+    scene: Any = run.scene
     structure = scene.robot.structure
-    legs = tuple(structure.legs)
+    walks = isinstance(structure, Walker)
     points = [str(name) for name in variables["point"].values]
+    legs = tuple(structure.legs) if walks else tuple(points[:MOST_POINTS])
     shift = np.asarray(variables["displacement"].values, dtype=float)
-    rows = {scene.robot.feet[name].point: row for row, name in enumerate(feet)}
-    gaps = {scene.robot.feet[name].point: float(scene.robot.feet[name].gap) for name in feet}
+    rows = {scene.robot.feet[name].point: row for row, name in enumerate(run.foot_names)}
+    gaps = {
+        scene.robot.feet[name].point: float(scene.robot.feet[name].gap) / float(scene.robot.feet[name].normal)
+        for name in run.foot_names
+    }
     usual = float(np.mean(list(gaps.values()))) if gaps else 0.0
 
     def of_feet(name: str) -> np.ndarray:
@@ -191,28 +225,47 @@ def _motion(scene: Any, feet: Sequence[str], variables: Variables, period: float
         values = np.asarray(variables[name].values, dtype=float)
         return np.stack([values[rows[leg]] if leg in rows else np.zeros(shift.shape[1]) for leg in legs])
 
-    along = np.stack([shift[points.index(f"{leg}_x")] + structure.legs[leg].x for leg in legs])
+    along = np.zeros((len(legs), shift.shape[1]))
+    if walks:
+        along = np.stack([shift[points.index(f"{leg}_x")] + structure.legs[leg].x for leg in legs])
     height = np.stack([shift[points.index(leg)] + gaps.get(leg, usual) for leg in legs])
     held = of_feet("contact") > 0.5
     slips = held & (of_feet("slipping") > 0.5)
-    body = np.asarray(variables["body"].values, dtype=float)
+    body = np.asarray(variables["body"].values, dtype=float) if walks else ()
+    places, hangs = _places(structure, legs, np.array([gaps.get(leg, usual) for leg in legs]))
     return Motion(
         time=np.asarray(variables["time"].values, dtype=float),
-        body=dict(zip(structure.body_coordinates, body, strict=True)),
+        body=dict(zip(structure.body_coordinates if walks else (), body, strict=True)),
         legs=legs,
-        hips=np.array([[leg.x, leg.y, leg.z] for leg in structure.legs.values()], dtype=float),
-        foot_x=along,
+        hips=places,
+        foot_x=along + (0.0 if walks else places[:, :1]),
         foot_z=height,
         state=np.where(slips, SLIPPING, np.where(held, STUCK, AIR)).astype(np.uint8),
         normal=of_feet("contact_force"),
         friction=of_feet("friction_force"),
         drives=tuple(str(name) for name in variables["drive"].values),
         volts=np.asarray(variables["volts"].values, dtype=float),
-        period=period,
-        incline=scene.ground.incline or 0.0,
+        period=drive_period(scene),
+        incline=(scene.ground.incline or 0.0) if walks else 0.0,
         moved=_moved(variables),
-        **_ground_below(scene, legs, along),
+        held=hangs,
+        footless=tuple(number for number, leg in enumerate(legs) if leg not in rows),
+        **(_ground_below(scene, legs, along) if walks else {}),
     )
+
+
+def _places(structure: Any, legs: Sequence[str], heights: np.ndarray) -> tuple[np.ndarray, Held]:
+    """Where the feet hang (nl, 3) [m], and on what; heights (nl,) [m]: of points above the ground at rest."""
+    if isinstance(structure, Walker):
+        return np.array([[leg.x, leg.y, leg.z] for leg in structure.legs.values()], dtype=float), Held.LEGS
+    places = np.zeros((len(legs), 3))
+    if isinstance(structure, Beam):
+        at = {"center": 0.5 * structure.length, "tip": structure.length + 0.5 * structure.tip_length}
+        places[:, 0], places[:, 2] = [at[leg] for leg in legs], heights
+        return places, Held.BEAM
+    stiffness = getattr(structure, "stiffness", None)
+    free = stiffness is not None and not np.any(np.asarray(stiffness, dtype=float))
+    return places, Held.FREE if free else Held.SPRINGS
 
 
 def _moved(variables: Variables) -> np.ndarray | None:

@@ -1,4 +1,4 @@
-"""A walk as a moving picture (GIF or WebM): the robot from its right, the ground passing below it, motion enlarged."""
+"""A run as a moving picture (GIF or WebM): the robot from its right, the ground passing below it, motion enlarged."""
 
 from __future__ import annotations
 
@@ -21,11 +21,10 @@ from tarsus.files.library import SceneLike, load_scene
 from tarsus.files.whole import written_whole
 from tarsus.model.laws.userfile import laws_of
 from tarsus.model.scene import Scene
-from tarsus.model.structure import Walker
-from tarsus.report.motion import Motion, motion_of
-from tarsus.report.stage import BACK, LIFT, WalkStage, stage_of
+from tarsus.report.drawing import Drawing, drawing_of
+from tarsus.report.motion import Held, Motion, motion_of
+from tarsus.report.stills import paint, paint_ground
 from tarsus.report.style import INK, MUTED
-from tarsus.report.walk_figures import draw_ground, draw_robot
 from tarsus.solve import Run, load_run, simulate
 
 FRAMES = 48
@@ -49,7 +48,7 @@ PACE_MS = 50
 DPI = 100
 """Pixels of an inch, by which letters and lines have their size."""
 
-COLOURS = 32
+COLOURS = 48
 """In the file: few, because the picture has few, and its size goes with them."""
 
 
@@ -66,7 +65,7 @@ def movie(
     duration: float | str | None = None,
     law: Sequence[str | os.PathLike[str]] = (),
 ) -> Path:
-    """Show a walk as a GIF that repeats, or as a WebM where ffmpeg is installed.
+    """Show a robot's motion as a GIF that repeats, or as a WebM where ffmpeg is installed.
 
     Parameters
     ----------
@@ -105,12 +104,12 @@ def movie(
 
 
 def write_movie(run: Run, path: str | Path, *, width: int = 720, periods: int = PERIODS) -> Path:
-    """Write the last drive periods of a walk as a GIF that repeats or a WebM, and return its path.
+    """Write the last drive periods of a run as a GIF that repeats or a WebM, and return its path.
 
     Parameters
     ----------
     run
-        A walker's run, or one read back from its folder.
+        A run, or one read back from its folder.
     path
         The file, ending in .gif or .webm.
     width
@@ -121,13 +120,11 @@ def write_movie(run: Run, path: str | Path, *, width: int = 720, periods: int = 
     Raises
     ------
     InputError
-        For a robot without legs of its own, a name of another format, a width or number of periods that is too small,
-        and for a WebM where there is no ffmpeg or it fails.
+        For a name of another format, a width or number of periods that is too small, and for a WebM where there is no
+        ffmpeg or it fails.
     """
     target = Path(path)
     problems = []
-    if not isinstance(run.scene.robot.structure, Walker):
-        problems.append(f"{run.scene.name}: only walkers can be shown walking")
     if target.suffix.lower() not in ENDINGS:
         problems.append(f"{target}: expected a name ending in {' or '.join(ENDINGS)}")
     elif target.suffix.lower() == ".webm" and shutil.which("ffmpeg") is None:
@@ -137,8 +134,7 @@ def write_movie(run: Run, path: str | Path, *, width: int = 720, periods: int = 
     if problems:
         raise InputError(problems)
     motion = _shown(motion_of(run), periods)
-    stage = stage_of(motion)
-    frames = list(_frames(motion, stage, width))
+    frames = list(_frames(motion, drawing_of(motion), width))
     if target.suffix.lower() == ".webm":
         with written_whole(target) as part:
             _film(frames, part)
@@ -187,19 +183,15 @@ def _side_by_side(frames: list[Image.Image]) -> Image.Image:
     return out
 
 
-def _frames(motion: Motion, stage: WalkStage, width: int) -> Iterator[Image.Image]:
+def _frames(motion: Motion, drawing: Drawing, width: int) -> Iterator[Image.Image]:
     """The frames as pictures of a width [pixels], drawn as the player's still is."""
-    back, front, _, _ = stage.box
-    left, right = back - 0.08 * (front - back), front + BACK[0] * stage.length + 0.08 * (front - back)
-    top = stage.leg + stage.thick + BACK[1] * stage.length + LIFT * stage.leg
-    risen = stage.up * motion.ground_shift[1]
-    low = -BELOW * stage.leg
-    top, bottom = top + float(risen.max(initial=0.0)), low + float(risen.min(initial=0.0))
+    left, right, bottom, top = drawing.box
+    room, mark = 0.08 * (right - left), BELOW * drawing.leg
+    left, right, bottom, top = left - room, right + room, bottom - mark, top + 0.5 * room
     height = int(width * (top - bottom) / (right - left)) + CAPTION
-    surge = motion.coordinate("surge") - motion.coordinate("surge")[0]
-    apart = _apart(stage, float(surge[-1]))
     slower = (motion.time[1] - motion.time[0]) / (1e-3 * PACE_MS)
-    caption = f"{1.0 / slower:.0f} times slower; upward {stage.up:g}, forward {stage.along:g} times enlarged"
+    forward = f", forward {drawing.along:g}" if motion.held is Held.LEGS else ""
+    caption = f"{1.0 / slower:.0f} times slower; upward {drawing.up:g}{forward} times enlarged"
     if motion.incline:
         caption += f"; the ground rises by {math.degrees(motion.incline):.3g} deg"
     figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI)
@@ -209,23 +201,28 @@ def _frames(motion: Motion, stage: WalkStage, width: int) -> Iterator[Image.Imag
     axes.set(xlim=(left, right), ylim=(bottom, top), autoscale_on=False)
     figure.text(8 / width, 1.0 - 6 / height, caption, color=MUTED, va="top")
     clock = figure.text(1.0 - 8 / width, 1.0 - 6 / height, "", color=INK, va="top", ha="right")
+    places, way = (
+        drawing.seen(motion),
+        drawing.along * (motion.coordinate("surge") - motion.coordinate("surge")[0]),
+    )
+    apart, risen = _apart(drawing, float(way[-1])), drawing.up * motion.ground_shift[1]
     for frame in range(len(motion.time)):
         for old in [*axes.lines, *axes.patches]:
             old.remove()
-        draw_ground(axes, motion, stage, frame, INK, 1.5)
-        first = (-stage.along * float(surge[frame]) - left) % apart + left
-        marks = np.arange(first - apart, right + apart, apart)
-        heights = np.array([[0.0], [low]]) + risen[frame] + np.zeros(len(marks))
-        axes.plot([marks, marks - 0.4 * BELOW * stage.leg], heights, color=MUTED, lw=0.8)
-        draw_robot(axes, motion, stage, frame, forces=False)
+        paint_ground(axes, drawing, motion, places[..., frame], frame, INK, 1.5)
+        if motion.held is Held.LEGS:
+            first = (-way[frame] - left) % apart + left
+            marks = np.arange(first - apart, right + apart, apart)
+            heights = np.array([[0.0], [-mark]]) + risen[frame] + np.zeros(len(marks))
+            axes.plot([marks, marks - 0.4 * mark], heights, color=MUTED, lw=0.8)
+        paint(axes, drawing, motion, places[..., frame], frame, forces=False)
         clock.set_text(format_quantity(float(f"{motion.time[frame] - motion.time[0]:.3g}"), "s"))
         canvas.draw()
         yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
 
 
-def _apart(stage: WalkStage, way: float) -> float:
-    """Distance of the ground's marks [m], about a twelfth of the robot, such that the way of all frames is a number of
-    them: the picture repeats without a jump."""
-    usual = stage.length / 12.0
-    passed = abs(stage.along * way)
-    return passed / round(passed / usual) if passed > 0.5 * usual else usual
+def _apart(drawing: Drawing, way: float) -> float:
+    """Distance of the ground's marks [m], about a twelfth of the robot, such that the drawn way of all frames is a
+    number of them: the picture repeats without a jump."""
+    usual = drawing.length / 12.0
+    return abs(way) / round(abs(way) / usual) if abs(way) > 0.5 * usual else usual

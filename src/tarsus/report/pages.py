@@ -132,13 +132,15 @@ def page(title: str, body: str) -> str:
 
     parts = _SCRIPT.split(body)
     seen = [_MICRO.sub("µ", _HEADING.sub(marked, one)) for one in parts[::2]]
-    charts = any('<div class="charts"' in one for one in seen)
+    charts, plays = (
+        any(mark in one for one in seen) for mark in ('<div class="charts"', '<figure class="walk"')
+    )
     parts[::2] = seen
     body = Markup("".join(parts))
     first = body.find('<h2 id="part-1">')
     if first >= 0:
         body = body[:first] + rendered("contents.html", headings=headings) + body[first:]
-    return str(rendered("base.html", title=title, body=body, charts=charts))
+    return str(rendered("base.html", title=title, body=body, charts=charts, plays=plays))
 
 
 def write_page(text: str, path: str | Path) -> Path:

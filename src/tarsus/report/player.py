@@ -1,4 +1,4 @@
-"""The animation of a walk in a page: its data as compact text, and the player that draws it, all in one fragment."""
+"""The animation of a robot in a page: its drawing and its motion as compact text, which the page's player moves."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from tarsus.report.motion import Motion, frame_limit
+from tarsus.report.drawing import Drawing, drawing_of
+from tarsus.report.motion import CHANNELS, Held, Motion, frame_limit
 from tarsus.report.packing import packed, packed_states, script_text
 from tarsus.report.pages import rendered
 from tarsus.report.series import joined
-from tarsus.report.stage import BACK, WalkStage, stage_of
-from tarsus.report.walk_figures import rising, still
+from tarsus.report.stills import rising, still
 from tarsus.tables.numbers import amount
 
 CHARACTERS = 290_000
@@ -29,69 +29,48 @@ SAME = 1e-6
 """Drive voltages that differ by less than this part of the largest are one."""
 
 
-def walk_section(
-    motion: Motion, index: int | None = None, *, springs: bool = False, on_paper: bool = True
-) -> Markup:
-    """The animation as an HTML fragment that needs nothing else: no file, no network, no library.
+def walk_section(motion: Motion, index: int | None = None, *, on_paper: bool = True) -> Markup:
+    """The animation as a part of a page, which brings the player: no file, no network, no library.
 
-    `index` numbers it among a page's figures; springs: of a robot that stands still above feet on springs; on_paper:
-    with the still.
-
-    It holds at most 2000 frames, fewer where there are many legs, so that it stays below 400 kB. Where no script
-    runs, and in print, it is a still of four moments.
+    `index` numbers it among a page's figures; on_paper: with the still. It holds at most 2000 frames, fewer where there
+    are many legs, so that it stays below 400 kB. Where no script runs, and in print, it is a still of four moments.
     """
     drives = distinct_drives(motion)
     thin = motion.thinned(frame_limit(len(motion.legs), len(drives), CHARACTERS))
-    stage = stage_of(thin, springs=springs)
-    picture = still(thin, stage) if on_paper else None
+    drawing = drawing_of(thin)
     return rendered(
         "player.html",
-        still=picture,
+        still=still(thin, drawing) if on_paper else None,
         index=index,
-        springs=springs,
-        caption=_caption(thin, stage, drives),
-        data=script_text(payload(thin, stage, drives)),
+        walks=motion.held is Held.LEGS,
+        caption=_caption(thin, drawing, drives),
+        data=script_text(payload(thin, drawing, drives)),
     )
 
 
 def payload(
-    motion: Motion, stage: WalkStage, drives: Sequence[tuple[Sequence[str], int]] = ()
+    motion: Motion, drawing: Drawing, drives: Sequence[tuple[Sequence[str], int]] = ()
 ) -> dict[str, Any]:
-    """A motion as plain data for the player: names, numbers [SI], and series packed by `packed`.
+    """A motion and its drawing as plain data for the player: names, numbers [SI], and series packed by `packed`, None
+    where they are zero at all times.
 
     `drives` are (names, row of volts) of the voltages to draw.
     """
+    series = {"swing": motion.foot_x - motion.hips[:, :1], "foot_z": motion.foot_z}
+    forces = {"normal": motion.normal, "friction": motion.friction}
     return {
         "legs": list(motion.legs),
-        "hips": [[float(f"{value:.9g}") for value in hip] for hip in motion.hips],
-        "stage": {
-            "x": _numbers(stage.x),
-            "y": _numbers(stage.y),
-            "z": _numbers(stage.z),
-            "box": _numbers(stage.box),
-            "length": stage.length,
-            "leg": stage.leg,
-            "thick": stage.thick,
-            "true": stage.true,
-            "up": stage.up,
-            "along": stage.along,
-            "piece": stage.piece,
-            "force": stage.force,
-            "back": list(BACK),
-            "springs": stage.springs,
-        },
+        "drawing": drawing.to_dict(),
+        "channels": CHANNELS,
         "period": motion.period,
         "incline": motion.incline,
         "ground": [[[float(f"{value:.9g}") for value in point] for point in line] for line in motion.ground],
-        "line": list(motion.line),
         "moved": None if motion.moved is None else packed(motion.moved, 16),
         "frames": len(motion.time),
         "time": packed(motion.time[None, :], 16),
         "body": {name: packed(values[None, :], 16) for name, values in motion.body.items()},
-        "foot_x": packed(motion.foot_x, 16),
-        "foot_z": packed(motion.foot_z, 16),
-        "normal": packed(motion.normal, 8),
-        "friction": packed(motion.friction, 8),
+        **{name: packed(values, 16) if values.any() else None for name, values in series.items()},
+        **{name: packed(values, 8) if values.any() else None for name, values in forces.items()},
         "state": packed_states(motion.state),
         "drives": [drive_label(names) for names, _ in drives],
         "volts": packed(motion.volts[[row for _, row in drives]], 8) if drives else None,
@@ -126,15 +105,22 @@ def _shared(drives: Sequence[tuple[Sequence[str], int]]) -> str:
     return f" Drives of one voltage are one curve ({'; '.join(told)})."
 
 
-def _caption(motion: Motion, stage: WalkStage, drives: Sequence[tuple[Sequence[str], int]]) -> str:
-    if stage.springs:
-        return (
-            "The feet, each on the springs of its structure, which is drawn as one; places are not to scale. Motion is "
-            "drawn larger by the factors chosen. Arrows are forces of the ground on the feet."
-        )
+_HANGING = {
+    Held.BEAM: "The beam over the ground of its feet; places along it are to scale.",
+    Held.SPRINGS: "The feet, each on the springs of its structure, which is drawn as one; places are not to scale.",
+    Held.FREE: "What moves, over the ground; places are not to scale.",
+}
+
+
+def _caption(motion: Motion, drawing: Drawing, drives: Sequence[tuple[Sequence[str], int]]) -> str:
     first, last = (amount(float(time), "s") for time in (motion.time[0], motion.time[-1]))
+    if motion.held is not Held.LEGS:
+        return (
+            f"{_HANGING[motion.held]} Motion from {first} to {last} is drawn larger by the factor chosen. Arrows are "
+            "forces of the ground on the feet."
+        )
     places = "places of the hips are to scale"
-    if not stage.true:
+    if not drawing.true:
         places = "legs that the model has at one place are drawn side by side"
     return (
         f"The walk from {first} to {last}, seen from the robot's right, its left side paler and set back. Motion is "
@@ -145,7 +131,3 @@ def _caption(motion: Motion, stage: WalkStage, drives: Sequence[tuple[Sequence[s
         + _shared(drives)
         + rising(motion)
     )
-
-
-def _numbers(values: Any) -> list[float]:
-    return [float(f"{value:.9g}") for value in values]

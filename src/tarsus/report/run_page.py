@@ -18,13 +18,11 @@ from tarsus.files.store import EVENTS_FILE
 from tarsus.files.summary import about, account, deviation, measures_summary
 from tarsus.model.structure import Walker
 from tarsus.report import figures, walk_figures
-from tarsus.report.above import path_above
 from tarsus.report.explorer import small_explorer
 from tarsus.report.motion import motion_of, whole_motion
 from tarsus.report.pages import Fold, Plate, Section, marked, said, sections_page, sources, terms, write_page
 from tarsus.report.panels import Window
 from tarsus.report.player import walk_section
-from tarsus.report.points import points_section
 from tarsus.report.series import RunSeries, joined, series_of
 from tarsus.tables.numbers import MISSING, amount, number, spaced
 from tarsus.tables.table import Column, Table
@@ -41,6 +39,9 @@ MOST_EVENTS = 500
 
 CLOSE_UP = 2
 """Drive periods shown by the figures of detail: the second shows whether the first repeats."""
+
+FRAMES = 800
+"""Frames of the moving points of a robot without legs: two periods at twenty a second and twenty seconds each."""
 
 _LANDING = ("speed_before", "speed_after", "pull", "strength", "energy", "apex")
 _HOLDING = ("pull", "strength")
@@ -140,7 +141,7 @@ def _walk(run: Run, detail: Window) -> tuple[list[Shown], list[Shown]]:
     whole = whole_motion(run)
     motion: list[Shown] = [partial(walk_section, motion_of(run, whole=whole)), walk_figures.travel(whole)]
     if "yaw" in whole.body:
-        motion.append(path_above(whole))
+        motion.append(walk_figures.path_above(whole))
     if not run.foot_names:
         return motion, []
     return [*motion, walk_figures.footfalls(whole, detail)], [walk_figures.ground_forces(whole, detail)]
@@ -152,7 +153,8 @@ def _motion(run: Run, series: RunSeries, detail: Window) -> tuple[list[Shown], l
     if detail != series.whole:
         plate = figures.motion(series, detail)
         motion.append(Plate(plate.picture, f"The last {CLOSE_UP} drive periods of the run. {plate.caption}"))
-    motion.append(partial(points_section, run, series, detail))
+    whole = whole_motion(run)
+    motion.append(partial(walk_section, whole.taken(series.inside(detail)).thinned(FRAMES), on_paper=False))
     turns = figures.turns(series)
     motion += [turns] if turns is not None else []
     feet = range(min(len(series.feet), figures.MOST_FEET))

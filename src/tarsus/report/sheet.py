@@ -76,7 +76,9 @@ def name_axes(axes: Axes, x: tuple[str, str] | None = None, y: tuple[str, str] |
 
 
 def _tick(value: float, _: float, *, step: float) -> str:
-    shown = float(f"{value / step:.9g}")  # ticks are sums: none has more digits, and one that is all rounding is 0
+    shown = float(
+        f"{value / step:.9g}"
+    )  # ticks are sums: none has more digits, and one that is all rounding is 0
     return number(shown if abs(shown) > 1e-12 else 0.0, 6)
 
 

@@ -1,27 +1,24 @@
-"""Figures of a walk: travel of the body, footfalls, forces under every foot, and moments of it side by side."""
+"""Figures of a walk: travel of the body, its path from above, footfalls, forces under every foot."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tarsus.measure.path import path_of
+from tarsus.records.excluded import evenly
 from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion
 from tarsus.report.pages import Plate
 from tarsus.report.panels import Bars, DrawnLine, Level, Sign, TimePanel, Window, panels_plate
-from tarsus.report.stage import WalkStage, drawn, facets
 from tarsus.report.style import BLUE, GREEN, INK, MUTED, PURPLE, RULE, VERMILION, samples_inside, scale_of
 from tarsus.tables.numbers import amount
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+BODIES, POINTS = 7, 1000
+"""Moments at which the body is drawn along its path, and points of the path: about one for every pixel of a page."""
 
-FAR_BODY, NEAR_BODY, FAR_LEG = "#d9dee5", "#b9c3cf", "#9fb4c6"
-ARROW = 0.5
-"""Length of the arrow of a large force, of a drawn leg's."""
-
-MOMENTS = 4
+WIDE = 7.4
+"""Width of the path's figure [inch]: that of a page."""
 
 _WORDS = {
     "surge": "travel of the body's centre along the way", "heave": "its height above that at rest",
@@ -129,118 +126,36 @@ def _row(count: int) -> float:
     return 0.17 if count <= 12 else 0.1
 
 
-def still(motion: Motion, stage: WalkStage) -> Plate:
-    """Moments of a walk side by side, as the animation draws them: a picture for paper."""
-    from tarsus.report.sheet import WIDTH, Sheet, plate
+def path_above(motion: Motion) -> Plate:
+    """Path of the centre of a body that has a yaw, forward to the right and its left upward, to scale, with the
+    rectangle about its hips and its heading at moments evenly apart."""
+    from tarsus.report.sheet import Sheet, name_axes, plate
 
-    frames = _moments(motion)
-    left, right, top = _extent(motion, stage, frames)
-    low = -0.1 * stage.length
-    clock = scale_of("s", float(motion.time[-1]))
+    yaw = motion.coordinate("yaw")
+    place = path_of(motion.coordinate("surge"), motion.coordinate("sway"), yaw)
+    half = np.maximum(np.abs(motion.hips[:, :2]).max(axis=0), 1e-3 * np.abs(motion.hips).max())
+    corners = half * np.array([[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
+    shown = np.array(evenly(list(place.T), POINTS)).T
 
     def draw(sheet: Sheet) -> None:
-        height = WIDTH * (top - low) / (right - left)
-        for axes, frame in zip(sheet.grid(len(frames), height), frames, strict=True):
-            draw_robot(axes, motion, stage, frame)
-            draw_ground(axes, motion, stage, frame, MUTED, 0.8)
-            if motion.incline:
-                draw_gravity(axes, motion.incline, left + 0.06 * (right - left), 0.9 * top, 0.5 * stage.leg)
-            axes.set(
-                xlim=(left, right),
-                ylim=(low, top),
-                title=f"{motion.time[frame] / clock.step:.4g} {clock.label}",
-            )
-            axes.set_axis_off()
+        (axes,) = sheet.grid(1, 2.6, width=WIDE)
+        for frame in evenly(range(len(motion.time)), BODIES):
+            c, s = math.cos(yaw[frame]), math.sin(yaw[frame])
+            body = place[:, frame] + corners @ np.array([[c, s], [-s, c]])
+            axes.fill(*body.T, fc="none", ec=MUTED, lw=0.6)
+            axes.plot(*np.stack([place[:, frame], body[:2].mean(axis=0)]).T, color=INK, lw=0.7)
+        axes.plot(*shown, color=BLUE)
+        axes.set_aspect("equal", adjustable="datalim")
+        name_axes(axes, ("forward", "m"), ("to the left", "m"))
 
-    span = "a drive period" if motion.period is not None else "the run"
-    caption = (
-        f"{len(frames)} moments of {span}. Full feet are stuck, open triangles slip, open circles are in the air. "
-        f"Displacements are drawn {stage.up:g} times larger upward and {stage.along:g} times along the way."
-        + rising(motion)
+    turned = math.degrees(float(yaw[-1] - yaw[0]))
+    side = "left" if turned >= 0.0 else "right"
+    return plate(
+        draw,
+        f"Path of the body's centre seen from above, to scale; the rectangle about its hips at {BODIES} moments, its "
+        "heading as a line. It began by looking to the right of the page, and turned "
+        f"{abs(turned):.3g} deg to the {side}.",
     )
-    return plate(draw, caption)
-
-
-def rising(motion: Motion) -> str:
-    """What a caption says of an incline; nothing of level ground."""
-    if not motion.incline:
-        return ""
-    return f" The ground rises forward by {math.degrees(motion.incline):.3g} deg: an arrow shows where gravity pulls."
-
-
-def draw_gravity(axes: Axes, incline: float, x: float, y: float, length: float) -> None:
-    """An arrow of a length from (x, y) where gravity pulls, seen along a ground that rises forward by an incline
-    [rad]."""
-    end = (x - length * math.sin(incline), y - length * math.cos(incline))
-    axes.annotate(
-        "", end, (x, y), arrowprops={"arrowstyle": "-|>", "color": INK, "lw": 0.9, "shrinkA": 0, "shrinkB": 0}
-    )
-
-
-def _moments(motion: Motion) -> list[int]:
-    """Frames a quarter of the last drive period apart (of the whole motion if none repeats)."""
-    span = float(motion.time[-1] - motion.time[0])
-    span = min(motion.period or span, span)
-    times = motion.time[-1] - span * (1.0 - np.arange(MOMENTS) / MOMENTS)
-    return [int(np.argmin(np.abs(motion.time - time))) for time in times]
-
-
-def _extent(motion: Motion, stage: WalkStage, frames: list[int]) -> tuple[float, float, float]:
-    """Left, right and top of all that is drawn [m], with some room."""
-    corners = []
-    for frame in frames:
-        moment = drawn(motion, stage, frame)
-        corners += [moment.hips, moment.feet, moment.near_face, moment.far_face]
-    points = np.concatenate(corners)
-    room = 0.06 * stage.length + ARROW * stage.leg * 0.5
-    return (
-        float(points[:, 0].min()) - room,
-        float(points[:, 0].max()) + room,
-        float(points[:, 1].max()) + 0.02 * stage.length,
-    )
-
-
-def draw_ground(axes: Axes, motion: Motion, stage: WalkStage, frame: int, color: str, width: float) -> None:
-    """The ground at a moment: a line, or of uneven ground the piece below each foot, as large as motion is drawn, in
-    the colour of its leg where feet go along several lines."""
-    if not motion.ground:
-        axes.axhline(stage.up * motion.ground_shift[1, frame], color=color, lw=width, zorder=0)
-        return
-    for leg, piece in enumerate(facets(motion, stage, frame)):
-        own = color if len(motion.ground) == 1 else FAR_LEG if stage.far[leg] else BLUE
-        axes.plot(*piece.T, color=own, lw=width, zorder=0)
-
-
-def draw_robot(axes: Axes, motion: Motion, stage: WalkStage, frame: int, *, forces: bool = True) -> None:
-    """A moment of a walk in axes of metres: the body's faces, legs, feet by their state, forces of the ground."""
-    moment, far = drawn(motion, stage, frame), stage.far
-    axes.fill(*moment.far_face.T, facecolor=FAR_BODY, edgecolor=MUTED, lw=0.5, zorder=1.5)
-    axes.fill(*moment.near_face.T, facecolor=NEAR_BODY, edgecolor=INK, lw=0.6, zorder=2.5)
-    size = float(np.clip(60.0 / len(motion.legs), 1.6, 4.5))
-    reach = ARROW * stage.leg / stage.force if forces and stage.force > 0.0 else 0.0
-    state = motion.state[:, frame]
-    for side, color, order in ((far, FAR_LEG, 1.0), (~far, BLUE, 3.0)):
-        axes.plot(*_broken(moment.hips[side], moment.feet[side]), color=color, lw=0.9, zorder=order)
-        for kind, (marker, fill, edge) in _MARKS.items():
-            feet = moment.feet[side & (state == kind)]
-            axes.plot(*feet.T, marker, ms=size, mfc=fill, mec=edge, mew=0.8, zorder=order + 1.0)
-        pressed = side & (state != AIR)
-        foot = moment.feet[pressed]
-        for values, along, paint in (
-            (motion.normal, (0.0, 1.0), GREEN),
-            (motion.friction, (1.0, 0.0), PURPLE),
-        ):
-            arrow = np.clip(values[pressed, frame] * reach, -stage.leg, stage.leg)
-            axes.plot(*_broken(foot, foot + np.outer(arrow, along)), color=paint, lw=1.2, zorder=order + 0.5)
-
-
-def _broken(starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Lines from points (n, 2) to others as one that is broken between them (2, 3 n)."""
-    return np.stack([starts, ends, np.full_like(starts, np.nan)], axis=1).reshape(-1, 2).T
-
-
-_MARKS = {AIR: ("o", "#ffffff", MUTED), STUCK: ("o", INK, INK), SLIPPING: ("^", "#ffffff", VERMILION)}
-"""Marker, filling and edge of a foot in each state."""
 
 
 def _part(motion: Motion, window: Window) -> Motion:

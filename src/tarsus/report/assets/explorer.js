@@ -297,17 +297,17 @@ class Explorer {
 
   /** Series of the moving picture, at its frames alone; none of a run that ended before the second. */
   film({ time, times, period, gap, contact, volts, body, ...shown }) {
-    const { hips } = this.player.walk, { legs } = this.info, at = [];
+    const { legs } = this.info, at = [];
     for (let n = 0, k = 0; n < time.length && k < times.film.length; n++) if (time[n] === times.film[k]) { at.push(n); k++; }
     if (at.length < 2) return null;
     const none = new Float64Array(at.length);
-    const taken = (series, more = 0) => { const out = new Float64Array(at.length); for (let k = 0; k < at.length; k++) out[k] = series[at[k]] + more; return out; };
-    const ofLeg = (series, rest) => legs.map((foot, leg) => (foot < 0 ? none : taken(series[foot], rest ? rest[leg] : 0)));
+    const taken = (series) => Float64Array.from(at, (n) => series[n]);
+    const ofLeg = (series) => legs.map((foot) => (foot < 0 ? none : taken(series[foot])));
     const film = taken(time);
     return {
       frames: at.length, time: film, start: film[0], end: film[at.length - 1], period: period < film[at.length - 1] ? period : null,
       body: Object.fromEntries(this.info.body.map((name, k) => [name, taken(body[k])])),
-      footX: ofLeg(shown.foot_x, hips.map(([x]) => x)), footZ: ofLeg(gap), normal: ofLeg(shown.contact_force), friction: ofLeg(shown.friction_force),
+      swing: ofLeg(shown.foot_x), footZ: ofLeg(gap), normal: ofLeg(shown.contact_force), friction: ofLeg(shown.friction_force),
       state: legs.map((foot) => Uint8Array.from(at, (n) => (foot < 0 ? 0 : contact[foot][n]))),
       volts: this.info.tracks.map((drive) => taken(volts[drive])),
     };

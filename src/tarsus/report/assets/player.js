@@ -1,12 +1,13 @@
-// Plays the walk of a report: reads the data beside it and moves its time; asks nothing of any network.
+// Plays the motion of a robot: reads the data beside it and moves its time; asks nothing of any network.
 
 /** Bytes of base64 text. */
 function bytes(text) {
   return Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
 }
 
-/** Series of a packed channel, an array a row: value = (low + q) step. */
-function unpack(channel, frames) {
+/** Series of a packed channel, an array a row: value = (low + q) step; so many rows of zeros where there is none. */
+function unpack(channel, frames, rows) {
+  if (!channel) return Array.from({ length: rows }, () => new Float64Array(frames));
   const raw = bytes(channel.data), whole = channel.bits === 16 ? new Uint16Array(raw.buffer) : raw;
   const values = Float64Array.from(whole, (q) => (channel.low + q) * channel.step);
   return Array.from({ length: values.length / frames }, (_, row) => values.subarray(row * frames, (row + 1) * frames));
@@ -19,26 +20,15 @@ function unpackStates(text, legs, frames) {
   return Array.from({ length: legs }, (_, leg) => flat.subarray(leg * frames, (leg + 1) * frames));
 }
 
-/** Coordinates of the body that are drawn. */
-const COORDINATES = ["surge", "heave", "roll", "pitch", "yaw"];
-
-/** All coordinates of the body over so many frames, of those that a motion has; the others are zero. */
-function wholeBody(frames, given) {
-  return Object.fromEntries(COORDINATES.map((name) => [name, given[name] ?? new Float64Array(frames)]));
-}
-
-/** The walk as arrays over its frames: coordinates of the body, and of every leg its foot and what acts there. */
+/** The motion as arrays over its frames: coordinates of the body, and of every leg its foot and what acts there. */
 function readWalk(data) {
-  const { frames } = data;
-  const given = Object.fromEntries(Object.entries(data.body).map(([name, channel]) => [name, unpack(channel, frames)[0]]));
-  const body = wholeBody(frames, given), time = unpack(data.time, frames)[0];
+  const { frames, legs } = data, time = unpack(data.time, frames)[0], rows = (name) => unpack(data[name], frames, legs.length);
   return {
-    frames, body, turns: "yaw" in data.body, time, start: time[0], end: time[frames - 1], period: data.period, incline: data.incline,
-    ground: data.ground, line: data.line, moved: data.moved ? unpack(data.moved, frames) : null,
-    names: data.legs, hips: data.hips, stage: data.stage,
-    footX: unpack(data.foot_x, frames), footZ: unpack(data.foot_z, frames),
-    normal: unpack(data.normal, frames), friction: unpack(data.friction, frames),
-    state: unpackStates(data.state, data.legs.length, frames),
+    frames, time, start: time[0], end: time[frames - 1], period: data.period, incline: data.incline, drawing: data.drawing,
+    body: Object.fromEntries(Object.entries(data.body).map(([name, channel]) => [name, unpack(channel, frames)[0]])),
+    ground: data.ground, moved: data.moved ? unpack(data.moved, frames) : null, names: legs, channels: data.channels,
+    swing: rows("swing"), footZ: rows("foot_z"), normal: rows("normal"), friction: rows("friction"),
+    state: unpackStates(data.state, legs.length, frames),
     drives: data.drives, volts: data.volts ? unpack(data.volts, frames) : [],
   };
 }
@@ -57,7 +47,7 @@ function smoothed(walk, values) {
 
 /** Way of the body's centre, with the ground where that moves, without its swing in a drive period. */
 function pathOf(walk) {
-  const { body: { surge }, moved } = walk;
+  const { body: { surge = new Float64Array(walk.frames) }, moved } = walk;
   return smoothed(walk, moved ? surge.map((way, i) => way + moved[0][i]) : surge);
 }
 
@@ -84,7 +74,7 @@ class Player {
 
   /** Other series of the same robot take the place of these, at the time since their start that is shown. */
   take(series) {
-    const walk = { ...this.walk, ...series, body: wholeBody(series.frames, series.body) };
+    const walk = { ...this.walk, ...series };
     this.now = between(walk.start + this.now - this.walk.start, walk.start, walk.end);
     this.walk = this.stage.walk = this.tracks.walk = walk;
     this.tracks.kept = null;
@@ -94,13 +84,13 @@ class Player {
   }
 
   fillChoices() {
-    const { period, start, end, stage, frames } = this.walk;
+    const { period, start, end, drawing, frames } = this.walk;
     const usual = roundBelow(period ? period / 2 : (end - start) / 20);
     for (const speed of ROUND.filter((s) => s >= 0.019 * usual && s <= Math.max(end - start, usual) * ROUNDING)) {
       const slower = speed < 0.99 ? ` (${Math.round(1 / speed)}× slower)` : "";
       this.speed.add(new Option(`${amount(speed, "s")} a second${slower}`, speed, speed === usual, speed === usual));
     }
-    for (const [select, usual] of [[this.up, stage.up], [this.along, stage.along]]) {
+    for (const [select, usual] of [[this.up, drawing.up], [this.along, drawing.along]]) {
       for (const factor of ROUND.filter((f) => f >= 1 && f >= 0.019 * usual && f <= 51 * usual)) {
         const chosen = Math.abs(factor / usual - 1) < 1e-6;
         select.add(new Option(`×${factor}`, factor, chosen, chosen));
@@ -176,9 +166,9 @@ class Player {
     this.draw();
   }
 
-  /** Now: the last frame not after it, a reader of series (straight between frames), and the body's coordinates. */
+  /** Now: the last frame not after it, a reader of series (straight between frames), and what the drawing's channels are. */
   moment() {
-    const { time, start, end, frames, body } = this.walk, now = this.now + 1e-9 * (end - start);
+    const { time, start, end, frames, body, channels, swing, footZ } = this.walk, now = this.now + 1e-9 * (end - start);
     let low = 0, high = frames - 1;
     while (low < high) {
       const middle = (low + high + 1) >> 1;
@@ -188,7 +178,8 @@ class Player {
     const next = Math.min(low + 1, frames - 1);
     const share = next > low ? between((this.now - time[low]) / (time[next] - time[low]), 0, 1) : 0;
     const read = (series) => series[low] + share * (series[next] - series[low]);
-    return { frame: low, read, ...Object.fromEntries(COORDINATES.map((name) => [name, read(body[name])])) };
+    const [one, ...moves] = channels, own = Object.fromEntries(moves.map((name) => [name, body[name] ? read(body[name]) : 0]));
+    return { frame: low, read, ...own, channels: [1, ...Object.values(own), ...swing.map(read), ...footZ.map(read)] };
   }
 
   /** Read the page's colours, font and widths again, and draw: to ask for them at every frame lays out the page anew. */
@@ -196,7 +187,7 @@ class Player {
     const style = getComputedStyle(this.root), colors = {};
     const color = (name) => style.getPropertyValue(name).trim();
     for (const name of ["paper", "ground", "near", "far", "leg", "far-leg", "stuck", "slip", "push", "friction", "muted",
-      "rule"]) colors[name] = color(`--walk-${name}`);
+      "ink", "rule"]) colors[name] = color(`--walk-${name}`);
     const [width, tracks] = [this.stage, this.tracks].map(({ canvas }) => canvas.clientWidth);
     this.look = { font: style.fontFamily, ink: style.color, colors, width, tracks };
     this.draw();
@@ -220,8 +211,8 @@ class Player {
       const names = this.walk.names.filter((_, leg) => this.walk.state[leg][frame] === state);
       return names.length ? `, ${names.length > 6 ? `${names.length} feet` : names.join(" ")} ${word}` : "";
     }).join("");
-    const heading = this.walk.turns ? `, heading ${amount(yaw, "rad")}` : "";
-    const where = this.walk.stage.springs ? "Feet" : `Travel ${amount(surge, "m")}, height ${amount(heave, "m")}${heading}`;
+    const heading = this.walk.body.yaw ? `, heading ${amount(yaw, "rad")}` : "";
+    const where = !this.walk.body.surge ? "Feet" : `Travel ${amount(surge, "m")}, height ${amount(heave, "m")}${heading}`;
     this.says.textContent = `${where}${feet || ", no foot on the ground"}.`.replace("Feet, no", "No").replace("Feet,", "Feet:");
   }
 }
