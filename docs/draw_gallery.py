@@ -1,4 +1,5 @@
-"""Draw the pictures of the gallery from the examples that tests run: `python docs/draw_gallery.py`."""
+"""Draw the pictures of the gallery from the examples that tests run, and the moving ones of the notebooks:
+`python docs/draw_gallery.py`."""
 
 from __future__ import annotations
 
@@ -17,6 +18,7 @@ import tarsus as ts
 from tarsus.report.style import CYCLE, INK, MUTED
 
 TARGET = Path(__file__).with_name("gallery")
+NOTEBOOKS = Path(__file__).with_name("notebooks")
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
 Picture = Callable[[Axes], None]
@@ -127,6 +129,38 @@ def draw(name: str, folder: Path = TARGET) -> Path:
     return target
 
 
+def own_bouncing() -> ts.Run:
+    """The ball of the notebook for theorists, on its orbit of period one."""
+    gamma = 1.5
+    phase = float(np.arccos(np.pi / 3.0 / gamma))
+    start = [0.5 - gamma * float(np.cos(phase)) / (2.0 * np.pi)]
+    table = ts.read_scene(Path(__file__).parents[1] / "tests" / "scenes" / "vibrating_table.toml")
+    own = {"signals.table.amplitude": gamma, "signals.table.phase": phase, "initial.velocity": start}
+    return ts.simulate(ts.with_values(table, own), 4.0)
+
+
+ROUGH = {
+    "kind": "random", "seed": 3, "rms": "0.5 um", "correlation_length": "300 um", "hurst": 0.8, "spacing": "40 um",
+}  # fmt: skip
+MOVIES: dict[str, Callable[[], ts.Run]] = {
+    "experimentalist": lambda: ts.simulate("cantilever", "0.1 s"),
+    "designer": lambda: ts.simulate("hamr-like", "0.4 s"),
+    "walker": lambda: ts.simulate(
+        ts.with_values(ts.load_scene("millipede-30"), {"ground.profile": ROUGH, "initial": {"standing": {}}}),
+        "80 ms",
+    ),
+    "theorist": own_bouncing,
+}
+"""Runs whose last drive period the first picture of each notebook shows."""
+
+
+def film_of(name: str, folder: Path = NOTEBOOKS) -> Path:
+    """Draw the moving picture of a notebook into a folder."""
+    return ts.movie(MOVIES[name](), folder / f"{name}.gif", periods=1, width=560)
+
+
 if __name__ == "__main__":
     for one in PICTURES:
         print(draw(one))
+    for one in MOVIES:
+        print(film_of(one))

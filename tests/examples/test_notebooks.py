@@ -8,6 +8,7 @@ from pathlib import Path
 
 import nbformat
 import pytest
+from PIL import Image
 
 import tarsus as ts
 
@@ -22,6 +23,10 @@ CLAIMS = {
     "designer": (
         "assert 0.5 < far.measures['mean_speed'].value < 0.7 and run.ledger.closure < 1e-8\n"
         "assert batch.measure('mean_speed').argmax() == 5 and '_TICKS' in header.upper()"
+    ),
+    "walker": (
+        "assert walk.ledger.closure < 1e-8 and 5e-5 < walk.measures['mean_speed'].value < 8e-5\n"
+        "assert 0.0 < slip < 0.1 and speeds.min() > 0.0 and picture.stat().st_size < 3e5"
     ),
     "theorist": (
         "assert abs(flip - theory) < 1e-9 and 1.53 < moved < 1.56\n"
@@ -39,6 +44,24 @@ def test_every_notebook_is_tested_and_in_the_table_of_contents() -> None:
     assert {file.stem for file in NOTEBOOKS.glob("*.ipynb")} == set(CLAIMS)
     index = (NOTEBOOKS.parent / "index.md").read_text(encoding="utf-8")
     assert all(f"notebooks/{name}\n" in index for name in CLAIMS)
+
+
+MOST_BYTES = 300_000
+"""Of a moving picture: a page of the docs holds one."""
+
+
+@pytest.mark.parametrize("file", ["index.md", *(f"notebooks/{name}.ipynb" for name in CLAIMS)])
+def test_the_index_and_every_notebook_open_with_a_picture_that_moves(file: str) -> None:
+    docs = NOTEBOOKS.parent
+    text = (
+        read(Path(file).stem).cells[0].source if file.endswith(".ipynb") else (docs / file).read_text("utf-8")
+    )
+    first = [line for line in text.splitlines() if line][1]
+    (target,) = re.findall(r"^!\[.+\]\((.+\.gif)\)$", first)
+    picture = (docs / file).parent / target
+    assert picture.stat().st_size < MOST_BYTES
+    with Image.open(picture) as movie:
+        assert movie.n_frames > 20 and movie.info["loop"] == 0
 
 
 # The fast sibling of the run below.

@@ -171,21 +171,22 @@ def drawing_of(motion: Motion) -> Drawing:
         return _beam(motion)
     hangs = motion.held is not Held.LEGS
     highest = float(motion.foot_z.max(initial=0.0))
-    alone = (highest or ALONE) / (LIFT * LEG) if hangs else ALONE
+    room_up = BENT if motion.held is Held.FREE else LIFT * LEG
+    alone = (highest or ALONE) / room_up if hangs else ALONE
     x, y, true = _apart(motion.hips[:, 0], motion.hips[:, 1], alone)
     length = max(float(np.ptp(x)), float(np.ptp(y)), alone if hangs else 0.0) or alone
     leg = LEG * length
     aside, risen = np.ptp(motion.ground_shift, axis=1)
     lift = max(float(np.ptp(motion.hip_shift_z)), highest, float(risen))
     stride = max(float(np.ptp(motion.foot_x - motion.hip_shift_x, axis=1).max()), float(aside))
-    room = min(_spacing(x, y, length), 2.0 * leg)
-    up, along = _round_factor(LIFT * leg, lift), _round_factor(STRIDE * room, stride)
     plan = _Plan(motion, x, y, length, leg)
+    room = min(plan.apart, 2.0 * leg)
+    up, along = _round_factor(room_up * length, lift), _round_factor(STRIDE * room, stride)
     side = plan.side()
     return Drawing(
         side=side,
         above=plan.above() if plan.width > 0.0 else None,
-        box=_box(side, motion, along, up),
+        box=_box(side, motion, along, up, length if hangs else 0.0),
         true=true and not hangs,
         length=length,
         leg=leg,
@@ -240,9 +241,9 @@ class _Plan:
 
     @property
     def apart(self) -> float:
-        """Way from a leg to the next one on its side."""
-        apart = [np.diff(np.unique(self.x[side])) for side in (self.far, ~self.far)]
-        return float(np.concatenate(apart).min(initial=self.leg))
+        """Way from a leg to the next one on its side; a leg's length of one alone."""
+        apart = np.concatenate([np.diff(np.unique(self.x[side])) for side in (self.far, ~self.far)])
+        return float(apart[apart > 1e-9 * self.length].min(initial=self.leg))
 
     def depth(self, y: float) -> tuple[float, float]:
         """How far points at y are drawn forward and up."""
@@ -357,7 +358,7 @@ def _beam(motion: Motion) -> Drawing:
     reach = motion.foot_z + (usual - heights)[:, None]
     up = _round_factor(BENT * length, float(max(reach.max(), usual) - min(reach.min(), 0.0)))
     view = sketch.view
-    box = _box(view, motion, 1.0, up)
+    box = _box(view, motion, 1.0, up, length)
     return Drawing(view, None, box, True, length, BENT * length, up, 1.0, _large(motion), level=False)
 
 
@@ -366,11 +367,14 @@ def _camera(motion: Motion, along: float, up: float) -> Floats:
     return np.stack([-along * motion.coordinate("surge"), up * motion.ground_shift[1]])
 
 
-def _box(view: View, motion: Motion, along: float, up: float) -> tuple[float, float, float, float]:
-    """Ends of all that is drawn over all times."""
+def _box(
+    view: View, motion: Motion, along: float, up: float, wide: float
+) -> tuple[float, float, float, float]:
+    """Ends of all that is drawn over all times, at least so wide."""
     at = view.placed(motion.channels, along, up) + _camera(motion, along, up)[:, None, :]
     (left, low), (right, high) = at.min(axis=(1, 2)).tolist(), at.max(axis=(1, 2)).tolist()
-    return left, right, min(low, 0.0), high
+    short = 0.5 * max(wide - (right - left), 0.0)
+    return left - short, right + short, min(low, 0.0), high
 
 
 def _large(motion: Motion) -> float:
@@ -395,15 +399,6 @@ def _apart(x: Floats, y: Floats, alone: float) -> tuple[Floats, Floats, bool]:
             room = float(np.hypot(x[others] - x[members[0]], y[others] - y[members[0]]).min())
         spread[members] += (np.arange(len(members)) - 0.5 * (len(members) - 1)) * room / len(members)
     return spread, y.astype(float), bool(np.array_equal(spread, x))
-
-
-def _spacing(x: Floats, y: Floats, length: float) -> float:
-    """Least way between neighbours on one side [m]."""
-    least = length
-    for side in np.unique(np.round(y / (1e-6 * length))):
-        steps = np.diff(np.sort(x[np.round(y / (1e-6 * length)) == side]))
-        least = min(least, float(steps[steps > 1e-9 * length].min(initial=length)))
-    return least
 
 
 def _round_factor(room: float, motion: float) -> float:

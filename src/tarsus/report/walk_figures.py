@@ -14,11 +14,8 @@ from tarsus.report.panels import Bars, DrawnLine, Level, Sign, TimePanel, Window
 from tarsus.report.style import BLUE, GREEN, INK, MUTED, PURPLE, RULE, VERMILION, samples_inside, scale_of
 from tarsus.tables.numbers import amount
 
-BODIES, POINTS = 7, 1000
-"""Moments at which the body is drawn along its path, and points of the path: about one for every pixel of a page."""
-
-WIDE = 7.4
-"""Width of the path's figure [inch]: that of a page."""
+BODIES, POINTS = 7, 500
+"""Moments at which the body is drawn along its path, and points of the path: about one for every pixel."""
 
 _WORDS = {
     "surge": "travel of the body's centre along the way", "heave": "its height above that at rest",
@@ -138,7 +135,7 @@ def path_above(motion: Motion) -> Plate:
     shown = np.array(evenly(list(place.T), POINTS)).T
 
     def draw(sheet: Sheet) -> None:
-        (axes,) = sheet.grid(1, 2.6, width=WIDE)
+        (axes,) = sheet.grid(1, 1.6)
         for frame in evenly(range(len(motion.time)), BODIES):
             c, s = math.cos(yaw[frame]), math.sin(yaw[frame])
             body = place[:, frame] + corners @ np.array([[c, s], [-s, c]])
