@@ -13,7 +13,7 @@ import pytest
 
 from html_page import Page
 from tarsus.base.errors import InputError
-from tarsus.report.drawing import Drawing, Foot, Shape, drawing_of, round_below
+from tarsus.report.drawing import Drawing, FootMark, Shape, drawing_of, round_below
 from tarsus.report.motion import MOST_FRAMES, SLIPPING, STUCK, Motion, frame_limit
 from tarsus.report.packing import packed, packed_states, unpacked
 from tarsus.report.player import payload, walk_section
@@ -198,7 +198,7 @@ def test_equal_motions_give_equal_sections(motion: Motion, section: str) -> None
 
 def feet_of(drawing: Drawing) -> dict[int, int]:
     """Points of the side by leg."""
-    return {part.leg: part.point for part in drawing.side.parts if isinstance(part, Foot)}
+    return {part.leg: part.point for part in drawing.side.parts if isinstance(part, FootMark)}
 
 
 def hips_of(drawing: Drawing) -> dict[int, int]:
@@ -217,7 +217,7 @@ def test_hips_are_where_the_model_has_them(motion: Motion) -> None:
     assert drawing.true and drawing.length == pytest.approx(2e-3), "the larger one of length and width"
     far = motion.hips[:, 1] > 0
     np.testing.assert_allclose(hips_at_rest(drawing), motion.hips[:, 0] + 0.05 * drawing.length * far)
-    legs = [part.leg for part in drawing.side.parts if isinstance(part, Foot)]
+    legs = [part.leg for part in drawing.side.parts if isinstance(part, FootMark)]
     assert set(legs[:3]) == set(np.flatnonzero(far).tolist()), "the far side is painted first"
     assert drawing.above is not None and drawing.back == pytest.approx(0.03 * drawing.length)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 import tarsus as ts
 from laboratory import LABORATORY
-from tarsus.report.drawing import BENT, Foot, Shape, drawing_of
+from tarsus.report.drawing import BENT, FootMark, Shape, drawing_of
 from tarsus.report.motion import Held, Motion, whole_motion
 from tarsus.report.run_page import report_html
 
@@ -25,7 +25,7 @@ def test_a_beam_goes_through_its_points_and_is_level_at_its_clamp() -> None:
     assert moved.held is Held.BEAM and set(moved.legs) == {"center", "tip"}
     x, z = drawing.seen(moved)
     (line,) = [part.points for part in drawing.side.parts if isinstance(part, Shape) and part.edge == "leg"]
-    feet = {part.leg: part.point for part in drawing.side.parts if isinstance(part, Foot)}
+    feet = {part.leg: part.point for part in drawing.side.parts if isinstance(part, FootMark)}
     names = [str(one) for one in series["point"].values]
     for leg, name in enumerate(moved.legs):
         risen = drawing.up * series["displacement"].values[names.index(name)]
@@ -46,7 +46,7 @@ def test_a_beam_goes_through_its_points_and_is_level_at_its_clamp() -> None:
 def test_robots_that_are_no_beam_have_their_points_side_by_side() -> None:
     moved = motion("hexapod")
     drawing = drawing_of(moved)
-    places = [drawing.side.points[part.point].x for part in drawing.side.parts if isinstance(part, Foot)]
+    places = [drawing.side.points[part.point].x for part in drawing.side.parts if isinstance(part, FootMark)]
     assert moved.held is Held.SPRINGS and len(places) == 6
     np.testing.assert_allclose(np.diff(sorted(places)), np.ptp(places) / 5)
 
@@ -54,7 +54,7 @@ def test_robots_that_are_no_beam_have_their_points_side_by_side() -> None:
 def test_a_mass_that_nothing_holds_hangs_on_nothing() -> None:
     scene = ts.load_scene(Path(__file__).parents[1] / "scenes" / "vibrating_table.toml")
     drawing = drawing_of(motion(scene))
-    assert [type(part) for part in drawing.side.parts] == [Foot]
+    assert [type(part) for part in drawing.side.parts] == [FootMark]
 
 
 def test_the_page_of_a_beam_plays_it() -> None:

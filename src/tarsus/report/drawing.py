@@ -44,7 +44,7 @@ Weights = Mapping[int, float]
 
 
 @dataclass(frozen=True)
-class Point:
+class MovedPoint:
     """A point of a drawing: its place at rest [m], and what moves it forward and upward."""
 
     x: float
@@ -64,7 +64,7 @@ class Shape:
 
 
 @dataclass(frozen=True)
-class Foot:
+class FootMark:
     """The mark of a leg's foot at a point, by its state, with the forces on it."""
 
     leg: int
@@ -72,11 +72,11 @@ class Foot:
 
 
 @dataclass(frozen=True)
-class View:
+class RobotView:
     """What is seen from one side: points, and what is painted between them from the back to the front."""
 
-    points: Sequence[Point]
-    parts: Sequence[Shape | Foot]
+    points: Sequence[MovedPoint]
+    parts: Sequence[Shape | FootMark]
 
     @cached_property
     def _moved(self) -> Floats:
@@ -122,8 +122,8 @@ class Drawing:
     ground below feet, each so `wide`; level: whether there is level ground at height 0.
     """
 
-    side: View
-    above: View | None
+    side: RobotView
+    above: RobotView | None
     box: tuple[float, float, float, float]
     true: bool
     length: float
@@ -203,13 +203,13 @@ class _Sketch:
     """Points and parts as they are put down."""
 
     def __init__(self) -> None:
-        self.points: list[Point] = []
-        self.parts: list[Shape | Foot] = []
+        self.points: list[MovedPoint] = []
+        self.parts: list[Shape | FootMark] = []
 
     def point(self, x: float, z: float, along: Mapping[int, float], up: Mapping[int, float]) -> int:
         """The number of a new point."""
         kept = ({at: float(weight) for at, weight in one.items() if weight} for one in (along, up))
-        self.points.append(Point(float(x), float(z), *kept))
+        self.points.append(MovedPoint(float(x), float(z), *kept))
         return len(self.points) - 1
 
     def path(self, points: Sequence[int], edge: str, width: float = 1.0, fill: str = "") -> None:
@@ -217,8 +217,8 @@ class _Sketch:
         self.parts.append(Shape(tuple(points), edge, width, fill))
 
     @property
-    def view(self) -> View:
-        return View(self.points, self.parts)
+    def view(self) -> RobotView:
+        return RobotView(self.points, self.parts)
 
 
 ONE, SURGE, HEAVE, ROLL, PITCH, YAW = range(len(CHANNELS))
@@ -254,7 +254,7 @@ class _Plan:
         """Channels of a foot: forward and up."""
         return len(CHANNELS) + leg, len(CHANNELS) + len(self.x) + leg
 
-    def side(self) -> View:
+    def side(self) -> RobotView:
         """The far legs, the body, the near legs."""
         sketch = _Sketch()
         far, near = (np.flatnonzero(one)[::-1].tolist() for one in (self.far, ~self.far))
@@ -285,7 +285,7 @@ class _Plan:
         sketch.path(near, "ink", 1.0, "near")
 
     def _legs(self, sketch: _Sketch, legs: Sequence[int], paint: str) -> None:
-        feet: list[Foot] = []
+        feet: list[FootMark] = []
         for leg in legs:
             x, y, z = self.motion.hips[leg]
             forward, upward = self.depth(float(self.y[leg]))
@@ -296,7 +296,7 @@ class _Plan:
                 sketch.path(self._spring(sketch, at, lifts), paint)
             elif self.motion.held is Held.LEGS:
                 sketch.path((sketch.point(at, float(self.hip[leg]) + upward, *hip), foot), paint, 2.0)
-            feet.append(Foot(leg, foot))
+            feet.append(FootMark(leg, foot))
         sketch.parts += feet
 
     def _spring(self, sketch: _Sketch, x: float, lifts: int) -> list[int]:
@@ -306,7 +306,7 @@ class _Plan:
         path = [(0.0, 0.0), (0.15, 0.0), *inner, (0.85, 0.0), (1.0, 0.0)]
         return [sketch.point(x + aside, (1.0 - s) * self.leg, {}, {lifts: s}) for s, aside in path]
 
-    def above(self) -> View:
+    def above(self) -> RobotView:
         """The body and the feet from above, forward to the right, the left side up."""
         sketch = _Sketch()
         middle = 0.5 * float(self.y.min() + self.y.max())
@@ -317,14 +317,14 @@ class _Plan:
             hip = sketch.point(x, middle + BODY_ABOVE * (y - middle), {}, {})
             foot = sketch.point(x, y, {self.foot(leg)[0]: 1.0, SURGE: -1.0}, {})
             sketch.path((hip, foot), "far-leg")
-            sketch.parts.append(Foot(leg, foot))
+            sketch.parts.append(FootMark(leg, foot))
         return sketch.view
 
-    def pieces(self, side: View) -> list[Piece]:
+    def pieces(self, side: RobotView) -> list[Piece]:
         """The uneven ground below feet: in the colour of its leg where they go along several lines."""
         if not self.motion.ground:
             return []
-        points = {one.leg: one.point for one in side.parts if isinstance(one, Foot)}
+        points = {one.leg: one.point for one in side.parts if isinstance(one, FootMark)}
         out = []
         for leg, far in enumerate(self.far.tolist()):
             forward, upward = self.depth(float(self.y[leg]))
@@ -354,7 +354,7 @@ def _beam(motion: Motion) -> Drawing:
     sketch.path(rest, "rule")
     sketch.path(line, "leg", 2.5)
     for leg, (x, height) in enumerate(zip(places.tolist(), heights.tolist(), strict=True)):
-        sketch.parts.append(Foot(leg, sketch.point(x, 0.0, {}, {ONE: usual - height, first + leg: 1.0})))
+        sketch.parts.append(FootMark(leg, sketch.point(x, 0.0, {}, {ONE: usual - height, first + leg: 1.0})))
     reach = motion.foot_z + (usual - heights)[:, None]
     up = _round_factor(BENT * length, float(max(reach.max(), usual) - min(reach.min(), 0.0)))
     view = sketch.view
@@ -368,7 +368,7 @@ def _camera(motion: Motion, along: float, up: float) -> Floats:
 
 
 def _box(
-    view: View, motion: Motion, along: float, up: float, wide: float
+    view: RobotView, motion: Motion, along: float, up: float, wide: float
 ) -> tuple[float, float, float, float]:
     """Ends of all that is drawn over all times, at least so wide."""
     at = view.placed(motion.channels, along, up) + _camera(motion, along, up)[:, None, :]
@@ -414,7 +414,7 @@ def round_below(value: float) -> float:
     return next(step for step in (5.0, 2.0, 1.0) if step * power <= value * (1.0 + 1e-9)) * power
 
 
-def _plain(view: View) -> dict[str, Any]:
+def _plain(view: RobotView) -> dict[str, Any]:
     """A view as lists: points [x, z, channel, weight, ... along, ... up], parts [points, edge, width, fill] or
     [leg, point]."""
     return {
@@ -424,7 +424,7 @@ def _plain(view: View) -> dict[str, Any]:
             for one in view.points
         ],
         "parts": [
-            [one.leg, one.point] if isinstance(one, Foot) else [list(one.points), one.edge, one.width, one.fill]
+            [one.leg, one.point] if isinstance(one, FootMark) else [list(one.points), one.edge, one.width, one.fill]
             for one in view.parts
         ],
     }  # fmt: skip

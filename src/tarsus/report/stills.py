@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tarsus.base.arrays import Floats
-from tarsus.report.drawing import Drawing, Foot, Shape
+from tarsus.report.drawing import Drawing, FootMark, Shape
 from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion
 from tarsus.report.pages import Plate
 from tarsus.report.style import BLUE, GREEN, INK, MUTED, PURPLE, RULE, VERMILION, scale_of
@@ -57,13 +57,13 @@ def paint(
                 motion,
                 at,
                 frame,
-                [one for one in parts if isinstance(one, Foot)],
+                [one for one in parts if isinstance(one, FootMark)],
                 forces,
                 order,
             )
 
 
-def _look(part: Shape | Foot) -> tuple[str, float] | None:
+def _look(part: Shape | FootMark) -> tuple[str, float] | None:
     """By what neighbours are painted at once: lines of one look, and feet."""
     return (part.edge, part.width) if isinstance(part, Shape) else None
 
@@ -74,7 +74,7 @@ def _feet(
     motion: Motion,
     at: Floats,
     frame: int,
-    feet: list[Foot],
+    feet: list[FootMark],
     forces: bool,
     order: int,
 ) -> None:
