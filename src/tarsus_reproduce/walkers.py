@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.design.walks import without_legs
+from tarsus.design.runs import without_legs
 from tarsus.files.toml import parse_scene
 from tarsus.model.drive.gait import Alternating, AnyGait, Tripod
 from tarsus.model.robot import Robot

@@ -9,7 +9,7 @@ import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.design.adaptive import _few, adapt
 from tarsus.design.gait_choice import gait_choice
-from tarsus.design.walks import Walks
+from tarsus.design.runs import Runs
 
 FREE = {"gait.duty": None}
 BOX = {"ground.friction.coefficient": (4.0, 12.0)}
@@ -67,7 +67,7 @@ def test_luck_is_not_taken_for_knowledge_where_walks_ring(monkeypatch):
         digits = np.sin(1e5 * points[:, 0] + place) * 43758.5453
         return -(0.5 + np.remainder(digits, 1.0))[:, None]
 
-    monkeypatch.setattr(Walks, "each", ring)
+    monkeypatch.setattr(Runs, "each", ring)
     scene, many = ts.load_scene("millipede-printed"), SMALL | {"hidden": 60}
     once = adapt(scene, FREE, BOX, "nothing", **many)
     often = adapt(scene, FREE, BOX, "nothing", starts=32, **many | {"from_rest": None})
@@ -119,11 +119,11 @@ def test_gaits_are_sought_for_the_grounds_that_they_are_best_for(monkeypatch):
     """A walk is best where the duty is the ground's friction, scaled: two gaits cannot do better than the middles of
     two halves, and each moves there from where the even spread put it."""
 
-    def match(self, points, grounds):
+    def match(self, rows, grounds):
         (friction,) = grounds.values()
-        return np.abs(points[:, 0] - (friction - 4.0) / 8.0)[:, None] - 1.0
+        return np.abs((rows[:, 0] - 0.1) / 0.8 - (friction - 4.0) / 8.0)[:, None] - 1.0
 
-    monkeypatch.setattr(Walks, "each", match)
+    monkeypatch.setattr(Runs, "each", match)
     scene, few = (
         ts.load_scene("millipede-printed"),
         SMALL | {"candidates": 2000, "training": 128, "hidden": 60},
@@ -149,7 +149,7 @@ def test_a_bad_request_is_refused_whole():
     assert len(refused.value.problems) == 3 and all(word in said for word in ("steps", "noise", "'smell'"))
     for given, word in (
         ({"over": None}, "name the grounds"), ({"objective": "energy"}, "for one objective that depends on it"),
-        ({"sense": "nothing,slip"}, "'nothing' stands alone"), ({"free": ["gait.dutty"]}, "gait.dutty: is no"),
+        ({"sense": "nothing,slip"}, "'nothing' stands alone"), ({"free": ["gait.dutty"]}, "gait.dutty: the"),
     ):  # fmt: skip
         with pytest.raises(InputError, match=word):
             adapt(scene, **{"free": FREE, "over": BOX, **given})

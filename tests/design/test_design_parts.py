@@ -124,6 +124,7 @@ def test_every_point_is_a_signal_of_the_period_that_holds_half_of_each_half(step
     ("design", "names"),
     [
         ("landing", "foot pairs seed tick"),
+        ("design", "scene free limits over of risk candidates periods"),
         ("gait", "free limits"),
         ("adapt", "steps noise"),
         ("leg", "shortest load"),
@@ -132,7 +133,7 @@ def test_every_point_is_a_signal_of_the_period_that_holds_half_of_each_half(step
 def test_every_design_has_a_file_of_its_settings(design, names):
     text = settings_text(design)
     tomllib.loads(text)
-    said = {line.lstrip("# ").partition(" =")[0] for line in text.splitlines() if " =" in line}
+    said = {line.lstrip("# ").partition(" =")[0].strip("[]") for line in text.splitlines()}
     assert set(names.split()) <= said
     with pytest.raises(InputError, match=f"did you mean '{design}'"):
         settings_text(f"{design}x")

@@ -8,12 +8,13 @@ import pytest
 import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.design.energy import RECOVERY
-from tarsus.design.gait_search import along, gait, search_of
-from tarsus.design.gait_unknowns import gait_unknowns
+from tarsus.design.free import free_of
 from tarsus.design.grounds import Grounds
 from tarsus.design.judge import NOMINAL, Judge
-from tarsus.design.limits import limits_of
-from tarsus.design.walks import OBJECTIVES, Walks, objectives_of, without_legs
+from tarsus.design.measures import OBJECTIVES, limits_of, objectives_of
+from tarsus.design.presets import gait
+from tarsus.design.runs import Runs, without_legs
+from tarsus.design.search import along, search_of
 from tarsus.fit.front import undominated
 from tarsus_reproduce.walkers import hexapod_walker
 
@@ -44,17 +45,16 @@ def robust(scene):
         return gait(scene, FREE, over=BOX, **SMALL), looked
 
 
-def walks_of(scene: ts.Scene, free: object = FREE, objectives: str = "speed,energy") -> Walks:
-    freed, unknowns = gait_unknowns(scene, free)  # type: ignore[arg-type]
-    return Walks(freed, unknowns, objectives_of(objectives), SHORT, threads=1)
+def walks_of(scene: ts.Scene, free: object = FREE, objectives: str = "speed,energy") -> Runs:
+    return Runs(free_of(scene, free), objectives_of(objectives), SHORT, threads=1)  # type: ignore[arg-type]
 
 
 def test_costs_are_those_of_single_walks(scene):
     walks = walks_of(scene, objectives="speed,contact,slip")
-    points = np.array([[0.3, 0.2], [0.6, 0.9]])
+    points = walks.free.values(np.array([[0.3, 0.2], [0.6, 0.9]]))
     grounds = Grounds({"ground.friction.coefficient": np.array([4.0, 9.0])}, np.full(2, 0.5))
     costs = Judge(walks.each, Grounds.nominal(scene), None, NOMINAL, 0).costs(points, grounds)
-    assert costs.shape == (2, 2, 3) and walks.runs == 4
+    assert costs.shape == (2, 2, 3) and walks.made == 4
     run = ts.simulate(walks.scene_of(points[1], {"ground.friction.coefficient": 9.0}), SHORT)
     own = [run.measures[name].value for name in ("mean_speed", "contact_duration", "foot_slip")]
     assert costs[1, 1] == pytest.approx(
@@ -75,21 +75,22 @@ def test_charge_is_recovered_once_from_what_every_drive_draws(scene, recovery):
         (mixed, {"gait.high": None, "signals.L1.levels.1": ("2 V", "9 V")}),
     ):
         walks = walks_of(own, free)
-        made = walks.changes(point[0])
+        row = walks.free.values(point)
+        made = walks.changes(row[0])
         swings = {"R1": made["gait.high"] - own.gait.low}
         swings["L1"] = made.get("signals.L1.levels.1", swings["R1"])
         plain = {name: charges[name] * swings[name] ** 2 for name in given}
         for unsaid in (0.0, RECOVERY):
             left = sum(plain[name] * (1.0 - (unsaid if r is None else r)) for name, r in given.items())
-            assert walks.energies(point, unsaid) == (
+            assert walks.energies(row, unsaid) == (
                 pytest.approx([sum(plain.values())], rel=1e-12), pytest.approx([left], rel=1e-12),
             )  # fmt: skip
         # the objective is the measure: drives that do not say recover nothing
-        period = max(one.period for one in walks.scene_of(point[0]).waveforms.values())
-        run = ts.simulate(walks.scene_of(point[0]), 3.0 * period)
+        period = max(one.period for one in walks.scene_of(row[0]).waveforms.values())
+        run = ts.simulate(walks.scene_of(row[0]), 3.0 * period)
         drawn = run.measures["electrical_energy"].value
-        assert walks.each(point, {})[0, 1] == pytest.approx(drawn, rel=1e-9)
-        assert walks.energies(point, 0.0)[1] == pytest.approx([drawn], rel=1e-9)
+        assert walks.each(row, {})[0, 1] == pytest.approx(drawn, rel=1e-9)
+        assert walks.energies(row, 0.0)[1] == pytest.approx([drawn], rel=1e-9)
 
 
 def test_a_gait_shows_what_it_draws_plain_and_with_recovery(scene):
@@ -136,10 +137,10 @@ def test_a_robust_front_is_judged_on_the_same_grounds_and_says_its_gap(scene, ro
     assert undominated(front).all() and len(found.members) >= 1
     walks = walks_of(scene)
     for member in (*found.members, found.robust, found.optimum):
-        each = Judge(walks.each, found.grounds, None, NOMINAL, 0).costs(member.point[None], found.grounds)[0]
+        each = Judge(walks.each, found.grounds, None, NOMINAL, 0).costs(member.row[None], found.grounds)[0]
         assert member.risk[0] == member.worst[0] <= -each[:, 0].max() + 1e-12  # the last attack looks further
         assert -each[0, 0] == pytest.approx(member.nominal[0])
-        struck = walks.each(member.point[None], {p: np.array([v]) for p, v in member.worst_ground.items()})
+        struck = walks.each(member.row[None], {p: np.array([v]) for p, v in member.worst_ground.items()})
         assert -struck[0, 0] == pytest.approx(member.worst[0])
     assert found.gap >= 0.0 and found.rounds[0].grounds == 1
     assert found.certificate is not None and found.certificate.grounds == 4 * SMALL["look"]
@@ -168,20 +169,20 @@ def test_a_robust_front_is_judged_on_the_same_grounds_and_says_its_gap(scene, ro
 def test_every_gait_shown_is_put_on_grounds_drawn_by_chance(robust):
     found, looked = robust
     seen = {tuple(point) for points in looked for point in points}
-    assert {tuple(one.point) for one in (*found.members, found.robust, found.optimum)} <= seen
+    assert {tuple(one.row) for one in (*found.members, found.robust, found.optimum)} <= seen
 
 
 def test_a_robust_gait_is_found_beside_a_peak_that_one_ground_has(monkeypatch):
     """Speed on the scene's own ground peaks at a duty of 0.26, where other grounds have none of it; a broad hill at 0.7
     is 5 % lower, the same everywhere, and nothing else moves at all."""
 
-    def hills(self, points, grounds):
+    def hills(self, rows, grounds):
         friction = next(iter(grounds.values()))
-        peak = np.where(friction == 7.96, 1.0, 0.1) * np.exp(-(((points[:, 0] - 0.2) / 0.05) ** 2))
-        hill = 0.95 * np.exp(-(((points[:, 0] - 0.75) / 0.2) ** 2))
+        peak = np.where(friction == 7.96, 1.0, 0.1) * np.exp(-(((rows[:, 0] - 0.26) / 0.04) ** 2))
+        hill = 0.95 * np.exp(-(((rows[:, 0] - 0.7) / 0.16) ** 2))
         return -np.maximum(peak, hill)[:, None]
 
-    monkeypatch.setattr(Walks, "each", hills)
+    monkeypatch.setattr(Runs, "each", hills)
     options = {**SMALL, "candidates": 256, "from_rest": 0.021}
     found = gait(ts.load_scene("millipede-printed"), {"gait.duty": None}, "speed", BOX, **options)
     assert found.optimum.nominal[0] == pytest.approx(1.0, abs=1e-3) and found.optimum.worst[0] < 0.11
@@ -192,7 +193,7 @@ def test_a_gait_says_what_its_motion_is_and_what_a_percent_costs(scene):
     found = gait(scene, FREE, "speed", **{**SMALL, "from_rest": 0.03})
     one, run = found.robust, ts.simulate(found.scene_of(found.robust))
     for name in ("duty_factor", "all_feet_up", "heave_span", "slip_ratio"):
-        assert getattr(one.motion, name) == pytest.approx(run.measures[name].value, rel=1e-5)
+        assert one.motion.means[name] == pytest.approx(run.measures[name].value, rel=1e-5)
     told = found.percents
     assert found.to_dict()["front"][0]["motion"] == one.motion.to_dict() and told.own == pytest.approx(
         one.nominal[0]
@@ -244,16 +245,17 @@ def test_what_is_no_limit_is_refused(scene, given, said):
 def test_what_goes_beyond_a_limit_is_not_shown_where_anything_keeps_it(scene, monkeypatch):
     """Speed and height both grow with the duty; the fastest that keeps 50 um is at half of the range."""
 
-    def walked(self, points, grounds, measures, duration=None):
-        made = {"mean_speed": points[:, 0], "heave_span": 1e-4 * points[:, 0]}
-        return {name: made.get(name, np.zeros(len(points))) for name in {*measures, *made}}
+    def walked(self, rows, grounds, measures, duration=None):
+        cube = (rows[:, 0] - 0.1) / 0.8
+        made = {"mean_speed": cube, "heave_span": 1e-4 * cube}
+        return {name: made.get(name, np.zeros(len(rows))) for name in {*measures, *made}}
 
-    monkeypatch.setattr(Walks, "measured", walked)
+    monkeypatch.setattr(Runs, "measured", walked)
     kept = gait(scene, ["gait.duty"], "speed", limits="heave_span<50um", **{**SMALL, "from_rest": 0.021})
     assert 0.48 < kept.robust.nominal[0] <= 0.5 and kept.robust.beyond == 0.0 and kept.costs.max() < 1.0
     none = gait(scene, ["gait.duty"], "speed", limits="heave_span>1mm", **{**SMALL, "from_rest": 0.021})
     assert none.robust.beyond == 1.0 and none.robust.nominal[0] == pytest.approx(1.0, abs=0.05)
-    assert any("100 % of its walks go beyond a limit" in said for said in none.remarks)
+    assert any("100 % of its runs go beyond a limit" in said for said in none.remarks)
 
 
 def test_a_gait_that_leaves_the_range_of_its_model_says_so(scene):
@@ -286,34 +288,34 @@ def test_presets_are_objectives_with_limits(scene, monkeypatch):
     ts.design.steady(scene, FREE, "2 mm/s", candidates=64)
     ts.design.hold(scene, FREE, "3 s")
     (steady, kept), (hold, lifted) = asked
-    assert (
-        steady[2] == "sway" and limits_of(scene, kept["limits"])[0].value == 2e-3 and kept["candidates"] == 64
-    )
-    assert hold[2] == "hold,slip" and limits_of(scene, lifted["limits"]) == () and lifted["from_rest"] == 3.0
+    assert steady[2] == "least vertical_amplitude" and kept["candidates"] == 64
+    assert limits_of(scene, kept["limits"])[0].value == 2e-3
+    assert hold[2] == "most longest_hold, least foot_slip" and lifted["from_rest"] == 3.0
+    assert limits_of(scene, lifted["limits"]) == ()
 
 
 def two_gaits(monkeypatch):
     """Speeds of 2 from high starts and of 1 from low ones, half as much where friction is above 10; short walks are ten
     times as fast."""
 
-    def walked(self, points, grounds):
+    def walked(self, rows, grounds):
         speed = np.where(grounds["height"] > 0.5 * self.starts.ends["height"][1], 2.0, 1.0)
-        friction = grounds.get("ground.friction.coefficient", np.full(len(points), 5.0))
-        speed = np.where(friction > 10.0, 0.5, 1.0) * speed * (1.0 + 0.2 * points[:, 0])
+        friction = grounds.get("ground.friction.coefficient", np.full(len(rows), 5.0))
+        speed = np.where(friction > 10.0, 0.5, 1.0) * speed * (1.0 + 0.2 * rows[:, 0])
         return -(speed if self.duration == 1.0 else 10.0 * speed)[:, None]
 
-    monkeypatch.setattr(Walks, "each", walked)
-    monkeypatch.setattr("tarsus.design.gait_search.motions_of", lambda walks, points, starts: points)
+    monkeypatch.setattr(Runs, "each", walked)
+    monkeypatch.setattr("tarsus.design.search.motions_of", lambda walks, points, starts: points)
     none = ts.design.Percents("speed", "m/s", True, 1.0, 1.0, ())
-    monkeypatch.setattr("tarsus.design.gait_search.gait_percents", lambda walks, point, starts: none)
+    monkeypatch.setattr("tarsus.design.search.percents_of", lambda runs, row, starts, periodic: none)
 
 
 def test_a_settled_front_is_a_mean_over_starts_and_says_its_interval(scene, monkeypatch):
     two_gaits(monkeypatch)
     found = gait(scene, ["gait.duty"], "speed", candidates=64, starts=16, threads=1)
     best = found.optimum
-    scale = 1.0 + 0.2 * best.point[0]
-    assert scale > 1.19 and best.nominal[0] == pytest.approx(1.5 * scale, rel=0.03)  # of 96 fresh starts
+    scale = 1.0 + 0.2 * best.row[0]
+    assert scale > 1.172 and best.nominal[0] == pytest.approx(1.5 * scale, rel=0.03)  # of 96 fresh starts
     assert best.intervals[0] == pytest.approx((scale, 2.0 * scale))
     assert "settled motion, runs of 1 s from 16 starts" in str(found) and found.better is None
 
@@ -322,10 +324,10 @@ def test_the_worst_is_that_of_grounds_and_starts_together(scene, monkeypatch):
     two_gaits(monkeypatch)
     found = gait(scene, ["gait.duty"], "speed", BOX, candidates=64, starts=4, look=24, threads=1)
     one = found.robust
-    scale = 1.0 + 0.2 * one.point[0]
+    scale = 1.0 + 0.2 * one.row[0]
     assert one.worst[0] == pytest.approx(0.5 * scale) and one.intervals[0][1] == pytest.approx(2.0 * scale)
     assert one.worst_ground["ground.friction.coefficient"] > 10.0 and one.worst_ground["height"] < 2e-5
-    assert found.better is False and "no gait was found that is more robust" in found.verdict
+    assert found.better is False and "none was found that is more robust" in found.verdict
     scene_at = found.scene_of(one, worst=True)
     assert scene_at.duration == 1.0 and scene_at.initial is not None and scene_at.initial.standing is None
     words = found.to_dict()
@@ -356,7 +358,7 @@ def test_stated_speeds_are_those_of_plain_runs_twice_as_long(scene):
 def test_a_design_that_is_killed_goes_on_and_ends_the_same(scene, tmp_path, monkeypatch):
     whole = gait(scene, FREE, **SMALL)
     calls = {"left": 2}
-    walk = Walks.each
+    walk = Runs.each
 
     def dying(self, points, grounds):
         calls["left"] -= 1
@@ -364,7 +366,7 @@ def test_a_design_that_is_killed_goes_on_and_ends_the_same(scene, tmp_path, monk
             raise KeyboardInterrupt
         return walk(self, points, grounds)
 
-    monkeypatch.setattr(Walks, "each", dying)
+    monkeypatch.setattr(Runs, "each", dying)
     with pytest.raises(KeyboardInterrupt):
         gait(scene, FREE, folder=tmp_path, **SMALL)
     monkeypatch.undo()
@@ -372,7 +374,7 @@ def test_a_design_that_is_killed_goes_on_and_ends_the_same(scene, tmp_path, monk
         gait(scene, FREE, folder=tmp_path, **SMALL)
     resumed = gait(scene, FREE, folder=tmp_path, resume=True, **SMALL)
     assert resumed.reused > 0 and resumed.runs + resumed.reused == whole.runs
-    assert np.array_equal(resumed.costs, whole.costs) and np.array_equal(resumed.points, whole.points)
+    assert np.array_equal(resumed.costs, whole.costs) and np.array_equal(resumed.rows, whole.rows)
     with pytest.raises(InputError, match="holds another design"):
         gait(scene, FREE, folder=tmp_path, resume=True, **{**SMALL, "candidates": 65})
 
@@ -381,7 +383,7 @@ def test_an_ensemble_is_judged_by_its_own_members(scene):
     members = ts.design.Grounds({"ground.friction.coefficient": np.array([5.0, 9.0])})
     found = gait(scene, FREE, "speed", members, "mean", **SMALL)
     walks = walks_of(scene, objectives="speed")
-    each = walks.each(np.repeat(found.members[0].point[None], 3, axis=0), found.grounds.values)[:, 0]
+    each = walks.each(np.repeat(found.members[0].row[None], 3, axis=0), found.grounds.values)[:, 0]
     assert found.members[0].risk[0] == pytest.approx(-0.5 * (each[1] + each[2]))
     assert np.isnan(found.gap) and found.grounds.weights.tolist() == [0.0, 0.5, 0.5]
 

@@ -37,12 +37,12 @@ def test_risks_are_what_they_say():
     # the worst 30 %: all of the 5 (0.2) and a quarter of the 4 (0.1)
     assert cvar(0.7)(scores, weights)[0] == pytest.approx((0.2 * 5.0 + 0.1 * 4.0) / 0.3)
     assert cvar(0.0)(scores, weights)[0] == pytest.approx(MEAN(scores, weights)[0])
-    assert [risk_of(word).name for word in ("worst", "cvar:0.9", "mean", "nominal")] == [
-        "worst", "cvar:0.9", "mean", "nominal",
+    assert [risk_of(word).name for word in ("worst", {"cvar": 0.9}, "mean", "nominal")] == [
+        "worst", "cvar 0.9", "mean", "nominal",
     ]  # fmt: skip
     assert [risk_of(word).tail for word in ("worst", "nominal", "mean")] == [0.0, None, 1.0]
-    assert risk_of("cvar:0.9").tail == pytest.approx(0.1)
-    for word in ("cvar", "cvar:1", "cvar:x", "best"):
+    assert risk_of({"cvar": 0.9}).tail == pytest.approx(0.1)
+    for word in ("cvar", {"cvar": 1.0}, {"cvar": "x"}, "cvar:0.9", "best"):
         with pytest.raises(InputError, match="risk"):
             risk_of(word)
 

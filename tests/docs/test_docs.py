@@ -287,6 +287,11 @@ def a_gait(names: Names) -> None:
     assert friction == names["best"].worst_ground["ground.friction.coefficient"] and names["walk"].ok
 
 
+def any_design(names: Names) -> None:
+    one = names["drive"].robust
+    assert one.beyond == 0.0 and one.risk[0] > 60e-6 and one.motion.means["peak"] < 300e-6
+
+
 def identified(names: Names) -> None:
     low, high = names["found"].steps["adhesion"].interval("ground.adhesion.rate")
     assert 0.0 < low < high
@@ -522,6 +527,7 @@ CASES = [
     Case("atlas.md", a_map, slow=True),
     Case("attractors.md", gaits, slow=True),
     Case("batches.md", a_grid),
+    Case("design.md", any_design),
     Case("determined.md", ran, determined),
     Case("experiment.md", restitution, slow=True),
     Case("explore.md", turned),
@@ -648,9 +654,9 @@ def test_every_signal_on_the_file_format_page_exists(kind):
 
 
 def test_what_pages_list_is_all_that_there_is():
-    from tarsus.design.gait_request import Sense
-    from tarsus.design.gait_unknowns import Symmetry
-    from tarsus.design.walks import OBJECTIVES
+    from tarsus.design.adaptive_gait import Sense
+    from tarsus.design.free import Symmetry
+    from tarsus.design.measures import OBJECTIVES
     from tarsus.model.drive.gait import AnyGait
 
     for page in ("file-format.md", "walking.md"):

@@ -1,11 +1,13 @@
 """`tarsus design`: what a description or a signal should be, given what it should do.
 
-Each verb is one function of `tarsus.design` with its settings as a request: a TOML file in sections, single settings as
+`tarsus design FILE` is the grammar, with the words of `tarsus.design(...)` in a file. Each verb under it is a design
+with a name of its own and its settings as a request: a TOML file in sections, single settings as
 NAME=VALUE, or both, of which the words prevail. `tarsus design request VERB` prints the file with every setting.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -38,6 +40,43 @@ Limits = Annotated[
         help="a bound that every walk keeps, e.g. slip_ratio<0.2 or mean_speed>2mm/s; with commas, or repeated.",
     ),
 ]
+
+
+@design.default
+def whole(
+    file: Path,
+    /,
+    *,
+    output: Folder,
+    request: Request = None,
+    changes: Changes = UNCHANGED,
+    work: Work = HERE,
+    resume: Resume = False,
+    pages: Pages = PAGES,
+) -> int:
+    """Find what is best by the words of a file: scene, free, objective, limits, over and risk.
+
+    Parameters
+    ----------
+    file
+        a TOML file; `tarsus design request design` prints one to begin with.
+    output
+        folder for designs.json (of a walker gaits.json), front.csv, report.html, and the scene and the page of every
+        design of the front.
+    """
+    from tarsus.base.errors import InputError
+    from tarsus.design.problem import DesignSettings, problem_of
+    from tarsus.design.request import settings_of
+    from tarsus.design.verb import design as made
+
+    given = _asked(request, None)[1]
+    options = settings_of(DesignSettings, file, **given)
+    if options.scene is None:
+        raise InputError(f"{file}: scene: name a device or a scene file")
+    the_scene = changes.scene(options.scene)
+    problem_of(the_scene, options, options.risk)  # before a file is touched
+    named = {**given, "request": file}
+    return _searched(made, the_scene, named, ("design", output), work, pages, resume)
 
 
 @design.command
@@ -108,33 +147,17 @@ def gait(
         folder for gaits.json, front.csv, gait.h (the robust gait), report.html, and the scene and the page of every
         gait of the front.
     """
-    from tarsus.cli import console
-    from tarsus.design.gait_front import FRONT_FILES
-    from tarsus.design.gait_request import GaitSettings, gait_request
-    from tarsus.design.gait_search import KEPT_FILES
-    from tarsus.design.gait_search import gait as made
+    from tarsus.design.presets import GaitSettings
+    from tarsus.design.presets import gait as made
     from tarsus.design.request import settings_of
+    from tarsus.design.walker_problem import gait_problem
 
     file, given = _asked(request, over, free=_free(free), limits=limits and ",".join(limits))
     the_scene = changes.scene(scene)
-    target = pages.target(output, "design gait", (*FRONT_FILES, *KEPT_FILES), resume=resume)
     options = settings_of(GaitSettings, file, **given)
-    gait_request(the_scene, options, options.risk)  # before a file is touched
-    with (
-        console.resumable(),
-        target.writing(resume=resume) as folder,
-        console.progress_bar("gaits") as progress,
-        work.workers() as workers,
-    ):
-        found = made(
-            the_scene, request=file, folder=folder, resume=resume, progress=progress, threads=workers, **given
-        )
-        found.write(folder)
-        if pages.report:
-            from tarsus.report.gait_page import write_gait_report
-
-            write_gait_report(found, folder)
-    return _shown(found, folder, pages)
+    gait_problem(the_scene, options, options.risk)  # before a file is touched
+    named = {**given, "request": file}
+    return _searched(made, the_scene, named, ("design gait", output), work, pages, resume)
 
 
 @design.command
@@ -180,17 +203,48 @@ def adapt(
 
 @design.command
 def request(verb: str, /) -> int:
-    """Print the file of settings of landing, gait, adapt or leg: every name, its default and what it is for.
+    """Print the file of settings of a design: every name, its default and what it is for.
 
     Parameters
     ----------
     verb
-        landing, gait, adapt or leg.
+        design, landing, gait, adapt or leg.
     """
     from tarsus.design.request import settings_text
 
     print(settings_text(verb), end="")
     return 0
+
+
+def _searched(
+    made: Callable[..., Any],
+    scene: Any,
+    given: dict[str, Any],
+    named: tuple[str, Path],
+    work: Work,
+    pages: Pages,
+    resume: bool,
+) -> int:
+    """Make a design in its folder, of the name of a verb, with its pages, and show it."""
+    from tarsus.cli import console
+    from tarsus.design.front import FRONT_FILES
+    from tarsus.design.search import KEPT_FILES
+
+    verb, output = named
+    target = pages.target(output, verb, (*FRONT_FILES, *KEPT_FILES), resume=resume)
+    with (
+        console.resumable(),
+        target.writing(resume=resume) as folder,
+        console.progress_bar("designs") as progress,
+        work.workers() as workers,
+    ):
+        found = made(scene, folder=folder, resume=resume, progress=progress, threads=workers, **given)
+        found.write(folder)
+        if pages.report:
+            from tarsus.report.gait_page import write_gait_report
+
+            write_gait_report(found, folder)
+    return _shown(found, folder, pages)
 
 
 def _asked(

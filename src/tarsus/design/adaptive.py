@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from tarsus.base.errors import InputError
 from tarsus.base.progress import Progress, silent
+from tarsus.base.spec import Amount, quantity
 from tarsus.base.workers import Workers
-from tarsus.design.adaptive_gait import AdaptiveGait
+from tarsus.design.adaptive_gait import AdaptiveGait, Sense
+from tarsus.design.free import Symmetry
 from tarsus.design.gait_choice import GaitChoice, gait_choice
-from tarsus.design.gait_request import SEARCHED, AdaptSettings, GaitRequest, Sense, gait_request
 from tarsus.design.grounds import Grounds, drawn, spread, started
 from tarsus.design.judge import MEAN
-from tarsus.design.request import Given, Problems, settings_of
-from tarsus.design.walks import OBJECTIVES, WalkObjective, Walks
+from tarsus.design.measures import DesignObjective
+from tarsus.design.problem import SEARCHED, DesignProblem, SearchSettings
+from tarsus.design.problems import Problems
+from tarsus.design.request import Count, Given, setting, settings_of
+from tarsus.design.runs import Runs
+from tarsus.design.walker_problem import DEAD, TIED, gait_problem
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.fit.unknowns import even_points
 from tarsus.fit.valleys import inside, shorter_steps
@@ -45,9 +51,35 @@ ten times what makes a walk that rings forget how it began."""
 
 _SENSED = {
     Sense.NOTHING: (),
-    Sense.CHARGE: (OBJECTIVES["support"], WalkObjective("touchdowns", "impacts", True)),
-    Sense.SLIP: (OBJECTIVES["slip"], WalkObjective("stride", "stride", True)),
+    Sense.CHARGE: (
+        DesignObjective("support", "duty_factor", True),
+        DesignObjective("touchdowns", "impacts", True),
+    ),
+    Sense.SLIP: (DesignObjective("slip", "foot_slip", False), DesignObjective("stride", "stride", True)),
 }
+
+
+class AdaptSettings(SearchSettings):
+    """What an adaptive gait is designed for beside the scene, see `tarsus.design.adapt`."""
+
+    SECTIONS: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "objective": ("objective", "gaits", "hidden"),
+        "search": ("candidates", "training", "seed"),
+        "runs": ("starts", "duration", "from_rest", "periods"),
+        "sense": ("sense", "steps", "noise"),
+    }
+
+    objective: Any = setting("speed", "one of speed, transport, slip, contact, support, sway and hold")
+    symmetry: Symmetry | None = setting(None, TIED)
+    dead: tuple[str, ...] = setting((), DEAD)
+    gaits: Count = setting(10, "how many gaits at most")
+    hidden: Annotated[int, Field(ge=2)] = setting(200, "hidden grounds that the choice is judged on")
+    training: Annotated[int, Field(ge=2)] = setting(256, "grounds that the table is of")
+    sense: tuple[Sense, ...] = setting((Sense.CHARGE,), "charge, slip, both, or nothing")
+    steps: Annotated[int, Field(ge=2)] = setting(20, "walked with up to four gaits before one is chosen")
+    noise: Amount = quantity(
+        "1", "standard deviation of what is sensed, as a share of it", default=0.02, ge=0, lt=1
+    )
 
 
 def adapt(
@@ -55,7 +87,7 @@ def adapt(
     free: Mapping[str, Any] | Iterable[str] | None = None,
     over: Any = None,
     sense: str | Sequence[Sense] | None = None,
-    objective: str | WalkObjective | None = None,
+    objective: str | DesignObjective | None = None,
     *,
     request: Given = None,
     threads: Workers = None,
@@ -104,7 +136,7 @@ def adapt(
         problems.append("sense: 'nothing' stands alone")
     if not options.over:
         problems.append("over: name the grounds between which the robot cannot know, each with its range")
-    asked = problems.tried(lambda: gait_request(as_scene(scene), options, MEAN, threads))
+    asked = problems.tried(lambda: gait_problem(as_scene(scene), options, MEAN, threads))
     if asked is not None and (len(asked.objectives) != 1 or not asked.objectives[0].grounded):
         problems.append(
             "objective: a robot adapts to its ground for one objective that depends on it, such as speed"
@@ -118,13 +150,13 @@ class _Adapter:
     """The search of one request."""
 
     def __init__(
-        self, request: GaitRequest, options: AdaptSettings, sense: tuple[Sense, ...], progress: Progress
+        self, request: DesignProblem, options: AdaptSettings, sense: tuple[Sense, ...], progress: Progress
     ) -> None:
         self.request, self.options, self.sense, self.progress = request, options, sense, progress
         self.asked = 0
         self.rng = np.random.default_rng([options.seed, 41])
         self.sensed = tuple(one for sense in self.sense for one in _SENSED[sense])
-        self.quick, self.sure = request.walks(SEARCHED), request.walks()
+        self.quick, self.sure = request.runs(SEARCHED), request.runs()
 
     def design(self) -> AdaptiveGait:
         """The whole design."""
@@ -147,9 +179,10 @@ class _Adapter:
         known = self._known(library, judged, taken, hidden)
         self.progress(4, 4, "done")
         return AdaptiveGait(
-            self.request, self.sense, tuple(self.sure.changes(one) for one in library), chosen,
+            self.request, self.sense,
+            tuple(self.sure.changes(one) for one in self.request.free.values(library)), chosen,
             tuple(one.name for one in self.sensed), posterior, on_hidden, known, taken, judged.argmin(axis=1), hidden,
-            each, self.quick.runs + self.sure.runs,
+            each, self.quick.made + self.sure.made,
         )  # fmt: skip
 
     def _choice(
@@ -180,7 +213,7 @@ class _Adapter:
         moved by steps that get shorter to what is better on the mean of the grounds that it is the best for."""
         some = np.linspace(0, len(training) - 1, min(SPREAD_GROUNDS, len(training))).astype(int)
         grounds = Grounds(training.rows(some))
-        candidates, nu = self.options.candidates, len(self.request.unknowns)
+        candidates, nu = self.options.candidates, len(self.request.free)
         scan = max(candidates // (2 * len(some)), 8)
         points = even_points(nu, scan, self.rng)
         costs = self._table(points, grounds)
@@ -211,26 +244,27 @@ class _Adapter:
 
     @property
     def _circular(self) -> NDArray[np.bool_]:
-        return self.request.unknowns.numbers.circular
+        return self.request.free.circular
 
     def _moved(self, points: Floats) -> Floats:
         """Points (..., nu) as far from these as repeated walks differ."""
         return inside(points + JITTER * self.rng.standard_normal(points.shape), self._circular)
 
-    def _judged(self, points: Floats, grounds: Mapping[str, Floats], walks: Walks | None = None) -> Floats:
+    def _judged(self, points: Floats, grounds: Mapping[str, Floats], walks: Runs | None = None) -> Floats:
         """Costs (nr,) of gaits at points (nr, nu), each on its own ground: of an episode, or the mean of the motions
         that several starts lead to, other ones each time; by short walks unless others are given."""
         walks, starts, count = walks or self.quick, self.request.starts, self.request.motion.starts
         if starts is None:
-            return walks.each(points, grounds)[:, 0]
+            return walks.each(self.request.free.values(points), grounds)[:, 0]
         self.asked += 1
         put = started(Grounds({}), starts, count, self.options.seed + self.asked)
         rows, own = put.crossed(np.column_stack([points, *grounds.values()]))
         nu = points.shape[1]
         own |= {path: np.ascontiguousarray(rows[:, nu + i]) for i, path in enumerate(grounds)}
-        return walks.each(rows[:, :nu], own)[:, 0].reshape(len(points), count).mean(axis=1)
+        found = walks.each(self.request.free.values(rows[:, :nu]), own)[:, 0]
+        return found.reshape(len(points), count).mean(axis=1)
 
-    def _table(self, points: Floats, grounds: Grounds, walks: Walks | None = None) -> Floats:
+    def _table(self, points: Floats, grounds: Grounds, walks: Runs | None = None) -> Floats:
         """Costs (ng, n) of gaits on grounds; of a walk that did not reach its end those of standing still."""
         n, ng = len(points), len(grounds)
         given = grounds.rows(np.repeat(np.arange(ng), n))
@@ -241,14 +275,15 @@ class _Adapter:
     def _sensed(self, point: Floats, grounds: Grounds, steps: int) -> Floats:
         """What is sensed (ng, ns) in the first steps of a gait at a point (nu,), from a stand, without noise; where
         gaits are judged by settled motions, two probes of one gait are not quite alike."""
-        scene = self.quick.scene_of(point)
+        values = self.request.free.values
+        scene = self.quick.scene_of(values(point[None])[0])
         period = max((wave.period or 0.0 for wave in scene.waves.values()), default=0.0)
         points = np.repeat(point[None], len(grounds), axis=0)
         points = points if self.request.starts is None else self._moved(points)
         names = tuple(one.measure for one in self.sensed)
-        seen = self.quick.measured(points, grounds.values, names, steps * period)
-        values = np.stack([seen[name] for name in names], axis=1)
-        return np.where(np.isfinite(values), values, 0.0)
+        seen = self.quick.measured(values(points), grounds.values, names, steps * period)
+        told = np.stack([seen[name] for name in names], axis=1)
+        return np.where(np.isfinite(told), told, 0.0)
 
     def _noisy(self, senses: Floats) -> Floats:
         return senses * (1.0 + self.options.noise * self.rng.standard_normal(senses.shape))

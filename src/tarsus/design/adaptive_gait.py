@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from enum import Enum
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.design.gait_choice import GaitChoice
-from tarsus.design.gait_request import GaitRequest, Sense
 from tarsus.design.grounds import Grounds
+from tarsus.design.problem import DesignProblem
 from tarsus.design.results import DesignResult, csv_text, units_of
 from tarsus.files.jsontext import json_text
 from tarsus.files.version import package_version
@@ -26,6 +27,18 @@ DRAWS = 2000
 """Resamplings of the hidden grounds for the interval of the regret (Efron's bootstrap)."""
 
 
+class Sense(Enum):
+    """What a robot can sense of its own walk."""
+
+    NOTHING = "nothing"
+    """Nothing: one gait for all grounds."""
+    CHARGE = "charge"
+    """The charge of its actuators, which tells when a foot meets and leaves the ground: the share of the time on
+    the ground, and touchdowns a step."""
+    SLIP = "slip"
+    """Its way over the ground: path that the feet slide, and stride."""
+
+
 @dataclass(frozen=True, repr=False)
 class AdaptiveGait(DesignResult):
     """A few gaits, a table by which one of them is chosen, and what that loses.
@@ -38,7 +51,7 @@ class AdaptiveGait(DesignResult):
     other starts than those that it was found by, so that chance is nobody's merit, and losses may be below 0.
     """
 
-    request: GaitRequest
+    request: DesignProblem
     sense: tuple[Sense, ...]
     gaits: tuple[Mapping[str, float], ...]
     probes: tuple[int, ...]

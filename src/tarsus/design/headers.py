@@ -70,7 +70,7 @@ def gait_header_text(scene: Scene, *, tick: float = 1e-6) -> str:
     Parameters
     ----------
     scene
-        Of a walker with a gait, such as `tarsus.design.GaitFront.scene_of` gives.
+        Of a walker with a gait, such as `tarsus.design.Design.scene_of` gives.
     tick
         Of the timer [s]; edges are rounded to whole ones.
 

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.units import parse_quantity
 from tarsus.design.grounds import Grounds, Over, corners, drawn, spread
 from tarsus.fit.unknowns import Unknowns
 from tarsus.fit.valleys import apart, shorter_steps
@@ -43,7 +43,7 @@ YOUNG = 6
 class Risk:
     """The mean of the worst share ``tail`` of all grounds (conditional value at risk).
 
-    name: as typed; tail: 1 is the mean of all grounds, 0 the worst ground alone, however unlikely, and None the nominal
+    name: in words; tail: 1 is the mean of all grounds, 0 the worst ground alone, however unlikely, and None the nominal
     ground alone.
     """
 
@@ -72,26 +72,27 @@ NOMINAL, WORST, MEAN = Risk("nominal", None), Risk("worst", 0.0), Risk("mean", 1
 
 
 def cvar(level: float) -> Risk:
-    """The mean of the worst share 1 - level of all grounds, 0 <= level < 1."""
-    return Risk(f"cvar:{level:g}", 1.0 - level)
+    """The mean of the worst share 1 - level of all grounds, 0 <= level < 1. Raises InputError for another level."""
+    if not 0.0 <= level < 1.0:
+        raise InputError(f"risk: cvar expected 0 <= q < 1, got {level:g}")
+    return Risk(f"cvar {level:g}", 1.0 - level)
 
 
-def risk_of(word: str | Risk) -> Risk:
-    """The risk of a word: worst, mean, nominal, or cvar:q with 0 <= q < 1. Raises InputError for any other."""
-    if isinstance(word, Risk):
-        return word
+def risk_of(given: Any) -> Risk:
+    """A `Risk`, or that of a word: worst, mean or nominal; or of ``{"cvar": q}``, as a file has it. Raises InputError
+    for any other."""
+    if isinstance(given, Risk):
+        return given
     for one in (NOMINAL, WORST, MEAN):
-        if word == one.name:
+        if given == one.name:
             return one
-    head, colon, tail = word.partition(":")
-    if head == "cvar" and colon:
-        try:
-            level = parse_quantity(tail, "1")
-        except InputError as error:
-            raise InputError([f"risk: {one}" for one in error.problems]) from None
-        if 0.0 <= level < 1.0:
-            return cvar(level)
-    raise InputError(f"risk: expected worst, cvar:q with 0 <= q < 1, mean or nominal, got '{word}'")
+    if isinstance(given, Mapping) and list(given) == ["cvar"] and isinstance(given["cvar"], (int, float)):
+        return cvar(float(given["cvar"]))
+    if isinstance(given, str) and given.startswith("cvar:"):
+        raise InputError(
+            f"risk: '{given}' is {{cvar = {given.removeprefix('cvar:')}}}, in Python `tarsus.design.cvar`"
+        )
+    raise InputError(f"risk: expected worst, mean, nominal, or {{cvar = q}} with 0 <= q < 1, got '{given}'")
 
 
 @dataclass(frozen=True)

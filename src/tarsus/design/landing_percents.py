@@ -8,7 +8,7 @@ import numpy as np
 
 from tarsus.base.arrays import Floats
 from tarsus.design.grounds import Grounds
-from tarsus.design.percents import PERCENT, Ground, Percent, Percents, all_at_once, felt, numbers_of, varied
+from tarsus.design.percents import PERCENT, Ground, Percent, Percents, all_at_once, costly, numbers_of, varied
 from tarsus.solve import Run, simulate
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def landing_percents(trials: Trials, row: Floats, scene: Scene) -> Percents:
 
     own = float(trials.on(row[None], Grounds({})).speed[0, 0])
     worst = {name: float(found.max()) for name, found in varied(numbers, speeds, STEPS).items()}
-    names = felt(worst, own, most=False)
+    names = costly(worst, own, most=False)
     slopes = simulate(
         scene, trials.periods * trials.period,
         gradients={name: {path: PERCENT * value for path, value in numbers[name].items()} for name in names},

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,12 +19,24 @@ from tarsus.model.scene import Scene
 from tarsus.tables.numbers import amount
 from tarsus.tables.table import Column, Table
 
+if TYPE_CHECKING:
+    from tarsus.design.grounds import Grounds
+    from tarsus.design.runs import Runs
+
 PERCENT = 0.01
 """How far numbers are varied: to about that a laboratory knows a length or a frequency that it has measured."""
 NAMED = 3
 """Numbers that a console names: those that cost most."""
 SAME = 1e-3
 """Share of a design's own value below which a percent of a number costs nothing that anybody would see."""
+COARSE = PERCENT * np.array([-1.0, 1.0])
+"""Where a number of motions from several starts is varied: these scatter by more than what lies between."""
+FINE = PERCENT * np.array([-0.01, 0.01, -1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0])
+"""Where it is varied of a periodic motion: a hundredth of a percent for the slope, and quarters, for a speed that is
+the root of an energy has its kink within the percent."""
+BOX = {True: 512, False: 32}
+"""Places where all numbers are off at once, of a periodic motion and of others: what none of so many is, is less than
+0.6 % and 9 % of the box (95 %)."""
 _ONE_OF_MANY = re.compile(
     r"^(robot\.structure\.legs|robot\.drives|robot\.feet|signals)\.[^.]+|(?<=\.load\.weights)\.[^.]+"
 )
@@ -90,6 +102,53 @@ class Percents:
         }  # fmt: skip
 
 
+def percents_of(runs: Runs, row: Floats, starts: Grounds, *, periodic: bool) -> Percents:
+    """Of a candidate (np,), in its first objective, the mean of runs from starts on the scene's own ground; with exact
+    slopes where the motion is ``periodic``."""
+    one, count = runs.objectives[0], len(starts)
+    train, known = runs.free.pulses, float_paths(runs.scene)
+    chosen = () if train is None else (f"signals.{train.drive}.",)
+    numbers = numbers_of(
+        runs.scene_of(row), lambda path: path.startswith(("initial.", *chosen)) or path not in known
+    )
+
+    def each(ground: Ground) -> Floats:
+        """Measures (n, starts), by which means are taken."""
+        size = len(next(iter(ground.values()), [0]))
+        own = {path: np.repeat(value, count) for path, value in ground.items()}
+        own |= starts.rows(np.tile(np.arange(count), size))
+        rows = np.tile(row, (size * count, 1))
+        return runs.measured(rows, own, [one.measure])[one.measure].reshape(size, count)
+
+    def bad(values: Floats) -> float:
+        """The worst of means (n,); what has no value is none."""
+        return float(values.min() if one.most else values.max())
+
+    steps = FINE if periodic else COARSE
+    middle = each({})[0]
+    seen = varied(numbers, each, steps)
+    own = float(middle.mean())
+    worst = {name: bad(np.append(values.mean(axis=1), own)) for name, values in seen.items()}
+    names = costly(worst, own, one.most)
+    box = own
+    if names:
+        box = bad(all_at_once(numbers, names, lambda ground: each(ground).mean(axis=1), BOX[periodic]))
+    far = PERCENT / float(steps[1])
+    made = tuple(Percent(name, *_slope(seen[name][:2], middle, far), worst[name]) for name in names)
+    return Percents(one.name, one.unit, one.most, own, box, made)
+
+
+def _slope(values: Floats, middle: Floats, far: float) -> tuple[float, float]:
+    """Mean over starts of the slope by a percent, of measures (2, ns) to both sides, a percent over ``far`` away, and
+    (ns,) between; and what it may be off by: the standard error over starts, and half of what the slopes to both sides
+    differ by."""
+    below, above = values
+    slopes = 0.5 * far * (above - below)
+    bend = 0.5 * far * abs(float((above + below - 2.0 * middle).mean()))
+    scatter = float(slopes.std(ddof=1)) / np.sqrt(len(slopes)) if len(slopes) > 1 else 0.0
+    return float(slopes.mean()), float(np.hypot(scatter, bend))
+
+
 def numbers_of(scene: Scene, designed: Callable[[str], bool]) -> dict[str, dict[str, float]]:
     """Numbers of a scene that are not zero and that the design does not choose, by path; those that parts share under
     one name."""
@@ -129,7 +188,7 @@ def all_at_once(
     )
 
 
-def felt(worst: Mapping[str, float], own: float, most: bool) -> list[str]:
+def costly(worst: Mapping[str, float], own: float, most: bool) -> list[str]:
     """Names of the numbers that cost anything, those that cost most first."""
     lost = {name: (own - one if most else one - own) for name, one in worst.items()}
     kept = [name for name, one in lost.items() if not one <= SAME * abs(own)]

@@ -33,6 +33,7 @@ from tarsus.base.spec import Description, quantity_units, validate
 from tarsus.base.units import format_quantity
 from tarsus.design.grounds import Over, over_of
 from tarsus.design.judge import NOMINAL, WORST, Risk, risk_of
+from tarsus.design.problems import Problems
 from tarsus.files.tables import read_table
 from tarsus.model.scene import Scene
 
@@ -45,12 +46,18 @@ Seed = Annotated[int, Field(ge=0)]
 
 
 OVER = "numbers that are not known by path, each from its least to its most; or a file of draws"
-RISK = "worst, cvar:q, mean or nominal; worst with grounds, else nominal"
+RISK = "worst, mean, nominal, or {cvar = q}; worst with grounds, else nominal"
 SEED = "of everything that is drawn at random"
 _KINDS = {
-    "landing": ("landing_request", "LandingSettings"), "gait": ("gait_request", "GaitSettings"),
-    "adapt": ("gait_request", "AdaptSettings"), "leg": ("legs", "LegSettings"),
+    "design": ("problem", "DesignSettings"), "landing": ("landing_request", "LandingSettings"),
+    "gait": ("presets", "GaitSettings"), "adapt": ("adaptive", "AdaptSettings"), "leg": ("legs", "LegSettings"),
 }  # fmt: skip
+
+
+BY_PATH = {"free": '"PATH" = [low, high]', "limits": 'MEASURE = "< value"', "over": '"PATH" = [low, high]'}
+"""Settings that are tables of a file, and what a line of them is."""
+FORMER = {"walks": "runs"}
+"""Sections of earlier files."""
 
 
 def setting(default: Any, doc: str) -> Any:
@@ -81,6 +88,8 @@ def settings_of(kind: type[S], request: Given = None, **given: Any) -> S:
         folder, request = Path(request).parent, read_table(request)
     found: dict[str, Any] = {}
     for name, value in (request or {}).items():
+        if name in FORMER:
+            raise InputError(f"[{name}]: the section is [{FORMER[name]}]")
         if name in kind.SECTIONS and isinstance(value, Mapping):
             found |= {name if key == "of" else key: one for key, one in value.items()}
         else:
@@ -89,6 +98,8 @@ def settings_of(kind: type[S], request: Given = None, **given: Any) -> S:
             )
     if folder is not None and isinstance(found.get("over"), str):
         found["over"] = folder / found["over"]  # a file of draws lies beside the request
+    if folder is not None and isinstance(found.get("scene"), str) and (folder / found["scene"]).is_file():
+        found["scene"] = str(folder / found["scene"])
     found |= {name: value for name, value in given.items() if value is not None}
     for name, field in kind.model_fields.items():
         if isinstance(found.get(name), str) and get_origin(field.annotation) is tuple:
@@ -97,9 +108,10 @@ def settings_of(kind: type[S], request: Given = None, **given: Any) -> S:
 
 
 def _paths(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Values by path, whether written as one quoted key or as nested tables; "usual" is no range."""
+    """Values by path, whether written as one quoted key or as nested tables; "usual" is no range, and a table that
+    names a foot is of pulses."""
     for key, value in table.items():
-        if isinstance(value, Mapping):
+        if isinstance(value, Mapping) and "foot" not in value:
             yield from _paths(value, f"{prefix}{key}.")
         else:
             yield f"{prefix}{key}", None if value == "usual" else value
@@ -126,12 +138,12 @@ def settings_text(design: str) -> str:
         return f"{word} = {_toml(default)}{said}"
 
     sectioned = {name for names in kind.SECTIONS.values() for name in names}
-    alone = [name for name in kind.model_fields if name not in sectioned and name != "over"]
-    lines = [line("", name) for name in alone]
-    if "over" in kind.model_fields:
-        lines += ["", "[over]", f"# {kind.model_fields['over'].description}", '# "PATH" = [low, high]']
+    lines = [line("", name) for name in kind.model_fields if name not in sectioned and name not in BY_PATH]
+    for name, example in BY_PATH.items():
+        if name in kind.model_fields and get_origin(kind.model_fields[name].annotation) is not tuple:
+            lines += ["", f"[{name}]", f"# {kind.model_fields[name].description}", f"# {example}"]
     for section, names in kind.SECTIONS.items():
-        lines += ["", f"[{section}]", *(line(section, name) for name in names)]
+        lines += ["", f"[{section}]", *(line(section, name) for name in names if name not in BY_PATH)]
     return "\n".join(lines) + "\n"
 
 
@@ -142,30 +154,22 @@ def _toml(value: Any) -> str:
     return f'"{value}"' if isinstance(value, str) else str(value)
 
 
-class Problems(list[str]):
-    """What is wrong with a request, collected, so that all of it is said at once."""
+def bearing(
+    problems: Problems, scene: Scene, given: Any, risk: Any, designed: Callable[[str], bool]
+) -> tuple[Over | None, Risk]:
+    """Grounds and risk of a request, with what is wrong with them among its problems.
 
-    def tried(self, made: Callable[[], T]) -> T | None:
-        """What is made, or None where that raises `InputError`, whose sentences join."""
-        try:
-            return made()
-        except InputError as error:
-            self += [one for one in error.problems if one not in self]
-            return None
-
-    def bearing(
-        self, scene: Scene, given: Any, risk: str | Risk | None, designed: Callable[[str], bool]
-    ) -> tuple[Over | None, Risk]:
-        """Grounds and risk of a request; ``designed`` says which paths the design itself chooses."""
-        over = self.tried(lambda: over_of(scene, given))
-        self += [
-            f"{path}: is designed, so it cannot be part of the ground"
-            for path in (over.names if over is not None else ())
-            if designed(path)
-        ]
-        if risk is None:
-            return over, NOMINAL if over is None else WORST
-        found = self.tried(lambda: risk_of(risk)) or NOMINAL
-        if not given and found is not NOMINAL:
-            self.append(f"risk: '{found.name}' needs grounds to be judged on: name them under over")
-        return over, found
+    ``designed`` says which paths the design itself chooses.
+    """
+    over = problems.tried(lambda: over_of(scene, given))
+    problems += [
+        f"{path}: is designed, so it cannot be part of the ground"
+        for path in (over.names if over is not None else ())
+        if designed(path)
+    ]
+    if risk is None:
+        return over, NOMINAL if over is None else WORST
+    found = problems.tried(lambda: risk_of(risk)) or NOMINAL
+    if not given and found is not NOMINAL:
+        problems.append(f"risk: '{found.name}' needs grounds to be judged on: name them under over")
+    return over, found

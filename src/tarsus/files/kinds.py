@@ -24,6 +24,7 @@ MARKS = {
     "track.json": FileKind.TRACKING,
     "landing.json": FileKind.LANDING,
     "gaits.json": FileKind.GAITS,
+    "designs.json": FileKind.DESIGN,
     "adapt.json": FileKind.ADAPTIVE,
     "reproduction.json": FileKind.REPRODUCTION,
     "validation.json": FileKind.VALIDATION,

@@ -51,6 +51,7 @@ class FileKind(Enum):
         "`tarsus identify --track` wrote it",
     )
     LANDING = ("landing design", "a soft landing", "`tarsus design landing` wrote it")
+    DESIGN = ("design", "a front of designs", "`tarsus design` wrote it")
     GAITS = ("gait design", "a front of gaits", "`tarsus design gait` wrote it")
     ADAPTIVE = ("adaptive gait", "an adaptive gait", "`tarsus design adapt` wrote it")
     REPRODUCTION = ("reproduction", "a reproduction", "`tarsus reproduce` wrote it")

@@ -32,6 +32,7 @@ KEYS = {
         "scene", "foot", "drive", "risk", "objective", "speed", "touchdowns", "worst", "pairs", "period", "energy",
         "energy_recovered", "regime", "plain", "nominal", "front",
     ),
+    FileKind.DESIGN: ("scene", "risk", "free", "objectives", "candidates", "duration", "front"),
     FileKind.GAITS: ("scene", "risk", "free", "objectives", "candidates", "duration", "front"),
 }  # fmt: skip
 """What of a result is shown, by its kind, in this order; of others everything that is no long list."""

@@ -22,7 +22,7 @@ from tarsus.solve import Run
 from tarsus.tables.numbers import spaced
 
 if TYPE_CHECKING:
-    from tarsus.design import GaitFront, LandingDesign
+    from tarsus.design import Design, LandingDesign
     from tarsus.orbits import Branches, Orbit
     from tarsus.solve import Batch, Run
 
@@ -144,7 +144,7 @@ def landing(design: LandingDesign, *, axes: Axes | None = None) -> Axes:
     return axes
 
 
-def front(design: GaitFront, *, axes: Axes | None = None) -> Axes:
+def front(design: Design, *, axes: Axes | None = None) -> Axes:
     """First objective of a front of gaits over the second one; all candidates behind it.
 
     Raises InputError for a front of one objective.

@@ -8,10 +8,14 @@ import pytest
 import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
-from tarsus.design.gait_unknowns import Symmetry, designed, gait_unknowns, significant
+from tarsus.design.free import Symmetry, designed, free_of, significant
 from tarsus.files.toml import parse_scene, scene_text
 from tarsus.model.scene import Source
 from tarsus_reproduce.walkers import hexapod_walker
+
+
+def changes(free, cube):
+    return dict(zip(free.paths, free.values(cube).T, strict=True))
 
 
 @pytest.fixture(scope="module")
@@ -20,7 +24,7 @@ def hexapod() -> ts.Scene:
 
 
 def test_numbers_of_a_gait_range_as_usual_or_as_said(hexapod):
-    _, free = gait_unknowns(hexapod, {"gait.duty": None, "gait.frequency": None, "gait.high": ("7 V", 12.0)})
+    free = free_of(hexapod, {"gait.duty": None, "gait.frequency": None, "gait.high": ("7 V", 12.0)})
     own = hexapod.gait
     assert (
         own is not None
@@ -29,17 +33,17 @@ def test_numbers_of_a_gait_range_as_usual_or_as_said(hexapod):
     )
     assert free.numbers.low.tolist() == [0.1, 0.5 * own.frequency, 7.0]
     assert free.numbers.high.tolist() == [0.9, 2.0 * own.frequency, 12.0]
-    values = free.changes(np.array([[0.0, 0.5, 1.0]]))
+    values = changes(free, np.array([[0.0, 0.5, 1.0]]))
     assert values["gait.duty"][0] == pytest.approx(0.1) and values["gait.high"][0] == pytest.approx(12.0)
 
 
 def test_free_phases_write_the_gait_out_leg_by_leg_without_changing_it(hexapod):
-    scene, free = gait_unknowns(hexapod, ["gait.phases"])
+    free = free_of(hexapod, ["gait.phases"])
     layout = hexapod.robot.layout()
-    assert scene.gait is not None and hexapod.gait is not None and layout is not None
-    assert scene.gait.waveforms(layout) == hexapod.gait.waveforms(layout)
-    assert len(free) == 5 and free.numbers.circular.all()  # the first leg is at 0
-    (first,) = {path for path in free.paths if not free.share[free.paths.index(path)].any()}
+    assert free.scene.gait is not None and hexapod.gait is not None and layout is not None
+    assert free.scene.gait.waveforms(layout) == hexapod.gait.waveforms(layout)
+    assert len(free) == 5 and free.circular.all()  # the first leg is at 0
+    (first,) = {path for path in free.paths if not free.share[free.tied.index(path)].any()}
     assert first == "gait.phases.L1"
 
 
@@ -53,22 +57,24 @@ def test_free_phases_write_the_gait_out_leg_by_leg_without_changing_it(hexapod):
     ],
 )
 def test_symmetry_ties_phases(hexapod, symmetry, point, phases):
-    scene, free = gait_unknowns(hexapod, ["gait.phases"], symmetry)
-    found = free.changes(np.array([point]))
+    free = free_of(hexapod, ["gait.phases"], symmetry)
+    found = changes(free, np.array([point]))
     assert {path.rpartition(".")[2]: float(own[0]) for path, own in found.items()} == pytest.approx(phases)
-    ts.with_values(scene, {path: float(own[0]) for path, own in found.items()})  # a gait that the robot takes
+    ts.with_values(
+        free.scene, {path: float(own[0]) for path, own in found.items()}
+    )  # a gait that the robot takes
 
 
 def test_all_that_is_wrong_is_said_at_once(hexapod):
     wrong = {
-        "gait.dutty": None, "robot.drives.L1.law.gain": (0.0, 1.0), "gait.duty": (0.6, 0.4), "gait.low": None,
+        "gait.dutty": None, "initial.displacement.0": (0.0, 1.0), "gait.duty": (0.6, 0.4), "gait.low": None,
         "gait.frequency": ("1 m", "2 m"), "gait.high": ("1 V", "2 V"),
     }  # fmt: skip
     with pytest.raises(InputError) as told:
-        gait_unknowns(hexapod, wrong, Symmetry.WAVE)
+        free_of(hexapod, wrong, Symmetry.WAVE)
     said = " | ".join(told.value.problems)
-    assert "gait.dutty: is not a number of a gait or a signal" in said and "did you mean 'gait.duty'" in said
-    assert "robot.drives.L1.law.gain: is not a number of a gait" in said
+    assert "gait.dutty: the scene has no such number" in said and "did you mean 'gait.duty'" in said
+    assert "initial.displacement.0: " in said
     assert "gait.duty: expected low below high" in said and "gait.low: has no usual range; give one" in said
     assert "gait.frequency: expected a frequency (Hz), got '1 m'" in said
     assert "symmetry: 'wave' ties phases, so gait.phases has to be free" in said
@@ -77,24 +83,24 @@ def test_all_that_is_wrong_is_said_at_once(hexapod):
 
 def test_the_lower_voltage_stays_below_the_upper_one(hexapod):
     with pytest.raises(InputError, match=r"gait.low: reaches 9 V, above the least upper voltage 8 V"):
-        gait_unknowns(hexapod, {"gait.low": ("0 V", "9 V"), "gait.high": ("8 V", "14 V")})
+        free_of(hexapod, {"gait.low": ("0 V", "9 V"), "gait.high": ("8 V", "14 V")})
 
 
 def test_a_leg_free_twice_is_told(hexapod):
     with pytest.raises(InputError, match=r"gait.phases.L2: is free twice"):
-        gait_unknowns(hexapod, ["gait.phases", "gait.phases.L2"])
+        free_of(hexapod, ["gait.phases", "gait.phases.L2"])
 
 
 def test_designed_numbers_have_six_digits_and_say_who_set_them(hexapod):
-    scene, unknowns = gait_unknowns(hexapod, ["gait.frequency", "gait.duty", "gait.phases"])
-    values = unknowns.changes(np.random.default_rng(1).random((50, len(unknowns))))
+    free = free_of(hexapod, ["gait.frequency", "gait.duty", "gait.phases"])
+    values = changes(free, np.random.default_rng(1).random((50, len(free))))
     assert (
         max(len(repr(float(one)).strip("0.").replace(".", "")) for own in values.values() for one in own) <= 6
     )
     first = {path: float(own[0]) for path, own in values.items()}
-    found = designed(with_values(scene, first), unknowns.paths)
-    assert {found.origin(path).source for path in unknowns.paths} == {Source.DESIGNED}
-    assert "tarsus design gait" in found.origin("gait.frequency").note
+    found = designed(with_values(free.scene, first), free.paths)
+    assert {found.origin(path).source for path in free.paths} == {Source.DESIGNED}
+    assert "`tarsus design`" in found.origin("gait.frequency").note
     assert found.origin("gait.high").source is not Source.DESIGNED  # the search did not set it
     assert parse_scene(scene_text(found)).origin("gait.duty").source is Source.DESIGNED
 

@@ -1,4 +1,4 @@
-"""A front of gaits: what was found, as a table, as data, and as files."""
+"""What a design found: candidates that no other beats, as a table, as data, and as files."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.design.gait_motion import MOTION_HEAD, UNSEEN, GaitMotion
-from tarsus.design.gait_unknowns import designed
+from tarsus.design.free import designed
 from tarsus.design.grounds import Grounds
 from tarsus.design.headers import gait_header_text
 from tarsus.design.judge import CLOSED, Certificate, Round
+from tarsus.design.motion import UNSEEN, DesignMotion
 from tarsus.design.percents import Percents
 from tarsus.design.results import DesignResult, csv_text, units_of
 from tarsus.files.jsontext import json_text
@@ -26,13 +26,16 @@ from tarsus.tables.numbers import percent
 from tarsus.tables.table import Column, Table
 
 if TYPE_CHECKING:
-    from tarsus.design.gait_request import GaitRequest
-    from tarsus.design.walks import WalkObjective
+    from tarsus.design.measures import DesignObjective
+    from tarsus.design.problem import DesignProblem
 
 Floats = NDArray[np.float64]
 
-FRONT_FILES = ("gaits.json", "front.csv", "gait.h", "report.html", "gaits/*.toml", "gaits/*.html")
-"""Names of everything that `tarsus design gait` writes at its end."""
+FRONT_FILES = (
+    "front.csv", "gait.h", "report.html",
+    *(f"{noun}{end}" for noun in ("gaits", "designs") for end in (".json", "/*.toml", "/*.html")),
+)  # fmt: skip
+"""Names of everything that a design writes at its end."""
 TICK, TICKS = 1e-6, 1000
 """Tick of the timer of `gait.h` [s], and the least number of them in a period: shorter ones where the gait is fast."""
 SHOWN = 4
@@ -40,21 +43,21 @@ SHOWN = 4
 
 
 @dataclass(frozen=True)
-class GaitPoint:
-    """A gait on a front.
+class Candidate:
+    """A candidate on a front: a gait, a signal.
 
-    point (nu,): in the unit cube; values: by path of the scene [SI]; nominal, risk, worst: its objectives, in their
+    row (np,): its values [SI]; values: by path of the scene; nominal, risk, worst: its objectives, in their
     units and order, on the scene's own ground, under the risk, and the worst that was found (NaN without grounds) on
     grounds that are the same for all: those that candidates were judged on, and those that an attack found worst for
     any of them; worst_ground: values by path of the ground where the first objective that depends on the ground is
     worst; energy [J]: plain, a drive period, and recovered: with charge recovery (NaN where nothing of the front needs
-    energy); intervals: between which 95 % of what the gait does lies with 95 % confidence, by objective: over grounds
+    energy); intervals: between which 95 % of what it does lies with 95 % confidence, by objective: over grounds
     and starts drawn by chance, over starts without grounds (NaN where fewer than 93 were tried); beyond: share of its
-    walks that do not keep the limits; motion: what it is on the scene's own ground. nominal is the mean of starts that
-    the gait was not searched by; from rest, of the one start.
+    runs that do not keep the limits; motion: what it is on the scene's own ground. nominal is the mean of starts that
+    it was not searched by; from rest, of the one start.
     """
 
-    point: Floats
+    row: Floats
     values: Mapping[str, float]
     nominal: tuple[float, ...]
     risk: tuple[float, ...]
@@ -64,29 +67,29 @@ class GaitPoint:
     recovered: float
     intervals: tuple[tuple[float, float], ...]
     beyond: float
-    motion: GaitMotion = UNSEEN
+    motion: DesignMotion = UNSEEN
 
 
 @dataclass(frozen=True, repr=False)
-class GaitFront(DesignResult):
-    """Gaits that no other beats, and why to believe it.
+class Design(DesignResult):
+    """Candidates that no other beats, and why to believe it.
 
-    members: one list, all judged alike, of which none beats another under the risk; optimum: of the gaits that were
-    judged with them the best on the scene's own ground in the first objective. grounds: that candidates were judged on;
-    rounds of cutting planes; gap: share by which the last attack found any gait that was attacked worse than on those
-    grounds, NaN without a box. points, costs: every candidate (n, nu) and its costs (n, no) under the risk, the least
-    the best; runs: made; reused: read from an earlier call. certificate: of all gaits that were attacked, of that one
+    members: one list, all judged alike, of which none beats another under the risk; optimum: of the candidates
+    that were judged with them the best on the scene's own ground in the first objective. grounds: that candidates were
+    judged on; rounds of cutting planes; gap: share by which the last attack found any that was attacked worse than on
+    those grounds, NaN without a box. rows, costs: every candidate (n, np) and its costs (n, no) under the risk, the
+    least the best; runs: made; reused: read from an earlier call. certificate: of all that were attacked, of that one
     which has most grounds worse than its worst known before; None without a box. percents: what one percent of each
-    number costs the robust gait.
+    number costs the robust one.
     """
 
-    request: GaitRequest
-    members: tuple[GaitPoint, ...]
-    optimum: GaitPoint
+    request: DesignProblem
+    members: tuple[Candidate, ...]
+    optimum: Candidate
     grounds: Grounds
     rounds: tuple[Round, ...]
     gap: float
-    points: Floats
+    rows: Floats
     costs: Floats
     candidates: int
     runs: int
@@ -95,12 +98,12 @@ class GaitFront(DesignResult):
     percents: Percents
 
     @property
-    def objectives(self) -> tuple[WalkObjective, ...]:
+    def objectives(self) -> tuple[DesignObjective, ...]:
         """What the front is of."""
         return self.request.objectives
 
     @property
-    def robust(self) -> GaitPoint:
+    def robust(self) -> Candidate:
         """The best of the front under the risk in the first objective."""
         return self.members[0]
 
@@ -116,11 +119,11 @@ class GaitFront(DesignResult):
         )
         return hypervolume(self.front, given)
 
-    def scene_of(self, point: GaitPoint, *, worst: bool = False) -> Scene:
-        """The scene with a gait, on the scene's own ground or on the gait's worst one; its numbers are marked as
+    def scene_of(self, point: Candidate, *, worst: bool = False) -> Scene:
+        """The scene with a candidate, on the scene's own ground or on its worst one; its numbers are marked as
         designed."""
-        found = self.request.walks().scene_of(point.point, point.worst_ground if worst else None)
-        return designed(found, self.request.unknowns.paths)
+        found = self.request.runs().scene_of(point.row, point.worst_ground if worst else None)
+        return designed(found, self.request.free.paths)
 
     @property
     def gain(self) -> float:
@@ -134,7 +137,7 @@ class GaitFront(DesignResult):
     @property
     def spread_of(self) -> str:
         """What intervals are over, in words."""
-        return "95 % of walks lie in the intervals, over starts" + (
+        return "95 % of runs lie in the intervals, over starts" + (
             "" if self.request.over is None else " and grounds drawn by chance"
         )
 
@@ -155,21 +158,21 @@ class GaitFront(DesignResult):
         """The comparison of the robust gait with the nominal optimum, in words; nothing without a box."""
         if self.better is None:
             return ""
-        said = f"worst {self.objectives[0].name}, robust gait over nominal optimum: {self.gain:.3g}"
-        return (
-            said if self.better else f"{said}: no gait was found that is more robust than the nominal optimum"
-        )
+        said = f"worst {self.objectives[0].name}, robust over nominal optimum: {self.gain:.3g}"
+        return said if self.better else f"{said}: none was found that is more robust than the nominal optimum"
 
     @property
-    def named(self) -> list[tuple[str, GaitPoint]]:
-        """Gaits that get files of their own, with the files' names without ending."""
-        members = [(f"gait-{number:02d}", point) for number, point in enumerate(self.members, start=1)]
+    def named(self) -> list[tuple[str, Candidate]]:
+        """Candidates that get files of their own, with the files' names without ending."""
+        members = [
+            (f"{self.request.noun}-{number:02d}", point) for number, point in enumerate(self.members, start=1)
+        ]
         return [*members, ("robust", self.robust), ("optimum", self.optimum)]
 
     @property
-    def once(self) -> list[tuple[list[str], GaitPoint]]:
-        """Gaits with all of their names: the robust one is one of the front, and the optimum as often as not."""
-        alike: dict[tuple[float, ...], tuple[list[str], GaitPoint]] = {}
+    def once(self) -> list[tuple[list[str], Candidate]]:
+        """Candidates with all of their names: the robust one is one of the front, and the optimum as often as not."""
+        alike: dict[tuple[float, ...], tuple[list[str], Candidate]] = {}
         for name, point in self.named:
             alike.setdefault(tuple(point.values.values()), ([], point))[0].append(name)
         return list(alike.values())
@@ -180,7 +183,7 @@ class GaitFront(DesignResult):
         said = [f"limit: {one}" + f", for {one.reason}" * bool(one.reason) for one in self.request.limits]
         for names, one in self.once:
             if one.beyond:
-                said.append(f"{names[0]}: {percent(one.beyond, 2)} of its walks go beyond a limit")
+                said.append(f"{names[0]}: {percent(one.beyond, 2)} of its runs go beyond a limit")
             if one.motion.outside:
                 said.append(f"{names[0]}: {one.motion.outside}")
         return said
@@ -189,8 +192,8 @@ class GaitFront(DesignResult):
         """The gaits of the front, the robust one and the nominal optimum: what they reach, and the numbers that make
         them."""
         judged = self.request.over is not None
-        paths = self.request.unknowns.paths[:SHOWN]
-        columns, kinds = [Column("gait")], []
+        paths = self.request.free.paths[:SHOWN]
+        columns, kinds = [Column(self.request.noun)], []
         for j, one in enumerate(self.objectives):
             for kind in ("nominal", "worst") if judged and one.grounded else ("nominal",):
                 columns.append(Column(f"worst {one.name}" if kind == "worst" else one.name, one.unit))
@@ -199,7 +202,7 @@ class GaitFront(DesignResult):
                 columns.append(Column(f"{one.name}, 95 %", one.unit, 3))
                 kinds.append(("intervals", j))
         columns += [
-            *GaitMotion.columns(),
+            *self.robust.motion.columns,
             *(Column(*one) for one in units_of(self.request.scene, paths).items()),
         ]
         rows = [
@@ -209,7 +212,7 @@ class GaitFront(DesignResult):
         ]  # fmt: skip
         read = f", {self.reused} read" if self.reused else ""
         notes = [
-            f"{self.candidates} gaits tried, {self.runs} walks{read}",
+            f"{self.candidates} tried, {self.runs} runs{read}",
             f"{self.request.motion}",
         ]
         if isinstance(self.request.motion, SettledMotion):
@@ -222,16 +225,15 @@ class GaitFront(DesignResult):
             looked = self.certificate
             notes.append(
                 f"of {looked.grounds} grounds drawn by chance at the end {looked.worse} were more than 2 % worse for "
-                f"any gait shown than known; at most {percent(looked.share, 2)} of the box are (95 %)"
+                f"any that is shown than known; at most {percent(looked.share, 2)} of the box are (95 %)"
             )
         notes += [
-            f"robust gait, {self.percents.words}",
+            f"robust, {self.percents.words}",
             *self.remarks,
             *([self.verdict] if self.verdict else []),
         ]
         names = " against ".join(one.name for one in self.objectives)
-        gaits = f"{len(self.members)} gait{'s' * (len(self.members) != 1)}"
-        title = f"GaitFront of '{self.request.scene.name}': {gaits}, {names}"
+        title = f"Design of '{self.request.scene.name}': a front of {len(self.members)}, {names}"
         return Table(title, columns, rows, notes)
 
     def to_dict(self) -> dict[str, Any]:
@@ -251,7 +253,7 @@ class GaitFront(DesignResult):
         )
         return {
             "certificate": proof, "scene": request.scene.name, "risk": request.risk.name,
-            "free": list(request.unknowns.names),
+            "free": list(request.free.names),
             "objectives": [{"name": one.name, "unit": one.unit, "most": one.most} for one in self.objectives],
             "limits": [{"measure": one.measure, "most": one.most, "value": one.value, "reason": one.reason}
                        for one in request.limits], "remarks": self.remarks,
@@ -268,15 +270,16 @@ class GaitFront(DesignResult):
 
     def texts(self) -> dict[str, str]:
         """The front as data and rows, its gaits as scenes, the robust one as a header."""
-        found = {"gaits.json": json_text(self.to_dict()) + "\n", "front.csv": _front_csv(self)}
-        found |= {f"gaits/{name}.toml": scene_text(self.scene_of(point)) for name, point in self.named}
+        noun = f"{self.request.noun}s"
+        found = {f"{noun}.json": json_text(self.to_dict()) + "\n", "front.csv": _front_csv(self)}
+        found |= {f"{noun}/{name}.toml": scene_text(self.scene_of(point)) for name, point in self.named}
         robust = self.scene_of(self.robust)
         if robust.gait is not None:
             found["gait.h"] = gait_header_text(robust, tick=min(TICK, 1.0 / (TICKS * robust.gait.frequency)))
         return found
 
 
-def _point(design: GaitFront, point: GaitPoint) -> dict[str, Any]:
+def _point(design: Design, point: Candidate) -> dict[str, Any]:
     names = [one.name for one in design.objectives]
     named = {key: dict(zip(names, getattr(point, key), strict=True)) for key in ("nominal", "risk", "worst")}
     return {
@@ -286,13 +289,14 @@ def _point(design: GaitFront, point: GaitPoint) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _front_csv(design: GaitFront) -> str:
+def _front_csv(design: Design) -> str:
     kinds = ("nominal", "risk", "worst")
-    paths = units_of(design.request.scene, design.request.unknowns.paths)
-    head = ["gait", *(f"{path} ({unit})" for path, unit in paths.items()),
+    paths = units_of(design.request.scene, design.request.free.paths)
+    head = [design.request.noun, *(f"{path} ({unit})" for path, unit in paths.items()),
             *(f"{one.name} {kind} ({one.unit})" for one in design.objectives
               for kind in (*kinds, "low 95 %", "high 95 %")),
-            "energy (J)", "energy with charge recovery (J)", "share of walks beyond limits", *MOTION_HEAD]  # fmt: skip
+            "energy (J)", "energy with charge recovery (J)", "share of runs beyond limits",
+            *design.robust.motion.head]  # fmt: skip
     rows = [
         (name, *point.values.values(),
          *(one for j in range(len(design.objectives))

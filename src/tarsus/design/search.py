@@ -1,22 +1,16 @@
-"""Fronts of gaits: speed against energy and whatever else walks are judged by, on grounds that nobody measured
-(5.2.3)."""
+"""The search of a design: candidates by short runs on few grounds, then one list of them, judged by long ones on the
+grounds that hurt most."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.progress import Progress, silent
-from tarsus.base.workers import Workers
-from tarsus.design.gait_front import GaitFront, GaitPoint
-from tarsus.design.gait_motion import MOTIONS, motions_of
-from tarsus.design.gait_percents import gait_percents
-from tarsus.design.gait_request import SEARCHED, GaitRequest, GaitSettings, gait_request
+from tarsus.design.front import Candidate, Design
 from tarsus.design.grounds import Grounds, drawn, started, with_starts
 from tarsus.design.judge import (
     CLOSED,
@@ -31,11 +25,11 @@ from tarsus.design.judge import (
     excess,
     finite,
 )
-from tarsus.design.request import Given, settings_of
-from tarsus.design.walks import WalkObjective, Walks
-from tarsus.files.library import SceneLike, as_scene
+from tarsus.design.motion import MOTIONS, motions_of
+from tarsus.design.percents import percents_of
+from tarsus.design.problem import SEARCHED, DesignProblem, DesignSettings, LastPeriod
+from tarsus.design.runs import Runs
 from tarsus.files.runstore import UNIT_FILES, RunStore
-from tarsus.files.toml import scene_texts
 from tarsus.fit.front import FrontSearch, farthest, search_front, undominated
 from tarsus.fit.unknowns import Unknowns
 from tarsus.measure.shares import tolerance_interval
@@ -43,23 +37,23 @@ from tarsus.measure.shares import tolerance_interval
 Floats = NDArray[np.float64]
 
 MEMBERS = 12
-"""Gaits of a front that are attacked: spread along it, its ends among them."""
+"""Candidates of a front that are attacked: spread along it, its ends among them."""
 LOOKED = 4
-"""Gaits that are attacked at least, the next best ones where the front has fewer: which of them is the most robust is
-found there."""
+"""Candidates that are attacked at least, the next best ones where the front has fewer: which of them is the most robust
+is found there."""
 ROUNDS = 5
 """Rounds of cutting planes at most."""
 SHARES: tuple[float, float] = (0.55, 0.4)
-"""Shares of the candidates that go to the nominal front, each of which costs one walk, and to the first search under
+"""Shares of the candidates that go to the nominal front, each of which costs one run, and to the first search under
 the risk, each of which costs one on every ground."""
 MORE_SHARE = 0.02
 """Share of the candidates in every further round."""
 STARTS = 48
-"""Gaits of one search that the next one begins with; and as many of the nominal search that lose no more than a tenth
-of its best value, as far from each other as there are: what is robust may lie anywhere among them."""
+"""Candidates of one search that the next one begins with; and as many of the nominal search that lose no more than a
+tenth of what the median loses, as far from each other as there are: what is robust may lie anywhere among them."""
 NEAR_BEST = 0.1
 ATTACKED = 6
-"""Gaits along a front that are attacked between rounds."""
+"""Candidates along a front that are attacked between rounds."""
 MEAN_GROUNDS = 24
 """Grounds that stand for a box, or for more draws than so many, where a risk averages over them."""
 LAST_LOOKS = 3
@@ -69,21 +63,21 @@ CLIMB = 4
 """Steps uphill of an attack."""
 CHECK = 4
 """Grounds drawn by chance in the last look, for each that an attack between rounds looks at: what none of 192 is, is
-less than 1.6 % of a box, and 93 or more hold 95 % of what gaits do (`tolerance_interval`)."""
+less than 1.6 % of a box, and 93 or more hold 95 % of what candidates do (`tolerance_interval`)."""
 CONFIRMED = 24
-"""Candidates of each search, nominal and under the risk, that walk as long as what is shown: twice as many as are
-shown, for a short walk orders neighbours by luck."""
+"""Candidates of each search, nominal and under the risk, that run as long as what is shown: twice as many as are
+shown, for a short run orders neighbours by luck."""
 BARRED = 1e30
-"""Cost of a walk beyond its limits, more the farther it is: above all numbers of a walk in SI units."""
+"""Cost of a run beyond its limits, more the farther it is: above all numbers of a run in SI units."""
 FRESH = 96
-"""Other starts on the scene's own ground, by which a gait's value there is stated: those that it was chosen by favour
-it. 93 or more hold 95 % of what the gait does."""
+"""Other starts on the scene's own ground, by which a value there is stated: those that a candidate was chosen by favour
+it. 93 or more hold 95 % of what it does."""
 PAIRED = 8
 """Starts from which a percent of every number is tried: the mean of the differences of pairs, each from one start, is
 known to a third of their scatter."""
 _STATED, _MOTION, _PERCENTS = 2, 3, 4
 """Numbers of these sets of starts, of those that say what a motion is, and of these pairs; 0 and 1 are those of short
-and of long walks."""
+and of long runs."""
 
 KEPT_FILES = (
     *(
@@ -96,73 +90,10 @@ KEPT_FILES = (
 """What a design keeps in its folder while it works, as glob patterns."""
 
 
-def gait(
-    scene: SceneLike,
-    free: Mapping[str, Any] | Iterable[str] | None = None,
-    objective: str | Sequence[str | WalkObjective] | None = None,
-    over: Any = None,
-    risk: str | Risk | None = None,
-    *,
-    request: Given = None,
-    folder: str | Path | None = None,
-    resume: bool = False,
-    threads: Workers = None,
-    progress: Progress | None = None,
-    **settings: Any,
-) -> GaitFront:
-    """Design gaits: the front of what no other gait beats in all objectives at once.
-
-    Parameters
-    ----------
-    scene
-        Of a walker with a gait; or the name of a device, or a scene file.
-    free
-        Paths of the gait and of signals that may change, with their ranges or None for the usual ones;
-        ``gait.phases`` for those of all legs, see `tarsus.design.gait_unknowns.gait_unknowns`.
-    objective
-        One to three of `tarsus.design.walks.OBJECTIVES`, or measures by name with a direction (``most duty_factor``),
-        with commas or as a list; speed and energy unless given.
-    over
-        Grounds: a mapping of paths to (low, high), `tarsus.design.Grounds`, or a file of draws of `tarsus identify`.
-        All candidates are judged on the same ones.
-    risk
-        ``worst``, ``cvar:q``, ``mean`` or ``nominal``, of each objective for itself; worst with grounds, else
-        nominal.
-    request, threads, progress
-        As for `tarsus.design.landing`.
-    folder
-        Where batches of runs are kept; with ``resume`` a design that was killed goes on there, and ends the same.
-    settings
-        Further ones: limits, symmetry, dead, candidates, look, starts, duration, from_rest, seed. ``limits`` are
-        measures by name that every walk has to keep, ``{"slip_ratio": ("<", 0.2)}`` or ``"mean_speed > 2 mm/s"``, with
-        that of the model (`tarsus.design.limits.model_limit`). Objectives are those of
-        the settled motion, the mean of ``starts`` on the scene's own ground, the risk over grounds and starts; with
-        ``from_rest`` [s] those of an episode of that length from the scene's own start.
-
-    Returns
-    -------
-    GaitFront
-        One list of gaits, all judged alike: the front under the risk (`members`), of which the first is the robust
-        gait, and the nominal optimum; the active grounds and the certificate.
-
-    Raises
-    ------
-    InputError
-        With every problem of the request.
-    """
-    options = settings_of(
-        GaitSettings, request, free=free, objective=objective, over=over, risk=risk, **settings
-    )
-    asked = gait_request(as_scene(scene), options, options.risk, threads)
-    texts = {**scene_texts(asked.scene), "request.txt": asked.text}
-    store = RunStore.open(folder, texts, resume=resume, what="design", values=asked.numbers)
-    return _GaitSearch(asked, options, store, progress or silent).design()
-
-
 @dataclass(frozen=True)
 class _Found:
-    """What a search found: points (n, nu), and their costs (n, no) under the risk and on the scene's own ground, of
-    what keeps its limits."""
+    """What a search found: points (n, nu) or rows (n, np), and their costs (n, no) under the risk and on the scene's
+    own ground, of what keeps its limits."""
 
     points: Floats
     risked: Floats
@@ -191,9 +122,9 @@ def along(costs: Floats, count: int = MEMBERS) -> NDArray[np.int64]:
 
 @dataclass(frozen=True)
 class _Shown:
-    """Gaits that are shown, and their costs (k, no) as stated, under the risk and on the scene's own ground."""
+    """Candidates that are shown, and their costs (k, no) as stated, under the risk and on the scene's own ground."""
 
-    points: tuple[GaitPoint, ...]
+    points: tuple[Candidate, ...]
     risked: Floats
     own: Floats
 
@@ -216,28 +147,33 @@ def allowed(costs: Floats, objectives: int) -> Floats:
     return np.where(beyond > 1.0, BARRED * beyond, costs[..., :-1])
 
 
-class _GaitSearch:
-    """The search of one request: ``quick`` judges by short walks, ``sure`` by those that all that is shown comes from,
+class DesignSearch:
+    """The search of one problem: ``quick`` judges by short runs, ``sure`` by those that all that is shown comes from,
     from other starts."""
 
     def __init__(
-        self, request: GaitRequest, options: GaitSettings, store: RunStore, progress: Progress
+        self,
+        request: DesignProblem,
+        options: DesignSettings,
+        store: RunStore,
+        progress: Progress | None = None,
     ) -> None:
-        self.request, self.options, self.progress, self.memo = request, options, progress, store.memo()
-        self.walks = request.walks()
+        self.request, self.options, self.memo = request, options, store.memo()
+        self.progress, self.runs = progress or silent, request.runs()
+        self.rng = np.random.default_rng([options.seed, 5])
         grounded = tuple(j for j, one in enumerate(request.objectives) if one.grounded)
         over = request.over
         if over is not None and request.starts is not None:
             over = with_starts(over, request.starts, options.seed, MEAN_GROUNDS)
         self.quick, self.sure = (
-            Judge(self._kept(walks), self._own(number), over, request.risk, options.seed, grounded)
-            for number, walks in enumerate((request.walks(SEARCHED), self.walks))
+            Judge(self._kept(runs), self._own(number), over, request.risk, options.seed, grounded)
+            for number, runs in enumerate((request.runs(SEARCHED), self.runs))
         )
         self.tried = self.asked = 0
         self.certificate: Certificate | None = None
 
     def _front(self, costs: Floats) -> NDArray[np.int64]:
-        """Rows of the front of costs (n, no): of gaits that make way, where any do; what goes backward or stays is
+        """Rows of the front of costs (n, no): of what makes way, where anything does; what goes backward or stays is
         undominated as soon as it costs next to nothing."""
         most = [j for j, one in enumerate(self.request.objectives) if one.most]
         rows = np.flatnonzero((costs[:, most] < 0.0).all(axis=1))
@@ -245,7 +181,7 @@ class _GaitSearch:
         return rows[along(costs[rows])]
 
     def _report(self, what: str) -> None:
-        """Tell progress: searches finish their last generation, which may try more gaits than were asked for."""
+        """Tell progress: searches finish their last generation, which may try more than was asked for."""
         self.progress(min(self.tried, self.options.candidates), self.options.candidates, what)
 
     def _own(self, number: int) -> Grounds:
@@ -255,33 +191,33 @@ class _GaitSearch:
         )
         if self.request.starts is None:
             return own
-        count = {_STATED: FRESH, _MOTION: MOTIONS, _PERCENTS: PAIRED}.get(number, self.options.starts)
+        count = {_STATED: FRESH, _MOTION: MOTIONS, _PERCENTS: PAIRED}.get(number, self.request.motion.starts)
         return started(own, self.request.starts, count, 5 * self.options.seed + number)
 
-    def _kept(self, walks: Walks) -> Each:
-        """Costs of walks, each made once and kept."""
+    def _kept(self, runs: Runs) -> Each:
+        """Costs of runs, each made once and kept."""
 
-        def each(points: Floats, grounds: Mapping[str, Floats]) -> Floats:
-            nu = points.shape[1]
+        def each(rows: Floats, grounds: Mapping[str, Floats]) -> Floats:
+            size = rows.shape[1]
 
-            def walked(rows: Floats) -> dict[str, Floats]:
-                own = {path: np.ascontiguousarray(rows[:, nu + i]) for i, path in enumerate(grounds)}
-                return {"costs": walks.each(np.ascontiguousarray(rows[:, :nu]), own)}
+            def made(asked: Floats) -> dict[str, Floats]:
+                own = {path: np.ascontiguousarray(asked[:, size + i]) for i, path in enumerate(grounds)}
+                return {"costs": runs.each(np.ascontiguousarray(asked[:, :size]), own)}
 
-            lasting = np.full(len(points), walks.duration)
-            asked = np.column_stack([points, *grounds.values(), lasting])
-            return self.memo.evaluate(asked, walked)["costs"]
+            lasting = np.full(len(rows), runs.duration)
+            asked = np.column_stack([rows, *grounds.values(), lasting])
+            return self.memo.evaluate(asked, made)["costs"]
 
         return each
 
     def _search(self, what: str, grounds: Grounds, risk: Risk, share: float, starts: Floats) -> _Found:
-        """Search the front under a risk on grounds."""
+        """DesignSearch the front under a risk on grounds, from points (ns, nu) beside an even spread."""
         every: list[tuple[Floats, Floats]] = []
-        size = len(self.request.objectives)
+        size, free = len(self.request.objectives), self.request.free
 
         def costs(points: Floats) -> Floats:
             self._report(f"{what}, {len(grounds)} grounds")
-            each = self.quick.costs(points, grounds)
+            each = self.quick.costs(free.values(points), grounds)
             self.tried += len(points)
             found = self.quick.risked(each, grounds, risk), self.quick.nominal(each)
             every.append((allowed(found[0], size), allowed(found[1], size)))
@@ -290,17 +226,16 @@ class _GaitSearch:
         search = search_of(int(share * self.options.candidates) - len(starts))
         self.asked += 1
         seed = 1000 * self.options.seed + self.asked
-        unknowns = self.request.unknowns
-        points, _ = search_front(costs, len(unknowns), unknowns.numbers.circular, search, seed, starts)
+        points, _ = search_front(costs, len(free), free.circular, search, seed, starts)
         risked, own = (np.concatenate(part) for part in zip(*every, strict=True))
         return _Found(points, risked, own)
 
-    def design(self) -> GaitFront:
-        """The whole design: searches by short walks, then one list of what they found, judged by long ones."""
+    def design(self) -> Design:
+        """The whole design: searches by short runs, then one list of what they found, judged by long ones."""
         pool, grounds, rounds = self._candidates()
         found, made, gap = self._sure(pool, grounds), _Shown((), *np.zeros((2, 0, 0))), np.nan
         for number in range(LAST_LOOKS):
-            chosen = np.unique(np.stack([*self._chosen(found)]), axis=0)
+            chosen = np.unique(np.stack([self._rounded(one, grounds) for one in self._chosen(found)]), axis=0)
             made, gap, hurt = self._shown(chosen, grounds)
             if not gap > CLOSED or number == LAST_LOOKS - 1:
                 break
@@ -310,32 +245,38 @@ class _GaitSearch:
         members = [made.points[i] for i in self._front(made.risked)]
         optimum = made.points[_best(made.own)]
         self._report("what the motions are")
-        *shown, optimum = motions_of(self.walks, [*members, optimum], self._own(_MOTION))
+        *shown, optimum = motions_of(self.runs, [*members, optimum], self._own(_MOTION))
         kept = found.risked[:, 0] < BARRED
         kept = kept if kept.any() else ~kept
-        return GaitFront(
+        periodic = isinstance(self.request.motion, LastPeriod)
+        return Design(
             self.request, tuple(shown), optimum, grounds, tuple(rounds), gap,
             found.points[kept], found.risked[kept], self.tried, self.memo.computed, self.memo.reused, self.certificate,
-            gait_percents(self.walks, members[0].point, self._own(_PERCENTS)),
+            percents_of(self.runs, members[0].row, self._own(_PERCENTS), periodic=periodic),
         )  # fmt: skip
 
+    def _rounded(self, row: Floats, grounds: Grounds) -> Floats:
+        """The best under the risk of what a device can be given about a row (np,)."""
+        near = self.request.free.neighbours(row, self.rng)
+        return near[_best(self._judgement(near, grounds).risked)] if len(near) > 1 else row
+
     def _chosen(self, found: _Found) -> list[Floats]:
-        """Points (nu,) that are attacked and shown: along the front, the next best ones where it has few, and the best
+        """Rows (np,) that are attacked and shown: along the front, the next best ones where it has few, and the best
         on the scene's own ground."""
         rows = self._front(found.risked).tolist()
         rows += [i for i in leading(found.risked, LOOKED).tolist() if i not in rows][: LOOKED - len(rows)]
         return [found.points[i] for i in (*rows, _best(found.own))]
 
     def _candidates(self) -> tuple[Floats, Grounds, list[Round]]:
-        """Gaits that short walks find, the grounds for long ones, and the rounds that made them."""
-        own, circular = self.quick.own, self.request.unknowns.numbers.circular
+        """Rows (n, np) that short runs find, the grounds for long ones, and the rounds that made them."""
+        own, free = self.quick.own, self.request.free
         share = SHARES if self.quick.robust else (1.0, 0.0)
-        nominal = self._search("front", own, NOMINAL, share[0], np.zeros((0, len(self.request.unknowns))))
+        nominal = self._search("front", own, NOMINAL, share[0], np.zeros((0, len(free))))
         if not self.quick.robust:
-            return nominal.leading(2 * CONFIRMED), self.sure.own, []
-        best = float(nominal.own[:, 0].min())
-        near = nominal.points[nominal.own[:, 0] <= best + NEAR_BEST * abs(best)]
-        near = near[farthest(near, circular, STARTS)]
+            return self._pool(nominal.leading(2 * CONFIRMED)), self.sure.own, []
+        best, usual = float(nominal.own[:, 0].min()), float(np.median(nominal.own[:, 0]))
+        near = nominal.points[nominal.own[:, 0] <= best + NEAR_BEST * min(usual - best, BARRED)]
+        near = near[farthest(near, free.circular, STARTS)]
         starts = np.concatenate([nominal.points[along(nominal.risked, STARTS)], near])
         found, grounds, rounds = self._judged(starts, own, share[1])
         lasting = (
@@ -343,18 +284,27 @@ class _GaitSearch:
             if self.sure.by_planes
             else self.sure.fixed(MEAN_GROUNDS)
         )
-        return np.concatenate([found.leading(CONFIRMED), nominal.leading(CONFIRMED)]), lasting, rounds
+        points = np.concatenate([found.leading(CONFIRMED), nominal.leading(CONFIRMED)])
+        return self._pool(points), lasting, rounds
 
-    def _sure(self, points: Floats, grounds: Grounds) -> _Found:
-        """Candidates judged by long walks."""
-        self._report("walks that confirm")
-        each, size = self.sure.costs(points, grounds), len(self.request.objectives)
+    def _pool(self, points: Floats) -> Floats:
+        """Rows (n, np) of points, with the signal that has no pulses, so that nothing is worse than it."""
+        free = self.request.free
+        return np.concatenate([free.values(points), free.as_it_is()])
+
+    def _sure(self, rows: Floats, grounds: Grounds) -> _Found:
+        """Candidates judged by long runs."""
+        self._report("runs that confirm")
+        return self._judgement(rows, grounds)
+
+    def _judgement(self, rows: Floats, grounds: Grounds) -> _Found:
+        each, size = self.sure.costs(rows, grounds), len(self.request.objectives)
         return _Found(
-            points, allowed(self.sure.risked(each, grounds), size), allowed(self.sure.nominal(each), size)
+            rows, allowed(self.sure.risked(each, grounds), size), allowed(self.sure.nominal(each), size)
         )
 
     def _judged(self, starts: Floats, grounds: Grounds, share: float) -> tuple[_Found, Grounds, list[Round]]:
-        """Search the front under the request's risk, its grounds, and the rounds that made them."""
+        """DesignSearch the front under the request's risk, its grounds, and the rounds that made them."""
         if not self.quick.by_planes:
             grounds = self.quick.fixed(MEAN_GROUNDS)
             return self._search("front", grounds, self.request.risk, share, starts), grounds, []
@@ -363,15 +313,16 @@ class _GaitSearch:
         def improve(active: Grounds) -> Floats:
             begun = found[-1].leading(STARTS) if found else starts
             found.append(self._search("front", active, WORST, MORE_SHARE if found else share, begun))
-            return found[-1].points[along(found[-1].risked, ATTACKED)]
+            return self.request.free.values(found[-1].points[along(found[-1].risked, ATTACKED)])
 
         first = starts[np.linspace(0, len(starts) - 1, min(ATTACKED, len(starts))).astype(int)]
         look = Look(self.options.look, CLIMB)
-        grounds, rounds, _ = self.quick.close_gap(improve, first, grounds, look, ROUNDS, "front")
+        rows = self.request.free.values(first)
+        grounds, rounds, _ = self.quick.close_gap(improve, rows, grounds, look, ROUNDS, "front")
         return found[-1], grounds, rounds
 
     def _shown(self, points: Floats, grounds: Grounds) -> tuple[_Shown, float, Floats]:
-        """Points (k, nu) as gaits, after an attack on each of them; the gap, and the grounds (n, np) that open it."""
+        """Rows (k, np) as candidates, after an attack on each; the gap, and the grounds (n, np) that open it."""
         over, count = self.sure.over, CHECK * self.options.look
         if not isinstance(over, Unknowns):
             tried = None
@@ -398,8 +349,8 @@ class _GaitSearch:
     def _points(
         self, points: Floats, grounds: Grounds, tried: Floats | None = None, hardest: Grounds | None = None
     ) -> _Shown:
-        """Points (k, nu) as gaits, with the costs (k, n, no) of grounds drawn by chance, of starts on the scene's own
-        one where there are none, and the grounds that attacks found worst for any of them."""
+        """Rows (k, np) as candidates, with the costs (k, n, no) of grounds drawn by chance, of starts on the scene's
+        own one where there are none, and the grounds that attacks found worst for any of them."""
         request, objectives = self.request, self.request.objectives
         each = self.sure.costs(points, grounds)
         risked, own = self.sure.risked(each, grounds), self.sure.nominal(each)
@@ -418,7 +369,7 @@ class _GaitSearch:
             named = [*grounds.each(), *(() if hardest is None else hardest.each())]
             where = [named[i] for i in finite(each[:, :, first]).argmax(axis=1)]
         priced = any(one.priced for one in objectives)
-        plain, recovered = self.walks.energies(points) if priced else np.full((2, len(points)), np.nan)
+        plain, recovered = self.runs.energies(points) if priced else np.full((2, len(points)), np.nan)
         seen = each if tried is None else tried
 
         def values(costs: Floats) -> tuple[float, ...]:
@@ -429,8 +380,8 @@ class _GaitSearch:
 
         none = tuple(np.nan for _ in objectives)
         made = [
-            GaitPoint(
-                point, self.walks.changes(point), values(own[i]), values(risked[i]),
+            Candidate(
+                point, self.runs.changes(point), values(own[i]), values(risked[i]),
                 none if request.over is None else values(worst[i]), where[i], float(plain[i]), float(recovered[i]),
                 intervals(seen[i]), self._beyond(np.concatenate([each[i], seen[i]])),
             )
@@ -440,7 +391,7 @@ class _GaitSearch:
         return _Shown(tuple(made), allowed(risked, size), allowed(own, size))
 
     def _beyond(self, costs: Floats) -> float:
-        """Share of walks (n, no) that do not keep their limits."""
+        """Share of runs (n, no) that do not keep their limits."""
         return float((costs[:, -1] > 1.0).mean()) if self.request.limits else 0.0
 
 

@@ -1,4 +1,4 @@
-"""What a gait's design may choose: numbers of the gait and of signals, within ranges, and phases tied by symmetry."""
+"""What a design may change: numbers of a scene within ranges, phases tied by symmetry, and pulses of a signal."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +15,11 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.spec import by_path, float_paths, with_values
 from tarsus.base.units import format_quantity
-from tarsus.design.request import Problems
+from tarsus.design.problems import Problems
+from tarsus.design.pulse_train import Pulses, PulseTrain, pulse_train, pulses_of
 from tarsus.fit.unknowns import Unknown, Unknowns
 from tarsus.model.drive.gait import CustomGait, Layout
 from tarsus.model.scene import Provenance, Scene, Source
-from tarsus.plan.slots import Kind, slot
 
 Floats = NDArray[np.float64]
 Ends = tuple[str | float, str | float]
@@ -46,35 +47,96 @@ class Symmetry(Enum):
     among these."""
 
 
-@dataclass(frozen=True)
-class GaitUnknowns:
-    """nu numbers that a design chooses, and the np numbers of the scene that follow from them.
+NO_NUMBERS = Unknowns((), (), np.zeros(0), np.zeros(0), np.zeros(0, dtype=bool), ())
+"""Of a design that chooses pulses alone."""
 
-    numbers: the unknowns; paths: in the scene; base (np,), share (np, nu): value of path j is base[j] + share[j] @
-    unknowns, modulo 1 for phases.
+
+@dataclass(frozen=True)
+class Free:
+    """What a design chooses: points of a unit cube, and the np numbers of the scene that follow from them.
+
+    scene: that has these numbers; numbers: unknowns; tied: paths whose values are base + share @ unknowns, modulo 1 for
+    phases, base (nt,) and share (nt, nu); pulses: signals of a drive that are chosen with them, if any.
     """
 
+    scene: Scene
     numbers: Unknowns
-    paths: tuple[str, ...]
+    tied: tuple[str, ...]
     base: Floats
     share: Floats
+    pulses: PulseTrain | None = None
 
-    def __len__(self) -> int:
-        return len(self.numbers)
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """Of all numbers (np,) of the scene that are chosen."""
+        return self.tied + (() if self.pulses is None else self.pulses.paths)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Of the unknowns."""
-        return self.numbers.names
+        return self.numbers.names + (() if self.pulses is None else self.pulses.names)
 
-    def changes(self, cube: Floats) -> dict[str, Floats]:
-        """Values (n,) by path of the scene at points (n, nu) of the unit cube, of `DIGITS` significant digits: what a
-        file says is what walked."""
-        closed = np.array([_closes(path) for path in self.paths])
-        found = self.base + self.numbers.values(cube) @ self.share.T
-        found = significant(np.where(closed, np.remainder(found, 1.0), found))
-        found[closed & (found == 1.0)] = 0.0
-        return dict(zip(self.paths, np.ascontiguousarray(found.T), strict=True))
+    @property
+    def families(self) -> int:
+        """Ways to choose that no number leads from one to the other: sequences of pulses."""
+        return 1 if self.pulses is None else len(self.pulses.families)
+
+    def __len__(self) -> int:
+        """Coordinates of a point; with several families the first one says which."""
+        return len(self.names) + (self.families > 1)
+
+    @property
+    def circular(self) -> NDArray[np.bool_]:
+        """Which coordinates of a point close on themselves."""
+        found = np.zeros(len(self), dtype=bool)
+        at = int(self.families > 1)
+        found[at : at + len(self.numbers)] = self.numbers.circular
+        return found
+
+    def parted(self, points: Floats) -> tuple[NDArray[np.int64], Floats]:
+        """Families (n,) of points (n, len) and their other coordinates."""
+        if self.families == 1:
+            return np.zeros(len(points), dtype=np.int64), points
+        number = np.clip((points[:, 0] * self.families).astype(np.int64), 0, self.families - 1)
+        return number, points[:, 1:]
+
+    def joined(self, number: NDArray[np.int64], rest: Floats) -> Floats:
+        """Points of families (n,) and their other coordinates."""
+        return rest if self.families == 1 else np.column_stack([(number + 0.5) / self.families, rest])
+
+    def values(self, points: Floats) -> Floats:
+        """Rows (n, np) of values [SI], in the order of the paths, of points; numbers have `DIGITS` significant digits:
+        what a file says is what ran."""
+        number, rest = self.parted(points)
+        count = len(self.numbers)
+        found = np.zeros((len(points), 0))
+        if count:
+            closed = np.array([_closes(path) for path in self.tied])
+            found = self.base + self.numbers.values(rest[:, :count]) @ self.share.T
+            found = significant(np.where(closed, np.remainder(found, 1.0), found))
+            found[closed & (found == 1.0)] = 0.0
+        if self.pulses is None:
+            return found
+        return np.concatenate([found, self.pulses.place(number, rest[:, count:])], axis=1)
+
+    def chooses(self, path: str) -> bool:
+        """Whether a number of the scene is chosen, as itself or as a part of a signal."""
+        drive = None if self.pulses is None else self.pulses.drive
+        return path in self.tied or (drive is not None and path.startswith(f"signals.{drive}."))
+
+    def neighbours(self, row: Floats, rng: np.random.Generator) -> Floats:
+        """Rows (n, np) about one (np,) that a device can be given: whole ticks of the timer of pulses, whole
+        millivolts."""
+        if self.pulses is None:
+            return row[None]
+        near = self.pulses.rounded(row[len(self.tied) :], rng)
+        return np.concatenate([np.tile(row[: len(self.tied)], (len(near), 1)), near], axis=1)
+
+    def as_it_is(self) -> Floats:
+        """Rows (n, np) to begin with: the step without pulses."""
+        if self.pulses is None or self.tied:
+            return np.zeros((0, len(self.paths)))
+        return self.pulses.plain()
 
 
 DIGITS = 6
@@ -91,7 +153,7 @@ def significant(values: Floats, digits: int = DIGITS) -> Floats:
 
 def designed(scene: Scene, paths: Iterable[str]) -> Scene:
     """The scene with a provenance that says which of its numbers a search has set."""
-    origin = Provenance(source=Source.DESIGNED, note="Set by the search of `tarsus design gait`.")
+    origin = Provenance(source=Source.DESIGNED, note="Set by the search of `tarsus design`.")
     return with_values(scene, {"provenance": {**scene.provenance, **dict.fromkeys(paths, origin)}})
 
 
@@ -104,40 +166,43 @@ def _closes(path: str) -> bool:
     return path.startswith(f"{PHASES}.") or path == "gait.swing_lag"
 
 
-def gait_unknowns(
-    scene: Scene, free: Mapping[str, Ends | None] | Iterable[str], symmetry: Symmetry = Symmetry.NONE
-) -> tuple[Scene, GaitUnknowns]:
-    """The unknowns of a design, and the scene that has them: one whose phases are free has a free gait.
+def free_of(scene: Scene, given: Mapping[str, Any] | Iterable[str], symmetry: Symmetry | None = None) -> Free:
+    """What a design may change, and the scene that has it: one whose phases are free has a free gait.
 
     Parameters
     ----------
     scene
-        Of a walker with a gait, or with signals.
-    free
+        With the numbers that may change.
+    given
         Paths with their ranges (low, high), or None for the usual one: phases a whole period, duty 0.1 to 0.9,
         frequency and durations half to twice what they are, the upper voltage half of what it is to that. `PHASES`
-        stands for all legs.
+        stands for all legs, with a `Symmetry` that ties them; ``signals.DRIVE`` takes `Pulses`.
     symmetry
-        Of the phases that `PHASES` stands for.
+        Of the phases that `PHASES` stands for, unless it is given there.
 
     Raises
     ------
     InputError
-        With every problem: paths that are no number of a gait or a signal, ranges that are empty or have to be given.
+        With every problem: paths that are no numbers of the scene, ranges that are empty or have to be given.
     """
-    given: dict[str, Ends | None] = by_path(scene, free if isinstance(free, Mapping) else dict.fromkeys(free))
+    wanted = {
+        path: _kind(one)
+        for path, one in (given if isinstance(given, Mapping) else dict.fromkeys(given)).items()
+    }
+    trains = {path: one for path, one in wanted.items() if isinstance(one, Pulses)}
+    wanted = by_path(scene, {path: one for path, one in wanted.items() if path not in trains})
     problems, found = Problems(), list[Shared]()
     base: dict[str, float] = {}
-    if not given:
-        problems.append("free: name at least one number of the gait that may change, such as gait.duty")
-    if symmetry is not Symmetry.NONE and PHASES not in given:
+    if not wanted and not trains:
+        problems.append("free: name at least one number that may change, such as gait.duty")
+    if symmetry not in (None, Symmetry.NONE) and PHASES not in wanted:
         problems.append(f"symmetry: '{symmetry.value}' ties phases, so {PHASES} has to be free")
-    if (PHASES in given or any(path.startswith(f"{PHASES}.") for path in given)) and scene.gait is not None:
+    if (PHASES in wanted or any(path.startswith(f"{PHASES}.") for path in wanted)) and scene.gait is not None:
         layout = scene.robot.layout()
         if layout is not None and not isinstance(scene.gait, CustomGait) and not scene.gait.faults(layout):
             scene = freed(scene, layout)
     owners: list[str] = []
-    for path, span in given.items():
+    for path, span in wanted.items():
         if path == PHASES:
             phases, fixed = problems.tried(lambda span=span: _phases(scene, symmetry, span)) or ([], {})
             found += phases
@@ -148,12 +213,32 @@ def gait_unknowns(
             owners.append(path)
     problems += [f"{path}: is free twice" for path in dict.fromkeys(owners) if owners.count(path) > 1]
     problems += _order(scene, found)
+    train = None
+    if len(trains) > 1:
+        problems.append(f"free: pulses of one drive at a time, got {' and '.join(trains)}")
+    for path, one in trains.items() if len(trains) == 1 else ():
+        train = problems.tried(lambda path=path, one=one: pulse_train(scene, path, one))
     if problems:
         raise InputError(problems)
-    paths = tuple(dict.fromkeys(owners))
-    share = np.array([[shares.get(path, 0.0) for _, shares in found] for path in paths])
-    numbers = Unknowns.of(scene, [one for one, _ in found])
-    return scene, GaitUnknowns(numbers, paths, np.array([base.get(path, 0.0) for path in paths]), share)
+    tied = tuple(dict.fromkeys(owners))
+    share = np.array([[shares.get(path, 0.0) for _, shares in found] for path in tied])
+    numbers = Unknowns.of(scene, [one for one, _ in found]) if found else NO_NUMBERS
+    made = scene if train is None else train.carried_by(scene)
+    return Free(made, numbers, tied, np.array([base.get(path, 0.0) for path in tied]), share, train)
+
+
+def _kind(given: Any) -> Any:
+    """What a path is given, as its type: a table of a file is of `Pulses`, a word a `Symmetry`."""
+    if isinstance(given, Mapping):
+        return pulses_of(given)
+    if isinstance(given, str):
+        try:
+            return Symmetry(given)
+        except ValueError:
+            raise InputError(
+                f"free: expected a range, usual, none, mirror, pairs or wave, got '{given}'"
+            ) from None
+    return given
 
 
 def freed(scene: Scene, layout: Layout) -> Scene:
@@ -168,13 +253,10 @@ def freed(scene: Scene, layout: Layout) -> Scene:
 
 def _single(scene: Scene, path: str, span: Ends | None) -> Shared:
     known = float_paths(scene)
-    place = slot(scene, path) if path in known else None
-    if place is None or place.kind not in (Kind.GAIT, Kind.DRIVE) or path.startswith("robot."):
-        own = [one for one in known if one.startswith(("gait.", "signals."))]
-        hint = nearest(path, own) if own else "; the scene has no gait and no signal"
-        raise InputError(
-            f"{path}: is not a number of a gait or a signal, so a gait's design cannot choose it{hint}"
-        )
+    if path not in known:
+        raise InputError(f"{path}: the scene has no such number{nearest(path, known)}")
+    if path.startswith("initial."):
+        raise InputError(f"{path}: how a run starts is no part of a design")
     about = known[path]
     low, high = _usual(path, about.value) if span is None else span
     ends = Unknowns.of(scene, [Unknown(path, low, high)])
@@ -198,8 +280,13 @@ def _usual(path: str, value: float) -> tuple[float, float]:
     raise InputError(f"{path}: has no usual range; give one, such as {path}=a:b")
 
 
-def _phases(scene: Scene, symmetry: Symmetry, span: Ends | None) -> tuple[list[Shared], dict[str, float]]:
+def _phases(
+    scene: Scene, symmetry: Symmetry | None, span: Symmetry | Ends | None
+) -> tuple[list[Shared], dict[str, float]]:
     """Phases of all legs: the unknowns, and by path the part of each phase that is none."""
+    if isinstance(span, Symmetry):
+        symmetry, span = span, None
+    symmetry = symmetry or Symmetry.NONE
     layout = scene.robot.layout()
     if scene.gait is None or layout is None or not isinstance(scene.gait, CustomGait):
         raise InputError(f"{PHASES}: the scene has no gait whose phases could be free")
