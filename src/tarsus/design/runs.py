@@ -101,7 +101,8 @@ class Runs:
             feet = list(self.scene.robot.feet)
             for full in of_runs:
                 name, foot = parts_of(full)
-                seen[full] = found[name].value if not foot else found[name].per_foot[:, feet.index(foot)]
+                one = found[name]
+                seen[full] = one.value if one.per_foot is None or not foot else one.per_foot[:, feet.index(foot)]
         if {ENERGY, TRANSPORT} & set(measures):
             seen[ENERGY] = self.energies(rows, unsaid=0.0)[1]
         if TRANSPORT in measures:
