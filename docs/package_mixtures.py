@@ -13,8 +13,8 @@ import json
 import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from importlib.resources import files
-from itertools import compress
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
 from tarsus.calibrate.calibrating import calibrate
 from tarsus.calibrate.description import Study
-from tarsus.calibrate.weighted_ensemble import WeightedEnsemble, load_ensemble
+from tarsus.calibrate.weighted_ensemble import WeightedEnsemble, ensemble_table, load_ensemble
 from tarsus.calibrate.writing import CALIBRATION_FILE
 from tarsus.files.installed import device_title
 from tarsus.files.library import load_scene
@@ -41,8 +41,8 @@ MOST = 24
 contact durations is off by a percent more than with all, and a page takes a minute."""
 
 def mixture_file(folder: str | Path) -> dict[str, Any]:
-    """A calibration's mixture as plain data: of every member its weight, unknowns and all floats that were fitted [SI];
-    what the model misses of every measure; and its errors over the fitted rows and over each row left out.
+    """A calibration's ensemble as plain data (`ensemble_table`), with its errors over the fitted rows and over each row
+    left out.
 
     Weights sum to 1 over the branches that are kept: those that read every column as the study's measures say, which is
     how the reproduction reads it. Of a branch with more members than `MOST` the best is kept, and of the others as many
@@ -54,36 +54,26 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
         If the folder holds no finished calibration.
     """
     whole = load_ensemble(folder)
-    study = whole.lowered.study
-    unknowns = whole.lowered.problem.unknowns
-    branches = []
-    plain = [column_names(study, one.hypothesis.options) == {} for one in whole.ensembles]
-    total = float(whole.weights[plain].sum())
-    for weight, one in zip(whole.weights[plain] / total, compress(whole.ensembles, plain), strict=True):
-        run = whole.lowered.forward.variants[one.hypothesis.run]
-        kept, share = thinned(one.weights, MOST)
-        members = []
-        for i, part in zip(kept, share, strict=True):
-            values = unknowns.by_name(one.points[i])
-            driven = run.values(values, run.rows[0])
-            fitted = {path: float(f"{driven[path]:.9g}") for path in run.driven}
-            sets = {name: float(f"{value:.9g}") for name, value in values.items()}
-            members.append({"weight": float(f"{weight * part:.6g}"), "unknowns": sets, "values": fitted})
-        fixed = whole.lowered.settings()[one.hypothesis.run]
-        branches.append(
-            {"name": one.hypothesis.name, "weight": float(f"{weight:.6g}"), "set": fixed, "members": members}
-        )
+    study, plain = whole.lowered.study, []
+    for weight, one in zip(whole.weights, whole.ensembles, strict=True):
+        if not column_names(study, one.hypothesis.options):
+            kept, share = thinned(one.weights, MOST)
+            found = tuple(one.found[i] for i in kept)
+            plain.append((weight, replace(one, points=one.points[kept], weights=share, found=found)))
+    weights = np.array([weight for weight, _ in plain])
+    thin = replace(whole, ensembles=tuple(one for _, one in plain), weights=weights / weights.sum())
+    table = ensemble_table(thin)
+    for branch in table["branches"]:
+        for member in branch["members"]:
+            del member["values"]  # the study's function says them of the unknowns
+    calibration = json.loads((Path(folder) / CALIBRATION_FILE).read_text(encoding="utf-8"))
     return {
-        "study": study.name,
+        **_rounded(table, 9),
         "seed": study.search.seed,
         "table_sha256": _digest(Path(folder) / "table.csv"),
         "study_sha256": _digest(Path(folder) / "study.py"),
-        "discrepancy": _discrepancy(whole),
-        "errors": _rounded(
-            json.loads((Path(folder) / CALIBRATION_FILE).read_text(encoding="utf-8"))["summary"]
-        ),
-        "told": told_of(whole, json.loads((Path(folder) / CALIBRATION_FILE).read_text(encoding="utf-8"))),
-        "branches": branches,
+        "errors": _rounded(calibration["summary"], 6),
+        "told": told_of(whole, calibration),
     }
 
 
@@ -105,25 +95,13 @@ def told_of(whole: WeightedEnsemble, calibration: Mapping[str, Any]) -> list[str
     return told
 
 
-def _discrepancy(whole: WeightedEnsemble) -> dict[str, dict[str, float]]:
-    """Of every measure the fields of its `Miss`; the tolerance is that of the row where it is largest."""
-    cells, found = whole.lowered.problem.objective.cells, whole.discrepancy
-    return {
-        name: {
-            "absolute": float(f"{cells.absolute[:, k].max():.6g}"),
-            "relative": float(cells.relative[k]),
-            "sigma": float(f"{found.sigma[k]:.6g}"),
-            "wrong": float(f"{found.wrong[k]:.6g}"),
-        }
-        for k, name in enumerate(cells.names)
-    }
-
-
-def _rounded(value: Any) -> Any:
-    """Plain data with its floats to six digits."""
+def _rounded(value: Any, digits: int) -> Any:
+    """Plain data with its floats to so many digits."""
     if isinstance(value, dict):
-        return {name: _rounded(one) for name, one in value.items()}
-    return float(f"{value:.6g}") if isinstance(value, float) else value
+        return {name: _rounded(one, digits) for name, one in value.items()}
+    if isinstance(value, list):
+        return [_rounded(one, digits) for one in value]
+    return float(f"{value:.{digits}g}") if isinstance(value, float) else value
 
 
 def thinned(weights: NDArray[np.float64], most: int) -> tuple[list[int], NDArray[np.float64]]:

@@ -1,7 +1,7 @@
 """Rows of a printed table beside what a device, or a weighted ensemble of devices, forecasts for them.
 
-A table is compared by saying what scene a row is and what is read of its runs; forecasts, errors, figures of merit and
-skill, tables and files are the same for all.
+A table is compared by naming the packaged study of its conditions and measures: its ensemble predicts the rows
+(`tarsus.calibrate.weighted_ensemble`). Errors, figures of merit and skill, tables and files are the same for all.
 """
 
 from __future__ import annotations
@@ -13,26 +13,21 @@ from typing import Any
 
 import numpy as np
 
-from tarsus.base.spec import with_values
-from tarsus.calibrate.prediction import Miss
+from tarsus.calibrate.description import TableSampling
 from tarsus.calibrate.skill import naive_errors, naive_predictions, skill_of
-from tarsus.model.scene import Scene
+from tarsus.calibrate.weighted_ensemble import WeightedEnsemble
+from tarsus.files.library import load_scene
+from tarsus.model.scene import Scene, Source
 from tarsus.tables import Column, Section, Table
-from tarsus_reproduce.forecast import (
-    CALIBRATED,
-    PREDICTED,
-    Forecast,
-    Member,
-    RowReadings,
-    WeightedValues,
-    forecast,
-    medians,
-    role_of,
-)
+from tarsus_reproduce.ensembles import device_ensemble, packaged_ensemble
 from tarsus_reproduce.reproduction import (
+    CALIBRATED,
     OURS,
+    PREDICTED,
     FigureCall,
+    Forecast,
     NumberRow,
+    Progress,
     number_rows,
     numbers_table,
 )
@@ -60,72 +55,67 @@ Observed = Mapping[str, float | None]
 class TableComparison:
     """How a printed table is compared.
 
-    scene: that of a device and a row; read: what is read of it; exists: the measure, and how much of it is a bounce;
-    bare: changes of a scene by path that leave small forces out, if that is asked; shown: words and measure of what
-    stands beside the printed quantities [m]; share: words for the share of windows with a bounce.
+    study: the packaged study of the same conditions and measures; driven: a device under the conditions of a row;
+    sampling: windows and initial states of its runs; share: words for the share of windows with a bounce; bare: values
+    of the scene by path that leave small forces out, if that is asked.
     """
 
     table: PrintedTable
-    scene: Callable[[Scene, PrintedRow], Scene]
-    read: Callable[[Scene, PrintedRow], RowReadings]
-    exists: tuple[str, float]
+    study: str
+    driven: Callable[[Scene, Mapping[str, Any]], Scene]
+    sampling: TableSampling
     share: str
     bare: Mapping[str, Any] = field(default_factory=dict)
-    shown: Mapping[str, str] = field(default_factory=dict)
 
-    def row(
-        self, members: Sequence[Member], printed: PrintedRow, misses: Mapping[str, Miss] | None = None
-    ) -> ComparedRow:
-        """Simulate a row with every member.
+    def ensemble(self, device: str | None, packaged: str) -> WeightedEnsemble:
+        """That of a device by name or file; of the packaged experiment where no device is named."""
+        own = None if device is not None else packaged_ensemble(packaged)
+        return own or device_ensemble(self.study, load_scene(device or packaged), self.driven)
 
-        misses: what the ensemble is known to miss, by names of the study's measures; nothing where it is left out.
-        """
-        known = misses or {}
-        scenes = [self.scene(one.scene, printed) for one in members]
+    def row(self, ensemble: WeightedEnsemble, printed: PrintedRow) -> ComparedRow:
+        """Predict a row."""
+        conditions = ensemble.lowered.study.conditions
+        asked = {name: value for name, value in printed.conditions.items() if name in conditions}
+        (scene,) = ensemble.scenes([asked])
+        if printed.freq_hz is not None and "freq_hz" not in conditions:
+            asked |= {f"signals.{name}.frequency": printed.freq_hz for name in scene.signals}
         models: dict[str, Mapping[str, Any]] = {MINE: {}} | ({BARE: self.bare} if self.bare else {})
-        found = {
-            name: [self.read(with_values(scene, changes), printed) for scene in scenes]
-            for name, changes in models.items()
-        }
-
-        def values(name: str, measure: str) -> WeightedValues:
-            parts = zip(members, found[name], strict=True)
-            return WeightedValues.joined([(one.weight, read.values[measure]) for one, read in parts])
-
+        found = ensemble.predict([{**asked, **own} for own in models.values()], sampling=self.sampling)
         forecasts = {
-            name: {
-                one.key: forecast(values(name, one.measure), known.get(one.studied)).scaled(one.factor)
-                for one in self.table.quantities
-            }
-            for name in models
+            name: {one.key: Forecast.of(own[one.studied], one.factor) for one in self.table.quantities}
+            for name, own in zip(models, found, strict=True)
         }
-        measure, least = self.exists
-        period = next(iter(scenes[0].signals.values())).period
+        period = next(iter(scene.signals.values())).period
+        ended = [max(one.failed for one in own.values()) for own in found]
+        early = tuple(
+            f"{_MODELS[name]}: {share:.0%} of the runs ended early"
+            for name, share in zip(models, ended, strict=True)
+            if share > 0.0
+        )
+        fitted = printed.origin == "packaged" and printed.measured is not None and _calibrated(scene)
         return ComparedRow(
-            printed, printed.freq_hz or (1.0 / period if period else math.nan), forecasts,
-            values(MINE, measure).share(least, known.get("bounces")),
-            {words: forecast(values(MINE, one)) for words, one in self.shown.items()},
-            sum(one.runs for one in found[MINE]),
-            role_of(members, printed.origin == "packaged", printed.measured is not None),
-            tuple(problem for read in found.values() for one in read for problem in one.problems),
+            printed, printed.freq_hz or (1.0 / period if period else math.nan), forecasts, found[0]["bounces"].p_bounce,
+            CALIBRATED if fitted else PREDICTED, early,
         )  # fmt: skip
+
+
+def _calibrated(scene: Scene) -> bool:
+    """Whether any number of a device was calibrated."""
+    return any(origin.source is Source.CALIBRATED for origin in scene.provenance.values())
 
 
 @dataclass(frozen=True)
 class ComparedRow:
     """A row, and forecasts in the table's units by model and key of its quantities.
 
-    freq_hz: drive frequency [Hz] of the first member; p_bounce: probability of a bounce in a period or window; shown:
-    what stands beside the quantities [SI], by its words; runs: how many reached their end; role: whether the device was
-    calibrated on this row; problems: sentences of runs that did not reach their end.
+    freq_hz: drive frequency [Hz] of the best member; p_bounce: probability of a bounce in a period or window; role:
+    whether the device was calibrated on this row; problems: sentences of runs that did not reach their end.
     """
 
     printed: PrintedRow
     freq_hz: float
     forecasts: Mapping[str, Mapping[str, Forecast]]
     p_bounce: float | None
-    shown: Mapping[str, Forecast]
-    runs: int
     role: str
     problems: tuple[str, ...]
 
@@ -147,8 +137,8 @@ class ComparedRow:
         if model == SOURCE:
             return one.measured or {}, one.source or {}
         if model == SOURCE_COLUMN:
-            return one.source or {}, medians(self.ours)
-        return one.measured or {}, medians(self.forecasts[model])
+            return one.source or {}, _medians(self.ours)
+        return one.measured or {}, _medians(self.forecasts[model])
 
     def to_dict(self, table: PrintedTable) -> dict[str, Any]:
         """Plain data, in the table's units."""
@@ -163,16 +153,38 @@ class ComparedRow:
             "measured": one.measured,
             **{name: {key: f.to_dict() for key, f in own.items()} for name, own in self.forecasts.items()},
             "p_bounce": self.p_bounce,
-            "runs": self.runs,
             "errors": {name: errors(table, *self.pair(name)) for name in models},
             "problems": list(self.problems),
         }
+
+
+def _medians(forecasts: Mapping[str, Forecast]) -> dict[str, float | None]:
+    """What is compared with a table, None where nothing is forecast."""
+    return {key: one.to_dict()["median"] for key, one in forecasts.items()}
 
 
 def errors(table: PrintedTable, reference: Observed, simulated: Observed) -> dict[str, float | None]:
     """Errors of a row by key, None where there is none: (reference - simulated)/reference, the definition of Tables
     2.3, 3.2 and A.1; of the bounces per period the size of the difference."""
     return {one.key: one.error(reference.get(one.key), simulated.get(one.key)) for one in table.quantities}
+
+
+def compared_rows(
+    how: TableComparison, ensemble: WeightedEnsemble, printed: Sequence[PrintedRow], progress: Progress | None
+) -> tuple[ComparedRow, ...]:
+    """All rows of a table."""
+    done: list[ComparedRow] = []
+    for one in printed:
+        if progress is not None:
+            progress(len(done), len(printed), ", ".join(f"{value}" for value in one.conditions.values()))
+        done.append(how.row(ensemble, one))
+    return tuple(done)
+
+
+def named(device: str, ensemble: WeightedEnsemble) -> str:
+    """A packaged device, or its ensemble, in words."""
+    count = sum(len(one.weights) for one in ensemble.ensembles)
+    return device if count == 1 else f"{device}, a weighted ensemble of {count}"
 
 
 # Figures of merit
@@ -283,10 +295,9 @@ def compared_section(
 
 
 def _number_rows(how: TableComparison, row: ComparedRow) -> list[NumberRow]:
-    """Every quantity of a row, what stands beside them, and the share of windows with a bounce."""
+    """Every quantity of a row, and the share of windows with a bounce."""
     return [
         *number_rows(row.case, row.role, row.printed, how.table, row.ours, row.forecasts.get(BARE)),
-        *(NumberRow(row.case, row.role, words, "m", None, None, one) for words, one in row.shown.items()),
         NumberRow.probability(row.case, row.role, how.share, row.p_bounce),
     ]
 
@@ -356,7 +367,7 @@ def csv_columns(table: PrintedTable, rows: Sequence[ComparedRow]) -> dict[str, t
     """Columns of the CSV file, and where each is in the plain data of a row."""
     conditions = [name for name in table.columns if name in ("wave", "volt_v", "gap_um", "freq_hz")]
     columns: dict[str, tuple[str, ...]] = {
-        name: (name,) for name in (*conditions, "origin", "role", "runs", "p_bounce")
+        name: (name,) for name in (*conditions, "origin", "role", "p_bounce")
     }
     models = rows[0].forecasts if rows else (MINE,)
     for one in table.quantities:

@@ -10,8 +10,7 @@ from tarsus.model.scene import Source
 from tarsus.report.pages import Markup, Section, bullets, sections_page
 from tarsus.tables import Table
 from tarsus_reproduce.compared import MINE, SOURCE_COLUMN
-from tarsus_reproduce.forecast import CALIBRATED, PREDICTED
-from tarsus_reproduce.reproduction import NOTABLE
+from tarsus_reproduce.reproduction import CALIBRATED, NOTABLE, PREDICTED
 from tarsus_reproduce.rows import CANTILEVER, HEIGHTS, PrintedQuantity
 from tarsus_reproduce.verb import Experiment, experiments
 

@@ -20,10 +20,10 @@ from tarsus.files.jsontext import json_text
 from tarsus.files.whole import write_text
 from tarsus.tables.section import Section
 from tarsus.tables.table import Column, Table, Tabled
-from tarsus_reproduce.forecast import Forecast
 from tarsus_reproduce.rows import PrintedRow, PrintedTable, relative_error
 
 if TYPE_CHECKING:
+    from tarsus.calibrate.prediction import Prediction
     from tarsus.report.pages import Plate
 
 
@@ -38,6 +38,35 @@ NOTABLE = 0.30
 
 PAGE_FILES = ("reproduction.csv", "reproduction.json", "reproduction.html")
 """What a comparison writes."""
+
+
+CALIBRATED, PREDICTED = "calibrated on", "predicted"
+"""Roles of a row: the device was fitted to it, or never saw it."""
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """Median and ends of the 80 % interval; NaN where nothing is forecast."""
+
+    median: float
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, one: Prediction, factor: float) -> Forecast:
+        """Of a prediction [SI], in another unit."""
+        return cls(one.median * factor, one.low * factor, one.high * factor)
+
+    def scaled(self, factor: float) -> Forecast:
+        """In another unit."""
+        return Forecast(self.median * factor, self.low * factor, self.high * factor)
+
+    def to_dict(self) -> dict[str, float | None]:
+        """Plain data; None for NaN."""
+        return {
+            name: value if math.isfinite(value := getattr(self, name)) else None
+            for name in ("median", "low", "high")
+        }
 
 
 @dataclass(frozen=True)

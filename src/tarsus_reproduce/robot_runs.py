@@ -20,7 +20,6 @@ from tarsus.solve import Run, simulate
 from tarsus_reproduce.impacts import ImpactEnergies, impact_energies
 from tarsus_reproduce.reproduction import Progress
 from tarsus_reproduce.robots import OBSERVED, SETTLE, describe, drive_frequency, printed_rows, row_scene
-from tarsus_reproduce.rows import PrintedRow
 
 PERIODS = 4
 """Drive periods a run over the ground has at least after its transient."""
@@ -130,7 +129,7 @@ def robot_runs(robot: str, device: str | None = None, *, progress: Progress | No
     check_device(own, device or robot)
     jobs = _over_ground(robot, own)
     volts, printed = AIR_DRIVES[robot]
-    freq_hz = printed or drive_frequency(robot, own, "square")
+    freq_hz = printed or drive_frequency(own)
     near: list[Near] = []
     air: list[AirRun] = []
     for title, scene, hz, points in jobs:
@@ -162,11 +161,11 @@ def _over_ground(robot: str, own: Scene) -> list[tuple[str, Scene, float, tuple[
     """Title, scene, drive frequency [Hz] and points that are shown, of every run over the ground."""
     jobs = []
     for printed in printed_rows(robot):
-        freq_hz = printed.freq_hz or drive_frequency(robot, own, printed.wave)
+        freq_hz = printed.freq_hz or drive_frequency(own)
         title = f"{describe(printed)}, {freq_hz:.4g} Hz"
-        jobs.append((title, row_scene(own, printed, freq_hz), freq_hz, (_first_foot(own).point,)))
+        jobs.append((title, row_scene(own, printed.conditions), freq_hz, (_first_foot(own).point,)))
     if not jobs:
-        freq_hz = drive_frequency(robot, own, "square")
+        freq_hz = drive_frequency(own)
         scene = changed(own, wave="square", hz=freq_hz)
         signal = next(iter(scene.signals.values()))
         assert isinstance(signal, Square)
@@ -182,7 +181,8 @@ def _first_foot(scene: Scene) -> Foot:
 
 def _in_air(robot: str, own: Scene, volts: float, freq_hz: float) -> AirRun:
     gaps = {f"robot.feet.{foot}.gap": AIR_GAP for foot in own.robot.feet}
-    scene = with_values(row_scene(own, PrintedRow("square", volts, freq_hz, 1e6 * AIR_GAP), freq_hz), gaps)
+    row = {"wave": "square", "volt_v": volts, "gap_um": 1e6 * AIR_GAP, "freq_hz": freq_hz}
+    scene = with_values(row_scene(own, row), gaps)
     start = math.ceil(settling_time(scene) * freq_hz)
     run = simulate(scene, (start + AIR_PERIODS) / freq_hz)
     whole = np.linspace(start, start + AIR_PERIODS, AIR_PERIODS * SAMPLES + 1) / freq_hz

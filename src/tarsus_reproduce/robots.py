@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from tarsus.base.errors import InputError
-from tarsus.files.library import changed
+from tarsus.calibrate.description import TableSampling
+from tarsus.files.library import changed, load_scene
 from tarsus.model.drive.waveforms import Sine, Square
 from tarsus.model.scene import Scene
-from tarsus_reproduce.compared import ComparedRow, TableComparison, summary_of
-from tarsus_reproduce.ensembles import packaged_errors, packaged_members, packaged_misses
-from tarsus_reproduce.forecast import Member, RowReadings, members_of
+from tarsus_reproduce.compared import ComparedRow, TableComparison, compared_rows, named, summary_of
+from tarsus_reproduce.ensembles import packaged_errors
 from tarsus_reproduce.impacts import MapRow, ModeRow, map_rows, mode_rows
 from tarsus_reproduce.reproduction import Progress
 from tarsus_reproduce.rows import HEIGHTS, PrintedRow, packaged_rows, read_rows
-from tarsus_reproduce.seeds import foot_statistics
 
 SEEDS = 32
 """Initial states of every row, shared out over the members of an ensemble; the packaged one has more: one each."""
@@ -29,15 +28,15 @@ WINDOW = 0.05
 FASTEST = 1e5
 """Highest drive frequency of a row [Hz]: a hundred times the source's; faster ones take hours over many seeds."""
 
-
 MEAN_HEIGHT = "mean of the flights' highest points"
-"""What the table's "Avg. height" is taken to be, as in the packaged study; its text does not say. The mean over time
-stands beside it."""
+"""What the table's "Avg. height" is taken to be; its text does not say, and the packaged calibration weighs the mean
+over time against it."""
 
 
 @dataclass(frozen=True)
 class RobotRows:
-    """All rows of a robot, and what its impact maps do; calibration: what that of the packaged ensemble says."""
+    """All rows of a robot, and what its impact maps do; runs: of every row; calibration: what that of the packaged
+    ensemble says."""
 
     robot: str
     device: str
@@ -45,13 +44,14 @@ class RobotRows:
     rows: tuple[ComparedRow, ...]
     modes: tuple[ModeRow, ...]
     maps: tuple[MapRow, ...]
+    runs: int
     calibration: Mapping[str, Any] | None = None
 
     @property
     def problems(self) -> list[str]:
         """Sentences of the runs that did not reach their end."""
         return [
-            f"{describe(row.printed)}: {problem}" for row in self.rows for problem in dict.fromkeys(row.problems)
+            f"{describe(row.printed)}: {problem}" for row in self.rows for problem in row.problems
         ]
 
     def to_dict(self) -> dict[str, Any]:
@@ -60,6 +60,7 @@ class RobotRows:
             "robot": self.robot,
             "device": self.device,
             "mean_um_is": MEAN_HEIGHT,
+            "runs": self.runs,
             "ok": not self.problems,
             "rows": [row.to_dict(HEIGHTS) for row in self.rows],
             "summary": summary_of(HEIGHTS, self.rows),
@@ -80,32 +81,29 @@ def printed_rows(robot: str) -> list[PrintedRow]:
 
 def robot_rows(
     robot: str,
-    device: str | Sequence[Member] | None = None,
+    device: str | None = None,
     rows: str | Path | None = None,
     *,
     seeds: int = SEEDS,
     progress: Progress | None = None,
 ) -> RobotRows:
-    """Simulate every row of Table 3.2, and of a rows file, over many seeds of initial state.
+    """Predict every row of Table 3.2, and of a rows file, over many seeds of initial state.
 
-    robot: ``"hexapod"`` or ``"quadruped"``, whose table and printed matrices are compared; device: also an ensemble,
-    over whose members seeds are shared out, one at least for each; modes and impact maps are those of the first. Other
-    arguments and errors as for `tarsus_reproduce.verb.reproduce`.
+    robot: ``"hexapod"`` or ``"quadruped"``, whose table and printed matrices are compared; seeds are shared out over
+    the members of an ensemble, one at least for each; modes and impact maps are those of the device. Other arguments
+    and errors as for `tarsus_reproduce.verb.reproduce`.
     """
-    members = members_of((packaged_members(robot) or robot) if device is None else device)
-    misses = packaged_misses(robot) if device is None else {}
-    how = heights(robot, math.ceil(seeds / len(members)))
     printed = printed_rows(robot) + (_added(rows) if rows is not None else [])
-    done = []
-    for number, one in enumerate(printed):
-        if progress is not None:
-            progress(number, len(printed), describe(one))
-        done.append(how.row(members, one, misses))
-    name = device if isinstance(device, str) else _named(robot, members, device is None)
-    scene = members[0].scene
+    ensemble = WINDOWS.ensemble(device, robot)
+    members = sum(len(one.weights) for one in ensemble.ensembles)
+    sampling = WINDOWS.sampling.model_copy(update={"draws": math.ceil(seeds / members)})
+    done = compared_rows(replace(WINDOWS, sampling=sampling), ensemble, printed, progress)
+    scene = load_scene(device or robot)
     calibration = packaged_errors(robot) if device is None else None
     modes, maps = mode_rows(scene, robot), map_rows(scene, robot)
-    return RobotRows(robot, name, scene, tuple(done), modes, maps, calibration)
+    return RobotRows(
+        robot, device or named(robot, ensemble), scene, done, modes, maps, members * sampling.draws, calibration
+    )
 
 
 def _added(path: str | Path) -> list[PrintedRow]:
@@ -116,22 +114,14 @@ def _added(path: str | Path) -> list[PrintedRow]:
     return found
 
 
-def _named(robot: str, members: Sequence[Member], packaged: bool) -> str:
-    if packaged:
-        return robot if len(members) == 1 else f"{robot}, a weighted ensemble of {len(members)}"
-    return " + ".join(one.scene.name for one in members)
-
-
-def drive_frequency(robot: str, scene: Scene, wave: str) -> float:
-    """Drive frequency [Hz] where a row does not tell: that calibrated on the packaged row of the same wave, or the
-    device's own."""
-    known = [one.freq_hz for one in printed_rows(robot) if one.wave == wave and one.freq_hz is not None]
+def drive_frequency(scene: Scene) -> float:
+    """The device's own drive frequency [Hz], where a row does not tell another."""
     period = next(iter(scene.signals.values())).period
-    return known[0] if known else 1.0 / period if period else 1.0
+    return 1.0 / period if period else 1.0
 
 
-def row_scene(scene: Scene, printed: PrintedRow, freq_hz: float) -> Scene:
-    """The device over the row's gap with the row's drive; the first foot and every signal change.
+def row_scene(scene: Scene, row: Mapping[str, Any]) -> Scene:
+    """The device over the gap of a row with its drive; the first foot and every signal change.
 
     A signal keeps its polarity: its amplitude and offset are scaled so that its highest voltage is the row's. Raises
     InputError where the device has no foot or a signal without amplitude and offset.
@@ -139,29 +129,21 @@ def row_scene(scene: Scene, printed: PrintedRow, freq_hz: float) -> Scene:
     if not scene.robot.feet:
         raise InputError(f"{scene.name}: a row of heights needs a robot with a foot")
     foot = next(iter(scene.robot.feet))
-    assert printed.gap_um is not None
-    changes: dict[str, Any] = {f"robot.feet.{foot}.gap": printed.gap_um * 1e-6}
+    changes: dict[str, Any] = {f"robot.feet.{foot}.gap": row["gap_um"] * 1e-6}
     for name, signal in scene.signals.items():
         if not isinstance(signal, Sine | Square):
             raise InputError(
                 f"{scene.name}: signals.{name}: a row of heights needs a sine or square wave to start from"
             )
-        scale = printed.volt_v / (abs(signal.amplitude) + abs(signal.offset))
+        scale = row["volt_v"] / (abs(signal.amplitude) + abs(signal.offset))
         changes[f"signals.{name}.amplitude"] = signal.amplitude * scale
         changes[f"signals.{name}.offset"] = signal.offset * scale
-    return changed(scene, hz=freq_hz, wave=printed.wave, **changes)
+    return changed(scene, hz=row.get("freq_hz", drive_frequency(scene)), wave=row["wave"], **changes)
 
 
-def heights(robot: str, seeds: int) -> TableComparison:
-    """How rows of heights are compared: by windows of runs from so many random initial states of every member."""
-
-    def driven(scene: Scene, printed: PrintedRow) -> Scene:
-        return row_scene(scene, printed, printed.freq_hz or drive_frequency(robot, scene, printed.wave))
-
-    def by_window(scene: Scene, printed: PrintedRow) -> RowReadings:
-        return foot_statistics(scene, seeds, duration=OBSERVED, settle=SETTLE, window=WINDOW)
-
-    return TableComparison(
-        HEIGHTS, driven, by_window, ("bounces_per_second", 0.5 / WINDOW), "windows with a bounce",
-        {"ground.near_field_forces": False}, {"mean height over time": "mean_height"},
-    )  # fmt: skip
+WINDOWS = TableComparison(
+    HEIGHTS, "hexapod", row_scene,
+    TableSampling(settle=SETTLE, window=WINDOW, windows=round(OBSERVED / WINDOW), accuracy=1e-8),
+    "windows with a bounce", {"ground.near_field_forces": False},
+)  # fmt: skip
+"""Table 3.2, by windows of runs from random initial states of every member."""

@@ -18,8 +18,8 @@ DRIVE = Cell(required=True, positive=True)
 
 @dataclass(frozen=True)
 class PrintedQuantity:
-    """A measured quantity: its key in the table's unit, words, SI unit, the factor from SI to the table's unit, the
-    measure of a run that it is, and its name in the calibration's study.
+    """A measured quantity: its key in the table's unit, words, SI unit, the factor from SI to the table's unit, and its
+    name in the calibration's study.
 
     count: a number of bounces, the error of which is a difference, as in Table 2.3.
     """
@@ -28,7 +28,6 @@ class PrintedQuantity:
     words: str
     unit: str
     factor: float
-    measure: str
     studied: str
     count: bool = False
 
@@ -55,16 +54,16 @@ class PrintedTable:
     columns: Mapping[str, Cell]
 
 
-_BOUNCES = PrintedQuantity("bounces", "bounces per period", "1", 1.0, "bounces", "bounces", count=True)
+_BOUNCES = PrintedQuantity("bounces", "bounces per period", "1", 1.0, "bounces", count=True)
 _CONTACTS = (
     _BOUNCES,
-    PrintedQuantity("peak_um", "peak after break-off", "m", 1e6, "peak", "peak"),
-    PrintedQuantity("contact_ms", "contact per period", "s", 1e3, "contact_duration", "contact"),
+    PrintedQuantity("peak_um", "peak after break-off", "m", 1e6, "peak"),
+    PrintedQuantity("contact_ms", "contact per period", "s", 1e3, "contact"),
 )
 _HEIGHTS = (
-    PrintedQuantity("bounces_per_s", "bounces in a second", "1", 1.0, "bounces_per_second", "bounces"),
-    PrintedQuantity("peak_um", "peak height", "m", 1e6, "peak", "peak"),
-    PrintedQuantity("mean_um", "mean height", "m", 1e6, "mean_apex", "mean"),
+    PrintedQuantity("bounces_per_s", "bounces in a second", "1", 1.0, "bounces"),
+    PrintedQuantity("peak_um", "peak height", "m", 1e6, "peak"),
+    PrintedQuantity("mean_um", "mean height", "m", 1e6, "mean"),
 )
 
 CANTILEVER = PrintedTable(

@@ -18,7 +18,6 @@ import tarsus as ts
 from html_page import Page
 from tarsus.cli import main
 from tarsus.files.toml import write_scene
-from tarsus_reproduce import robots
 from tarsus_reproduce.verb import experiments
 
 EXTRA = "gap_um,wave,volt_v,freq_hz,bounces_exp_per_s,peak_exp_um,mean_exp_um\n8,square,6,40,100,20,\n"
@@ -26,13 +25,12 @@ EXTRA = "gap_um,wave,volt_v,freq_hz,bounces_exp_per_s,peak_exp_um,mean_exp_um\n8
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
-    """Three of the hexapod's ensemble with one more row: the JSON object that was printed, and the folder."""
+    """The hexapod's ensemble with one more row: the JSON object that was printed, and the folder."""
     folder = tmp_path_factory.mktemp("hexapod")
     rows = folder / "rows.csv"
     rows.write_text(EXTRA, encoding="utf-8")
-    out, few = StringIO(), robots.packaged_members("hexapod")[::16]
-    with pytest.MonkeyPatch.context() as patch, redirect_stdout(out):
-        patch.setattr(robots, "packaged_members", lambda robot: few)
+    out = StringIO()
+    with redirect_stdout(out):
         words = ["reproduce", "hexapod", "--rows", str(rows), "--seeds", "2", "--json", "-o"]
         assert main([*words, str(folder / "out")]) == 0
     return json.loads(out.getvalue()), folder / "out"

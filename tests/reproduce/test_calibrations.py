@@ -21,7 +21,7 @@ from tarsus.fit.ranges import weighted_quantile
 from tarsus.measure import window_statistics
 from tarsus_reproduce.cantilever import reproduce_cantilever
 from tarsus_reproduce.cantilever_studies import loop_table
-from tarsus_reproduce.forecast import members_of
+from tarsus_reproduce.ensembles import packaged_ensemble
 from tarsus_reproduce.robots import printed_rows, row_scene
 
 PACKAGE = load_file(Path(__file__).parents[2] / "docs" / "package_mixtures.py")
@@ -108,9 +108,9 @@ def test_a_branch_of_many_members_is_thinned_without_losing_its_middle():
 
 def test_the_best_hexapod_makes_no_contact_over_20_to_40_um_at_3_to_10_v():
     """Section 3.4.3; the study asks it of two corners at the highest voltage."""
-    (device,) = members_of("hexapod")
+    device = ts.load_scene("hexapod")
     for printed in printed_rows("hexapod")[:2]:
-        scene = row_scene(device.scene, printed, device.scene.signals["pzt"].frequency)
+        scene = row_scene(device, printed.conditions)
         gaps, shares = (axis.ravel() for axis in np.meshgrid([20e-6, 30e-6, 40e-6], [0.3, 0.6, 1.0]))
         drive = scene.signals["pzt"]
         vary = {
@@ -139,16 +139,14 @@ def test_members_of_a_packaged_mixture_err_today_as_their_file_says(name):
     """Medians over all members and windows by this engine; an engine that moves them asks for a new calibration."""
     file = files("tarsus_reproduce").joinpath("data", f"{name}_mixture.json")
     packaged = json.loads(file.read_text(encoding="utf-8"))
-    described = load_study(name)
-    problem = lower_study(described, threads=1).problem
-    cells, unknowns = problem.objective.cells, problem.unknowns
-    values, weights = [], []
-    for told in packaged["branches"]:
-        own = next(one for one in problem.hypotheses if one.name == told["name"])
-        sets = np.array([[one["unknowns"][key] for key in unknowns.names] for one in told["members"]])
-        found = np.asarray(problem.simulate(own.run, sets, range(problem.trained)), dtype=float)
-        values.append(np.nan_to_num(found[:, :, list(own.columns)]))
-        weights.append([one["weight"] for one in told["members"]])
+    whole = packaged_ensemble(name)
+    problem = whole.lowered.problem
+    cells, values, weights = problem.objective.cells, [], []
+    for weight, one in zip(whole.weights, whole.ensembles, strict=True):
+        sets = problem.unknowns.values(one.points)
+        found = np.asarray(problem.simulate(one.hypothesis.run, sets, range(problem.trained)), dtype=float)
+        values.append(np.nan_to_num(found[:, :, list(one.hypothesis.columns)]))
+        weights.append(weight * one.weights)
     every, share = np.concatenate(values), np.concatenate(weights)
     each = np.repeat(share, every.shape[-1])
     for k, measure in enumerate(cells.names):

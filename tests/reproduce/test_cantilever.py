@@ -5,15 +5,17 @@ from __future__ import annotations
 import csv
 import io
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import tarsus as ts
+from tarsus.calibrate.prediction import Discrepancy
 from tarsus.calibrate.skill import naive_errors
-from tarsus_reproduce.cantilever import PERIODS, periods_of, reproduce_cantilever
+from tarsus_reproduce.cantilever import PERIODS, reproduce_cantilever
 from tarsus_reproduce.compared import errors, merits_of
-from tarsus_reproduce.ensembles import packaged_errors, packaged_members
-from tarsus_reproduce.forecast import members_of
+from tarsus_reproduce.ensembles import device_ensemble, packaged_ensemble, packaged_errors
 from tarsus_reproduce.rows import CANTILEVER, PrintedRow, packaged_rows
 
 
@@ -75,11 +77,6 @@ def test_contact_where_none_was_measured_is_a_miss_and_not_excluded():
     assert contact["mean_absolute_error"] == pytest.approx(0.1)
 
 
-@pytest.mark.parametrize(("freq", "expected"), [(5.0, (4, 12)), (50.0, (5, 20)), (100.0, (10, 40))])
-def test_transients_and_measured_periods(freq, expected):
-    assert periods_of(freq) == expected
-
-
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
     """The best device on all rows, and on two of a file: one that is the first packaged row with another peak."""
@@ -129,29 +126,35 @@ def test_the_file_has_a_line_for_every_row_with_ends_of_the_intervals(found):
     assert rows[13]["peak_um_measured"] == ""
 
 
-def test_an_ensemble_of_two_devices_lies_between_them():
-    case = next(
-        row for row in packaged_rows(CANTILEVER) if (row.freq_hz, row.volt_v, row.wave) == (100, 8, "sine")
-    )
-    both = [members_of(name)[0] for name in ("cantilever", "cantilever-1")]
-    first, second = (PERIODS.row((one,), case) for one in both)
-    mixed = PERIODS.row(members_of(both), case)
-    for name in ("peak_um", "contact_ms"):
-        one, other, mix = (row.ours[name] for row in (first, second, mixed))
-        assert min(one.low, other.low) <= mix.low and mix.high <= max(one.high, other.high)
-        assert mix.high - mix.low >= 0.5 * abs(one.median - other.median)
-    assert mixed.p_bounce == pytest.approx((first.p_bounce + second.p_bounce) / 2.0)
+def first_members(whole, count: int):
+    """The first members of the heaviest hypothesis alone."""
+    best = whole.ensembles[int(np.argmax(whole.weights))]
+    share = best.weights[:count] / best.weights[:count].sum()
+    own = replace(best, points=best.points[:count], weights=share)
+    return replace(whole, ensembles=(own,), weights=np.ones(1))
 
 
-def test_the_packaged_ensemble_predicts_with_wider_intervals_than_a_member():
-    members = members_of(packaged_members("cantilever"))
+def test_the_packaged_ensemble_predicts_with_wider_intervals_than_a_member_alone():
+    whole = packaged_ensemble("cantilever")
+    nothing = np.zeros(3)
+    alone = replace(first_members(whole, 1), discrepancy=Discrepancy(nothing, nothing))
     case = PrintedRow("square", 6.0, 100.0, origin="rows.csv")
-    whole, alone = PERIODS.row(members, case), PERIODS.row(members[:1], case)
-    assert not whole.problems and whole.role == "predicted"
+    many, one = PERIODS.row(whole, case), PERIODS.row(alone, case)
+    assert not many.problems and many.role == "predicted"
     for name in ("peak_um", "contact_ms"):
-        found, own = (row.ours[name] for row in (whole, alone))
+        found, own = (row.ours[name] for row in (many, one))
         assert found.high - found.low > own.high - own.low
         assert found.low <= found.median <= found.high and math.isfinite(found.median)
+
+
+def test_rows_that_no_calibrated_device_was_fitted_to_are_predicted():
+    whole = packaged_ensemble("cantilever")
+    row = packaged_rows(CANTILEVER)[0]
+    assert PERIODS.row(whole, row).role == "calibrated on"
+    assert PERIODS.row(whole, replace(row, measured=None)).role == "predicted"
+    assert PERIODS.row(whole, replace(row, origin="mine.csv")).role == "predicted"
+    bare = ts.with_values(ts.load_scene("cantilever"), {"provenance": {}})
+    assert PERIODS.row(device_ensemble("cantilever", bare, PERIODS.driven), row).role == "predicted"
 
 
 @pytest.mark.slow  # all rows with all members; one row stays in the default lane

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import replace
 from functools import cache
 
 import pytest
@@ -13,12 +12,11 @@ import tarsus as ts
 from html_page import Page
 from reproduce.coarse_studies import FEW, ringing
 from tarsus_reproduce.cantilever import reproduce_cantilever
-from tarsus_reproduce.ensembles import packaged_errors, packaged_members
-from tarsus_reproduce.forecast import Forecast
+from tarsus_reproduce.ensembles import packaged_errors
 from tarsus_reproduce.index import index_html
 from tarsus_reproduce.millipede import judge_scene
 from tarsus_reproduce.millipede_tables import millipede_reproduction
-from tarsus_reproduce.reproduction import FigureCall, NumberRow, Reproduction, numbers_table
+from tarsus_reproduce.reproduction import FigureCall, Forecast, NumberRow, Reproduction, numbers_table
 from tarsus_reproduce.robot_tables import reproduce_robot
 from tarsus_reproduce.verb import experiments, reproduce
 
@@ -27,8 +25,8 @@ from tarsus_reproduce.verb import experiments, reproduce
 def one_of() -> Callable[[str], Reproduction]:
     """A small one of each kind by its name, made when it is asked for."""
     made = {
-        "cantilever": lambda: reproduce_cantilever(packaged_members("cantilever")[:1]),
-        "hexapod": lambda: reproduce_robot("hexapod", packaged_members("hexapod")[:2], seeds=2),
+        "cantilever": reproduce_cantilever,
+        "hexapod": lambda: reproduce_robot("hexapod", seeds=2),
         "quadruped": lambda: reproduce_robot("quadruped"),
         "millipede": lambda: millipede_reproduction(
             (judge_scene("ringing", ringing(), coarse=FEW, duration=0.04),)
@@ -81,10 +79,7 @@ def test_every_section_and_figure_is_there_in_order_and_nothing_comes_from_outsi
     assert not re.findall(r"url\((?!#)", text) and len(text.encode()) < 1_500_000
 
 
-def test_the_packaged_ensemble_shows_rows_excluded_beside_those_calibrated_on(monkeypatch):
-    monkeypatch.setattr(
-        "tarsus_reproduce.cantilever.packaged_members", lambda name: packaged_members(name)[:1]
-    )
+def test_the_packaged_ensemble_shows_rows_excluded_beside_those_calibrated_on():
     told = packaged_errors("cantilever")
     (shown,) = [one for one in reproduce_cantilever().table().parts if "calibration" in one.title]
     peak = dict(zip((f"{c.over} {c.name}" for c in shown.columns), shown.rows[1], strict=True))
@@ -94,12 +89,13 @@ def test_the_packaged_ensemble_shows_rows_excluded_beside_those_calibrated_on(mo
 
 
 @pytest.mark.slow
-def test_no_run_of_these_devices_creates_energy_and_a_map_that_could_is_announced(found):
+def test_no_run_of_these_devices_creates_energy_and_a_map_that_could_is_announced(found, tmp_path):
     for name in ("hexapod", "quadruped"):
         shares = [row[-1] for table in found[name].table().parts for row in table.rows if row[0] == "as run"]
         assert shares == [0.0] and not found[name].problems and not found[name].cautions
     scene = ts.load_scene("hexapod", **{"ground.impact": {"kind": "dominant_mode", "passive": False}})
-    bad = reproduce_robot("hexapod", [replace(packaged_members("hexapod")[0], scene=scene)], seeds=1)
+    ts.write_scene(scene, tmp_path / "bad.toml")
+    bad = reproduce_robot("hexapod", str(tmp_path / "bad.toml"), seeds=1)
     assert "can create energy" in bad.cautions[0] and bad.cautions[0] in bad.table().text()
 
 

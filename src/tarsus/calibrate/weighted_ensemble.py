@@ -159,7 +159,6 @@ def ensemble_table(whole: WeightedEnsemble) -> dict[str, Any]:
                 {
                     "weight": float(share),
                     "found": found,
-                    "point": point.tolist(),
                     "unknowns": values,
                     "values": {path: run.values(values, run.rows[0])[path] for path in run.driven},
                 }
@@ -208,13 +207,17 @@ def load_ensemble(
         raise InputError(f"'{place}' holds no finished calibration: {error}") from None
     if not same:
         raise InputError(f"'{place}' holds an ensemble of another format; calibrate again")
-    lowered = lower_study(load_study(place / STUDY_FILE, laws), threads)
-    ensembles = []
+    return ensemble_of_table(table, lower_study(load_study(place / STUDY_FILE, laws), threads))
+
+
+def ensemble_of_table(table: Mapping[str, Any], lowered: Lowered) -> WeightedEnsemble:
+    """A weighted ensemble from what `ensemble_table` made of it, for its study."""
+    unknowns, ensembles = lowered.problem.unknowns, []
     for one in table["branches"]:
         hypothesis = next(b for b in lowered.problem.hypotheses if b.options == one["options"])
-        points = np.array([member["point"] for member in one["members"]])
-        weights = np.array([member["weight"] for member in one["members"]])
-        nothing, found = np.zeros((len(points), 0)), tuple(member["found"] for member in one["members"])
+        sets = [[member["unknowns"][name] for name in unknowns.names] for member in one["members"]]
+        points, weights = unknowns.cube(np.array(sets)), np.array([member["weight"] for member in one["members"]])
+        nothing, found = np.zeros((len(points), 0)), tuple(member.get("found", "") for member in one["members"])
         ensembles.append(
             HypothesisEnsemble(points, weights, np.zeros(len(points)), hypothesis, nothing, found)
         )

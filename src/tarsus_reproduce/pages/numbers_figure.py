@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from tarsus.report.pages import Plate
 from tarsus.report.rows_figure import RowMarks, RowPanel, rows_figure
 from tarsus.report.style import BLUE, INK, ORANGE, SKY
-from tarsus_reproduce.forecast import Forecast
-from tarsus_reproduce.reproduction import NumberRow
+from tarsus_reproduce.reproduction import Forecast, NumberRow
 
 
 def numbers_figure(rows: Sequence[NumberRow], caption: str) -> Plate:
