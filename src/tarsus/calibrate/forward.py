@@ -78,7 +78,8 @@ class Forward:
         size = each if is_executor(self.threads) else min(each, TOGETHER)
         parts = [sets[i : i + size] for i in range(0, len(sets), size)]
         found = spread(partial(self._some, variant, tuple(rows)), parts, self.threads)
-        return np.concatenate(list(found)).astype(np.float32)
+        with np.errstate(over="ignore"):  # what a growing motion takes beyond single precision has failed as well
+            return np.concatenate(list(found)).astype(np.float32)
 
     def __getstate__(self) -> dict[str, Any]:
         """Without the workers: who got it is one of them."""
