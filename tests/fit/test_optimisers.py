@@ -11,13 +11,12 @@ from tarsus.base.errors import InputError
 from tarsus.fit import (
     Residuals,
     Unknowns,
-    by_regressions,
     cma_es,
-    differential_evolution,
     least_squares,
     minimize,
     pymoo_problem,
 )
+from tarsus.fit.regressions import Valleys, steps
 
 
 class Valley(Residuals):
@@ -55,33 +54,20 @@ def test_scipy_with_derivatives_finds_the_bottom(optimise):
     assert found.cost < 1e-6 and 0 < found.slopes <= found.evaluations < 60
 
 
-def test_regressions_find_the_bottom():
-    found = by_regressions(Valley(), screening=16, generations=40)  # of a bent valley only nearly
-    assert found.x == pytest.approx([0.75, 0.75], abs=0.05) and found.slopes == 0
+def test_steps_by_regressions_from_two_valleys_go_down_to_the_bottom():
+    valley, rng, known = Valley(), np.random.default_rng(1), Valleys()
+    points = valley.unknowns.draws(16, rng)
+    for _ in range(40):
+        residuals = valley.residuals_at(points)
+        bases = known.bases(points, (residuals**2).sum(axis=1), 2)
+        points = np.concatenate([points, *(steps(points, residuals, base, rng) for base in bases)])
+    best = valley.costs(points).argmin()
+    assert points[best] == pytest.approx([0.75, 0.75], abs=0.05)  # of a bent valley only nearly
 
 
-class Slope(Residuals):
-    """One number, whose residual is least at the upper bound."""
-
-    unknowns = Unknowns(("a",), ("1",), np.zeros(1), np.ones(1), np.zeros(1, dtype=bool), (None,))
-
-    def residuals_at(self, points):
-        assert np.isfinite(points).all()
-        return 2.0 - points
-
-    def jacobian(self, x):
-        raise AssertionError("no derivatives are asked for")
-
-
-def test_regressions_go_on_from_a_corner_that_was_visited_twice():
-    assert by_regressions(Slope(), screening=8, generations=12).x == pytest.approx([1.0])
-
-
-def test_differential_evolution_asks_for_whole_generations():
-    valley = Valley()
-    found = differential_evolution(valley, popsize=10, maxiter=80, rng=np.random.default_rng(3))
-    assert found.x == pytest.approx([0.75, 0.75], abs=0.01) and found.slopes == 0
-    assert set(valley.asked) == {20} and found.evaluations == sum(valley.asked)
+def test_steps_by_regressions_go_on_from_a_corner_that_was_visited_twice():
+    points = np.array([[0.2], [0.4], [0.6], [1.0], [1.0]])
+    assert steps(points, 2.0 - points, 3, np.random.default_rng(1)) == pytest.approx(1.0)
 
 
 def test_cma_es_finds_the_bottom_and_stays_in_its_bounds():

@@ -6,7 +6,7 @@ The package is also the verb of its name, ``tarsus.fit(scene, unknowns, residual
 from tarsus.base.verb import callable_package
 from tarsus.fit.by_cma import cma_es
 from tarsus.fit.by_pymoo import pymoo_problem
-from tarsus.fit.by_scipy import differential_evolution, minimize
+from tarsus.fit.by_scipy import minimize
 from tarsus.fit.chain import chain
 from tarsus.fit.ensemble import Ensemble
 from tarsus.fit.fitting import FitResult, RunResiduals, fit
@@ -14,7 +14,6 @@ from tarsus.fit.least_squares import least_squares, least_squares_from
 from tarsus.fit.normal_equations import Descent, Minimum, NormalEquations, descend
 from tarsus.fit.problem import Problem
 from tarsus.fit.ranges import Range, range_of
-from tarsus.fit.regressions import by_regressions
 from tarsus.fit.residuals import Found, Residuals
 from tarsus.fit.terms import Goal, Limit, Reading, Samples
 from tarsus.fit.uncertainty import Uncertainty
@@ -42,11 +41,9 @@ __all__ = [
     "Unknown",
     "Unknowns",
     "Verdict",
-    "by_regressions",
     "chain",
     "cma_es",
     "descend",
-    "differential_evolution",
     "fit",
     "least_squares",
     "least_squares_from",

@@ -19,8 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats, Ints
-from tarsus.fit.unknowns import even_points
-from tarsus.fit.valleys import inside
+from tarsus.fit.unknowns import even_points, inside
 
 Costs = Callable[[Floats], Floats]
 """Costs (n, no) of points (n, nu) of the unit cube, the least the best."""

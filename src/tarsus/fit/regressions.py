@@ -15,7 +15,6 @@ import numpy as np
 
 from tarsus.base.arrays import Floats
 from tarsus.fit.normal_equations import NormalEquations, held_step
-from tarsus.fit.residuals import Found, Residuals
 
 APART = 0.1
 """Steps begin at points so far apart (root mean square over the unit cube): a tenth of the bounds, nearer ones have
@@ -83,43 +82,6 @@ def steps(points: Floats, residuals: Floats, base: int, rng: np.random.Generator
         longest, limit = float(np.abs(step).max()), FAR * np.sqrt(nu) * radius
         out.append(np.clip(point + step * min(1.0, limit / max(longest, 1e-300)), 0.0, 1.0))
     return np.array(out)
-
-
-def by_regressions(
-    problem: Residuals, seed: int = 1, screening: int = 64, generations: int = 40, bases: int = 2
-) -> Found:
-    """The least sum of squared residuals without derivatives, from points spread evenly over the cube.
-
-    Parameters
-    ----------
-    problem
-        What is searched; it is asked for batches of points.
-    seed
-        Of all that is random.
-    screening
-        Points to begin with.
-    generations
-        Batches after these at most; it ends where no valley gains any more.
-    bases
-        Valleys from which every batch goes down, by four steps each.
-    """
-    rng = np.random.default_rng(seed)
-    points = problem.unknowns.draws(screening, rng)
-    residuals, valleys = problem.residuals_at(points), Valleys()
-    for _ in range(generations):
-        costs = (residuals**2).sum(axis=1)
-        chosen = valleys.bases(points, costs, bases)
-        if not chosen:
-            break
-        asked = [steps(points, residuals, base, rng) for base in chosen]
-        found = problem.residuals_at(np.concatenate(asked))
-        after = (found**2).sum(axis=1).reshape(len(chosen), -1).min(axis=1)
-        for base, low in zip(chosen, after.tolist(), strict=True):
-            valleys.report(points[base], float(costs[base]), low)
-        points, residuals = np.concatenate([points, *asked]), np.concatenate([residuals, found])
-    costs = (residuals**2).sum(axis=1)
-    x = points[int(np.argmin(costs))]
-    return Found(x, problem.values(x), 0.5 * float(costs.min()), len(points), 0, "no valley gains any more")
 
 
 def _distances(points: Floats, point: Floats) -> Floats:

