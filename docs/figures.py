@@ -343,7 +343,7 @@ def hexapod() -> str:
         text += f"; of the best device {whole(size)} over all {count * len(best)} numbers"
     text += f" (source's model: {whole(source)} over all {count * len(fitted)} numbers)."
     if left is not None:
-        text += f" Each row left out: {each(left)} off; the other row alone, taken for it: {by_other_row()} off."
+        text += f" Errors of each row left out: {each(left)}; of the other row alone, taken for it: {by_other_row()}."
     return text
 
 

@@ -180,7 +180,7 @@ def found_at(table: Mapping[str, Any] | None, place: Sequence[str]) -> Any:
 
 @dataclass(frozen=True)
 class Reproduction(Tabled):
-    """What an experiment of the dissertation shows beside what Tarsus computes of it.
+    """What an experiment of the dissertation shows, with what Tarsus computes of it.
 
     name: of the experiment; title, about: what is compared, with which device; data: plain data, what `--json` prints;
     columns, lines: of the CSV file, where each column is found in the plain data of a line; problems: sentences of

@@ -71,7 +71,7 @@ def reproduce(
     name
         ``"cantilever"``: the micro-cantilever under periodic drive (Table A.1); ``"cantilever-1"``: the same with the
         device fitted to the source's model. ``"hexapod"``, ``"quadruped"``: the bouncing foot of a bulk PZT robot
-        (Table 3.2), its modes and impact maps, and its motion in the air. ``"millipede"``: the trends that are seen in
+        (Table 3.2), its modes and impact laws, and its motion in the air. ``"millipede"``: the trends that are seen in
         its simulations of walking (Figs. 4.7-4.11).
     device
         Name or file of the device, with the points of the packaged one; the packaged one, or the weighted ensemble of
@@ -84,7 +84,7 @@ def reproduce(
         For the millipede: the score over so many random interpretations of what is not printed; those that come with
         the package when 0.
     scatter
-        For the millipede: the range of every variant's score over so many neighbours whose unprinted numbers are off by
+        For the millipede: the range of every variant's score over so many neighbours whose unprinted numbers are wrong by
         up to 10 %.
     seed
         Of both; 1 when absent.

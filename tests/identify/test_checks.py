@@ -181,7 +181,7 @@ def test_how_far_a_number_may_be_off_is_said_where_a_cause_is_named():
         doubts={PATHS[2]: ["why"]},
         far=dict(failed.far),
     )
-    assert "may be off by " in judged[PATHS[2]].sentence("N")
+    assert "may be wrong by " in judged[PATHS[2]].sentence("N")
 
 
 def test_what_a_step_leaves_and_leaves_out_is_checked():

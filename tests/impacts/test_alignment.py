@@ -154,7 +154,7 @@ def test_the_limit_of_the_gate_is_the_callers():
     found = shock("0.5")[2]
     strict = residual_gate(found, residual_limit=0.01)
     assert "above the limit of 1%" in str(strict)
-    assert "more than 0% off one" in str(residual_gate(found, gain_limit=0.001))
+    assert "differs from one by more than 0%" in str(residual_gate(found, gain_limit=0.001))
     assert residual_gate(found) == ()
 
 

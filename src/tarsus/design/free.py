@@ -33,7 +33,7 @@ ANY = 0.37
 
 
 class Symmetry(Enum):
-    """How the phases of a gait's legs hang together; the first leg, or the first pair, is at 0."""
+    """How the phases of a gait's legs are tied; the first leg, or the first pair, is at 0."""
 
     NONE = "none"
     """Every leg, or every group of legs that one drive moves, has a phase of its own."""

@@ -49,10 +49,10 @@ Measured = Callable[[Ground], Floats]
 
 @dataclass(frozen=True)
 class Percent:
-    """One number that a design hangs on.
+    """One number that a design depends on.
 
     name: its path, * for each of several that vary together; slope: what a percent more of it adds to the measure;
-    error: what that may be off by; worst: the worst of the measure within a percent to either side. All in the
+    error: of that; worst: the worst of the measure within a percent to either side. All in the
     measure's unit.
     """
 
@@ -90,7 +90,7 @@ class Percents:
     def words(self) -> str:
         """The numbers that cost most, in a sentence."""
         if not self.each:
-            return f"1 % of no number of the scene changes the {self.measure} by 0.1 %"
+            return f"a change of 1 % in any one number changes the {self.measure} by less than 0.1 %"
         named = ", ".join(f"{amount(one.worst, self.unit)} ({one.name})" for one in self.each[:NAMED])
         return f"{self.measure} within 1 % of one number, worst: {named}; of all at once: {amount(self.box, self.unit)}"
 

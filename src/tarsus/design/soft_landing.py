@@ -76,7 +76,7 @@ def landing(
     progress
         Called as ``progress(done, total, what)``.
     settings
-        In place of those of the request: pairs of switchings beside the two edges of the step, at most (fewer where
+        In place of those of the request: pairs of switchings at the two edges of the step, at most (fewer where
         more are no better); levels ``"-8 V, 8 V"`` or more listed voltages, or ``"free=-8V:8V"``, any between; over, a
         mapping of paths to (low, high), `tarsus.design.Grounds`, or a file of draws of `tarsus identify`, and unless
         given the frequencies of the structure within their intervals, or 1 %; risk ``worst``, ``mean``, `cvar`, or

@@ -83,7 +83,7 @@ def export(
     scene
         A scene, or a device's name or a scene file's path.
     to
-        mjcf: a model of MuJoCo, which runs it after writing where it is installed, and tells the loss in numbers;
+        mjcf: a model of MuJoCo, which runs it after writing where it is installed, and states the loss in numbers;
         matlab: the state space of every set of held feet, events, series, and a script that makes the run again;
         c: the gait, or the drives' volts, as tables for a microcontroller;
         fmu: a unit of FMI 3.0 for co-simulation, whose inputs are the drives' volts.

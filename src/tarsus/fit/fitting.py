@@ -151,7 +151,7 @@ class FitResult(Tabled):
         """Of each unknown its value, its 95 % interval and the verdict.
 
         The interval is that of the curvature of the cost, widened by the doubts, about every valley that is as deep;
-        it is open where a bound cuts it or the data set no end. A number that the model is off by more than the stated
+        it is open where a bound cuts it or the data set no end. A number that the model misses by more than the stated
         errors say is preferred, and not determined.
         """
         unknowns, doubts = self.problem.unknowns, self.doubts

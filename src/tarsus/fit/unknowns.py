@@ -250,7 +250,7 @@ class Unknowns:
         return len(self.names)
 
     def values(self, cube: Floats) -> Floats:
-        """SI values of points (..., nu) of the cube; those beside it are taken to its side, or around it."""
+        """SI values of points (..., nu) of the cube; those outside are taken to its side, or around it."""
         x = np.clip(
             np.where(self.circular & ((cube < 0.0) | (cube > 1.0)), np.remainder(cube, 1.0), cube), 0.0, 1.0
         )

@@ -309,7 +309,7 @@ def _check_shapes(model: FootModel, fit: ModalFit, records: Sequence[Measurement
     if plain > _WORST_SHAPE:
         raise InputError(
             f"{files}: the modes do not have the shapes of the structure at {', '.join(names)} "
-            f"({100 * plain:.0f} % off): are "
+            f"(an error of {100 * plain:.0f} %): are "
             "the points, the signs of the channels and the geometry right?"
         )
 

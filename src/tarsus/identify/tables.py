@@ -147,7 +147,7 @@ def _landing(found: Identification) -> list[Alternative]:
         speeds = [one.rule.speed for one in left or [best] if isinstance(one.rule, RestituteFirst)]
         name = f"{kind} at {interval(min(speeds), max(speeds), 'm/s', 3)}" if speeds else kind
         off = percent(float(np.median(best.off)), 3)
-        figure = f"contradicted by {count} of {len(verdict.sets)} sets, off by {off}"
+        figure = f"contradicted by {count} of {len(verdict.sets)} sets, wrong by {off}"
         word = "contradicted" if not left else PREFERRED if verdict.decided else UNDECIDED
         out.append(Alternative(question, name, figure=figure, used=used, word=word, record=_LANDINGS))
     return out

@@ -62,7 +62,7 @@ class NumberVerdict:
         if self.determined:
             return f"{self.name} is determined: {self.range.text(unit)} ({100 * self.range.level:g} %)."
         if self.range.verdict is Verdict.PREFERRED:
-            far = "" if np.isnan(self.far) else f", and may be off by {amount(self.far, unit, 2)}"
+            far = "" if np.isnan(self.far) else f", and may be wrong by {amount(self.far, unit, 2)}"
             return (
                 f"{self.name} is preferred: {self.range.text(unit)}{far}; but {'; and '.join(self.doubts)}."
             )
@@ -141,7 +141,7 @@ def judge_samples(
     doubts
         By name, what speaks against the model that a number rests on, in words: such a number is not determined.
     far
-        By name, by how much a number may be off because of that.
+        By name, by how much a number may be wrong because of that.
 
     Raises
     ------

@@ -228,7 +228,7 @@ def residual_gate(
     """Why a repeat must not be used, by what the aligned in-air record leaves of it before the first contact; no
     sentence where it may.
 
-    A gain off one means that drive, structure or instrument changed between the records: the subtraction (3.27) has no
+    A gain other than one means that drive, structure or instrument changed between the records: the subtraction (3.27) has no
     gain, so such a pair is refused rather than mended.
     """
     reasons = []
@@ -248,8 +248,8 @@ def residual_gate(
     for name, gain in zip(alignment.names, alignment.gain, strict=True):
         if not abs(gain - 1.0) <= gain_limit:
             reasons.append(
-                f"The repeat is rejected: channel '{name}' has a gain of {gain:.3f} against the in-air record, more "
-                f"than {gain_limit:.0%} off one."
+                f"The repeat is rejected: channel '{name}' has a gain of {gain:.3f} against the in-air record, which "
+                f"differs from one by more than {gain_limit:.0%}."
             )
     return tuple(reasons)
 

@@ -65,7 +65,7 @@ def common_ratio(
 
     Errors-in-variables regression through the origin: the noise of ``y - ratio x`` weighs a pair, and the estimate of
     x that goes into the score is the one the pair as a whole supports, so that noise in x does not pull the ratio
-    towards zero. A scatter of the ratio itself from pair to pair is estimated beside the noise (DerSimonian and Laird
+    towards zero. A scatter of the ratio itself from pair to pair is estimated with the noise (DerSimonian and Laird
     1986) and widens the interval; the interval is that of Hartung and Knapp (2001), from the weighted residuals with
     n - 1 degrees of freedom. A single pair has the interval of its noise.
 

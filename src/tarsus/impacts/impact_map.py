@@ -37,7 +37,7 @@ class Repeat:
 
 @dataclass(frozen=True)
 class ImpactMapEstimate(Tabled):
-    """An impact map as measured.
+    """An impact law as measured.
 
     foot: the contact foot; names: of the np points; restitution: with 95 % interval and scatter; column (np of them):
     change of each point's velocity per unit change of the foot's, one at the foot; repeats: all pairs, refused ones

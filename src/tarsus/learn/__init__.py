@@ -28,7 +28,7 @@ ID = "tarsus/Walker-v0"
 
 
 def register() -> None:
-    """Tell Gymnasium of the environments, which it calls itself by the entry point ``gymnasium.envs``; again does
+    """Register the environments with Gymnasium, which it calls itself by the entry point ``gymnasium.envs``; again does
     nothing. Raises ImportError where Gymnasium is not installed."""
     from gymnasium.envs import registration
 

@@ -22,15 +22,15 @@ Floats = NDArray[np.float64]
 
 
 class Action(ABC):
-    """Base of what an agent may tell robots at every step."""
+    """Base of what an agent may command robots at every step."""
 
     @abstractmethod
     def size(self, scene: Scene) -> int:
-        """How many numbers between -1 and 1 a robot of the scene is told."""
+        """How many numbers between -1 and 1 a robot of the scene takes."""
 
     @abstractmethod
-    def told(self, scene: Scene, action: Floats, seconds: float) -> dict[str, Any]:
-        """What `tarsus.Session.step` is told for actions (nr, size) of a step of so many seconds, by its arguments."""
+    def commands(self, scene: Scene, action: Floats, seconds: float) -> dict[str, Any]:
+        """Arguments of `tarsus.Session.step` for actions (nr, size) of a step of so many seconds, by name."""
 
     def prepared(self, scene: Scene) -> Scene:
         """The scene as it has to be for these actions. Raises InputError where it cannot be."""
@@ -50,7 +50,7 @@ class VoltageAction(Action):
     def size(self, scene: Scene) -> int:
         return len(_drives(scene, self.drives))
 
-    def told(self, scene: Scene, action: Floats, seconds: float) -> dict[str, Any]:
+    def commands(self, scene: Scene, action: Floats, seconds: float) -> dict[str, Any]:
         volts = _between(self.low, self.high, action)
         return {"drive": dict(zip(_drives(scene, self.drives), volts.T, strict=True)), "ramp": self.ramp}
 
@@ -67,7 +67,7 @@ class SwitchingAction(Action):
     def size(self, scene: Scene) -> int:
         return 2 * len(_drives(scene, self.drives))
 
-    def told(self, scene: Scene, action: Floats, seconds: float) -> dict[str, Any]:
+    def commands(self, scene: Scene, action: Floats, seconds: float) -> dict[str, Any]:
         names = _drives(scene, self.drives)
         shares = np.sort(_between(0.0, 1.0, action).reshape(len(action), len(names), 2), axis=2)
         lasts = np.diff(shares, axis=2, prepend=0.0, append=1.0) * seconds
@@ -109,7 +109,7 @@ class PhaseAction(Action):
     def size(self, scene: Scene) -> int:
         return len(self._groups(scene)) + (self.frequency is not None) + (self.duty is not None)
 
-    def told(self, scene: Scene, action: Floats, seconds: float) -> dict[str, Any]:
+    def commands(self, scene: Scene, action: Floats, seconds: float) -> dict[str, Any]:
         groups = self._groups(scene)
         late = _between(0.0, 1.0, action[:, : len(groups)])
         out = {f"phases.{leg}": late[:, k] for k, group in enumerate(groups) for leg in group}

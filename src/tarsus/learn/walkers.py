@@ -73,8 +73,8 @@ class _Robots:
 
     def step(self, action: Any) -> tuple[State, Floats, NDArray[np.bool_], NDArray[np.bool_]]:
         """State, rewards, who has stopped and who has come to the end of an episode."""
-        told = self.actions.told(self.scene, self._action(action), self.seconds)
-        state = self.session.step(dt=self.seconds, **told)
+        commands = self.actions.commands(self.scene, self._action(action), self.seconds)
+        state = self.session.step(dt=self.seconds, **commands)
         self.done += 1
         reward = np.broadcast_to(self.reward.values(state.measures), self.done.shape)
         return state, np.nan_to_num(reward, nan=0.0), ~state.ok, self.done >= self.steps
@@ -88,7 +88,7 @@ class WalkerEnv(gymnasium.Env[Any, Any]):
     scene
         A scene, or a device's name or a scene file's path.
     actions
-        What the agent tells it: `VoltageAction`, `PhaseAction` or `SwitchingAction`; unless given, volts between those
+        What the agent commands: `VoltageAction`, `PhaseAction` or `SwitchingAction`; unless given, volts between those
         of the gait.
     sensors
         What the agent sees, `Sensors`.

@@ -103,7 +103,7 @@ class CautionKind(Enum):
 
 @dataclass(frozen=True)
 class Caution:
-    """A sentence to read beside the measures, and what it is about."""
+    """A sentence to read with the measures, and what it is about."""
 
     kind: CautionKind
     sentence: str

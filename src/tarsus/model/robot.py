@@ -52,7 +52,7 @@ class ModalLoad(Description):
 
 
 class InertiaLoad(Description):
-    """A drive that shakes the frame in which the robot is described: every mass feels it in proportion.
+    """A drive that shakes the frame in which the robot is described: it acts on every mass in proportion.
 
     Its law gives an acceleration [m/s^2], so that the gain counts in m/s^2/V. With ``upward = -1`` it is that of a
     table under the robot, whose displacements are then those against the table.

@@ -112,7 +112,7 @@ class ModalFit(Tabled):
             f"{'after' if self.delay > 0.0 else 'before'} the drive, as by a delay of an instrument: corrected"
         ] * (self.delay != 0.0)
         few = [
-            "sampling steps are written in few digits: all frequencies may be off together by "
+            "sampling steps are written in few digits: all frequencies may be wrong together by "
             f"{100.0 * self.frf.rounding:.2g} %, which their intervals hold"
         ] * (self.frf.rounding > _TOLD)
         return (*left, *late, *few)
@@ -147,7 +147,7 @@ class ModalFit(Tabled):
 
         The residues of every mode are turned by its `tilt` first. Modal masses are 1 kg. Where an input has the name of
         an output, it is taken as a force at that point and the shapes are mass-normalised. Elsewhere the responses do
-        not tell the mass: the largest shape value is 1, and the participation is the modal force on 1 kg per unit of
+        not show the mass: the largest shape value is 1, and the participation is the modal force on 1 kg per unit of
         input.
         """
         shapes, participations = [], []

@@ -327,7 +327,7 @@ def attractors(
     starts
         Number of starts, spread evenly over the box.
     over
-        Ends of the box by axis, SI or texts with a unit: ``height`` and ``speed`` [m, m/s] of a robot that is put down
+        Ends of the box by axis, SI or texts with a unit: ``height`` and ``speed`` [m, m/s] of a robot that is placed
         or thrown as a whole, ``phase`` [rad] in their common period of all drives when it is, or paths: of ``initial``,
         of a drive's ``history``. By default heights up to those of the feet in a run of the scene, and speeds that
         carry it there.

@@ -108,7 +108,7 @@ def _percents(design: LandingDesign) -> str:
     )
     return (
         f"{bears}Each number alone, on the scene's own ground: what a percent more adds to the hardest touchdown, a "
-        "derivative with what it may be off by, and the hardest within a percent to either side. With all of them off "
+        "derivative with its error, and the hardest within a percent to either side. With all of them moved "
         f"at once by up to a percent the hardest is {amount(design.percents.box, 'm/s', 3)}."
     )
 

@@ -42,7 +42,7 @@ class ResultCode(Enum):
 
     @classmethod
     def of(cls, code: int, *, makes_energy: bool = False) -> ResultCode:
-        """The result of a kernel return code; ``makes_energy``: the run's impact map is not passive."""
+        """The result of a kernel return code; ``makes_energy``: the run's impact law is not passive."""
         result = _CODES[code]
         return cls.DIVERGED if makes_energy and result in (cls.STALLED, cls.NOT_FINITE) else result
 

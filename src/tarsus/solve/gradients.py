@@ -56,7 +56,7 @@ _KINKED = "to both sides it changes otherwise: an event lies on an edge of a per
 class Gradient(Mapping[str, float]):
     """Derivatives of one number of a run by path, SI units; NaN where there is none.
 
-    error: what each may be off by, estimated from what the run itself is known to and from how its copies bend; flags:
+    error: the error of each, estimated from what the run itself is known to and from how its copies bend; flags:
     sentences by path that say why there is none; one_sided: the derivative to one side, by path, where that alone is
     defined.
     """
@@ -80,7 +80,7 @@ class Gradient(Mapping[str, float]):
 class GradientRun(Run):
     """A finished simulation with derivatives by numbers, or along directions of several.
 
-    The runs beside it are made when the first derivative is asked for: two for each number, or four.
+    The perturbed runs are made when the first derivative is asked for: two for each number, or four.
     """
 
     stencils: Mapping[str, Stencil] = field(kw_only=True)
@@ -205,7 +205,7 @@ class GradientRun(Run):
 
     @cached_property
     def event_errors(self) -> Mapping[str, npt.NDArray[np.void]]:
-        """What each number of `event_gradients` may be off by."""
+        """The error of each number of `event_gradients`."""
         return self._events(1)
 
     def state_gradients(self, times: npt.ArrayLike) -> Mapping[str, SampledStates]:
@@ -217,7 +217,7 @@ class GradientRun(Run):
         return MappingProxyType({path: found for path, (found, _) in self._states(times).items()})
 
     def state_errors(self, times: npt.ArrayLike) -> Mapping[str, SampledStates]:
-        """What the derivatives of the states and forces at times [s] may be off by, by path, as `state_gradients` has
+        """Errors of the derivatives of the states and forces at times [s], by path, as `state_gradients` has
         them. Raises InputError where the times are not in order."""
         return MappingProxyType({path: error for path, (_, error) in self._states(times).items()})
 
@@ -233,7 +233,7 @@ class GradientRun(Run):
 
     def slopes(self, numbers: Callable[[Sequence[Run]], npt.ArrayLike], unit: str = "") -> Slopes:
         """Derivatives (P, ...) by path of whatever a function makes of runs, values (nr, ...) of so many in a unit,
-        what they may be off by, and where there is a kink or a jump."""
+        their errors, and where there is a kink or a jump."""
         best = list(self._best.values())
         runs: list[Run] = [self, self._finer, *(run for one in best for run in one.lane.runs)]
         own, finer, *copies = np.asarray(numbers(runs), dtype=float)
@@ -288,8 +288,8 @@ class GradientRun(Run):
     def gradient_of_runs(self, objective: Callable[[Run], float], unit: str = "") -> Gradient:
         """Derivatives by path of any function of a run: of its events, states, series, measures, ledger or outputs.
 
-        unit: of its values, ``"m"``, ``"s"``, ``"m/s"``, ``"N"``, ``"J"`` or ``"W"``: what rounding leaves of zeros is
-        told from a kink by it.
+        unit: of its values, ``"m"``, ``"s"``, ``"m/s"``, ``"N"``, ``"J"`` or ``"W"``: it separates what rounding leaves of
+        zeros from a kink.
         """
         return self._gradient(lambda runs: [float(objective(run)) for run in runs], unit)
 

@@ -278,7 +278,7 @@ class Batch(Hinted):
         """Measures, all or those of ``names``, as an xarray Dataset with units and definitions as attributes.
 
         Of a grid every path is a dimension; else the runs are the dimension ``run``, with the varied values as its
-        coordinates. Each measure has its spread from period to period beside it, of several feet the number of each,
+        coordinates. Each measure has its spread from period to period with it, of several feet the number of each,
         and ``code`` says how the run ended. Options as for `measure`.
         """
         from tarsus.files.series import dataset_of

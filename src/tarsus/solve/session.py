@@ -207,7 +207,7 @@ class Session(Hinted):
         drive
             By the drives' names: volts, which are held; with several robots one for all or one for each (nr,). Or a
             waveform, whose time begins now, or a waveform for each robot: a ramp, switching times (`OnOff`). Others go
-            on as they were told, at first by the scene's own signals. A number or text alone is ``dt``: ``step(1e-3)``.
+            on as before, at first by the scene's own signals. A number or text alone is ``dt``: ``step(1e-3)``.
         dt
             How long; a text with a unit.
         ramp
@@ -216,7 +216,7 @@ class Session(Hinted):
             Numbers of the scene's gait by their paths in it, for all robots or for each (nr,): phases, frequency,
             volts, duty, as if its clock had run on with them.
         gradients
-            Paths of numbers of the scene by which the step is differentiated as well, beside the state that it begins
+            Paths of numbers of the scene by which the step is differentiated as well, besides the state that it begins
             with and the command; of one robot.
 
         Raises

@@ -141,7 +141,7 @@ def gradient(
     *,
     times: ArrayLike | None = None,
 ) -> Gradient:
-    """First derivatives of one number of a run by numbers of its scene, each with what it may be off by.
+    """First derivatives of one number of a run by numbers of its scene, each with its error.
 
     Parameters
     ----------
@@ -239,7 +239,7 @@ def simulate_batch(
     accuracy
         Tolerances of the engine.
     track
-        Find the highest gap of every flight and the mean height (needed for telling bounces from chatter, too).
+        Find the highest gap of every flight and the mean height (needed to separate bounces from chatter, too).
     shared
         What the engine makes for a structure, kept from one batch to the next where both are given the same one.
     ledger

@@ -30,11 +30,11 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class StepSlopes:
-    """First derivatives of a step by P numbers: the paths asked for, ``drive.NAME`` of every drive that was told a
+    """First derivatives of a step by P numbers: the paths asked for, ``drive.NAME`` of every drive that was given a
     voltage, ``state.0`` to ``state.{2n - 1}`` of the state that it began with.
 
     names (P,); state (2n, P): of the displacements and velocities at its end, NaN behind an event that has none; error
-    (2n, P): what these may be off by; window: the step as a window, whose events have derivatives too
+    (2n, P): their errors; window: the step as a window, whose events have derivatives too
     (`tarsus.solve.window.Window.event_slopes`) and whose ``flags`` say by name why there are none.
     """
 

@@ -415,7 +415,7 @@ class State:
 
     @property
     def events(self) -> NDArray[np.void]:
-        """Events of the step: of the one robot, or of all (`robots` tells of which each is)."""
+        """Events of the step: of the one robot, or of all (`robots` says of which each is)."""
         return self.all_events
 
     @property

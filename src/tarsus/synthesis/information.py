@@ -106,7 +106,7 @@ def told_by(
     drive: str = "",
     impacts: int | None = IMPACTS,
 ) -> Told:
-    """What one record would tell of numbers.
+    """What one record would show of numbers.
 
     Parameters
     ----------

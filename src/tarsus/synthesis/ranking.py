@@ -101,7 +101,7 @@ def rank(
     draws; without a parameter the mean over all numbers. No number is taken to be known more closely than `TRUST`.
 
     The plan is greedy: the record with the largest gain per second, given those before, as long as it fits the budget
-    (two at once, where no single one gains 2 %); or the best single record, where that tells more.
+    (two at once, where no single one gains 2 %); or the best single record, where that shows more.
 
     Parameters
     ----------

@@ -185,7 +185,7 @@ def recommend(
     threads: Workers = None,
     progress: Progress | None = None,
 ) -> Recommendation:
-    """Rank records by what each would tell about one number, or about all, and choose some for a budget.
+    """Rank records by what each would show of one number, or about all, and choose some for a budget.
 
     Of a device they are ramped squares, a sweep and slow loops, of a walker its gait and single legs.
 
@@ -206,7 +206,7 @@ def recommend(
     spread
         Standard deviation of what has no interval, as a share of it.
     draws
-        File of draws of `identify`; draws.npz beside a scene file when left out.
+        File of draws of `identify`; draws.npz next to a scene file when left out.
     sensing
         The instruments; by default a vibrometer at 20 kHz, and of a walker a bridge behind its drives.
     seed

@@ -24,7 +24,7 @@ _OVERSAMPLING = 16
 
 
 class Vibrometer(Description):
-    """An instrument that records the velocity of points, and the volts of the drives beside it.
+    """An instrument that records the velocity of points, and the volts of the drives with it.
 
     The velocity is that of the run itself, without interpolation, at times ``delay + k / rate``; then come, in this
     order, the bandwidth (a first-order low-pass), offset and drift of the zero, white noise, and rounding to the

@@ -10,7 +10,7 @@ from tarsus.tables.table import Table
 
 @dataclass(frozen=True, repr=False)
 class View:
-    """What there is to see: ``data``, plain and in SI units; ``shown``, the same as a table; remarks beside it;
+    """What there is to see: ``data``, plain and in SI units; ``shown``, the same as a table; remarks on it;
     problems: sentences on what is not as it should be."""
 
     data: dict[str, Any]

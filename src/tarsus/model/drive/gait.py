@@ -59,7 +59,7 @@ class Layout:
     def sides(self) -> list[list[str]]:
         """Legs from front to back, on the left (and in the middle) and on the right; a side without legs is omitted.
 
-        Legs that stand beside each other on one side keep the robot's order.
+        Legs that stand next to each other on one side keep the robot's order.
         """
         order = sorted(self.hips, key=lambda leg: -self.hips[leg][0])
         left = [leg for leg in order if self.hips[leg][1] >= 0.0]

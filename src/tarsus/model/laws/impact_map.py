@@ -54,7 +54,7 @@ class Body:
 
 
 class ImpactMap(Description):
-    """Base of the impact maps."""
+    """Base of the impact laws."""
 
     title: ClassVar[str]
     """The map in words, for reports."""

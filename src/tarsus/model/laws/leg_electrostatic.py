@@ -10,7 +10,7 @@ from tarsus.model.laws.base import SmoothLaw
 
 
 class LegElectrostatic(SmoothLaw):
-    r"""Attraction along the whole leg: equation (3.25) per length, as felt at the foot.
+    r"""Attraction along the whole leg: equation (3.25) per length, as a force on the foot.
 
     A leg that is level when its foot is at ``rest`` and turns about its hip has the distance
     :math:`h(\eta) = g_e + g_r + (g - g_r)\,\eta` from the ground at the fraction :math:`\eta` of its length from the
@@ -46,7 +46,7 @@ class LegElectrostatic(SmoothLaw):
         offset: float,
         rest: float,
     ) -> float:
-        """Force [N] along the normal, as felt at the foot, at ``gap`` [m] and ``volts`` [V]; never positive."""
+        """Force [N] along the normal on the foot, at ``gap`` [m] and ``volts`` [V]; never positive."""
         if coefficient == 0.0:
             return 0.0
         height = offset + rest

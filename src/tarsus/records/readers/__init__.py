@@ -22,7 +22,7 @@ __all__ = ["ChannelChoice", "Choices", "read_measurement", "read_response"]
 
 
 def read_measurement(path: str | os.PathLike[str], **choices: Any) -> Measurement:
-    """Time series of a file, in SI. The format is told from the content.
+    """Time series of a file, in SI. The format is recognised from the content.
 
     Parameters
     ----------

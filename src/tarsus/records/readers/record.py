@@ -68,7 +68,7 @@ def measurement_of(raw: RawFile, choices: Choices) -> Measurement:
     drive = _drive(raw, choices, selected)
     if sampling.rounding > _TELLING:
         told.append(
-            f"{raw.source}: the sampling rate of {1.0 / sampling.step:.6g} Hz may be off by "
+            f"{raw.source}: the sampling rate of {1.0 / sampling.step:.6g} Hz may be wrong by "
             f"{100.0 * sampling.rounding:.2g} %, since the file writes times or steps in few digits"
         )
     notes += [*more, *told, *_clipping(raw, selected, values), *_constant(raw, selected, values, drive)]

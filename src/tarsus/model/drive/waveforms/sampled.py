@@ -37,8 +37,8 @@ class Sampled(Signal):
 
     Samples are given inline (`times`, `levels`), or as `file`, in any format that records are read from (docs,
     "Reading measurements"), or .npz: units, decimal commas and times are those of the file, of which the columns
-    `time_column` and `value_column` are read, else those that are told by their units. The recorder's clock does not
-    count: the first sample of a file comes at `start`. A relative file is looked for beside the scene file (validation
+    `time_column` and `value_column` are read, else those that their units show. The recorder's clock does not
+    count: the first sample of a file comes at `start`. A relative file is looked for next to the scene file (validation
     context "folder"), then in the current folder.
     """
 
