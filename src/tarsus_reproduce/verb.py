@@ -84,7 +84,7 @@ def reproduce(
         For the millipede: the score over so many random interpretations of what is not printed; those that come with
         the package when 0.
     scatter
-        For the millipede: the range of every variant's score over so many neighbours whose unprinted numbers are wrong by
+        For the millipede: the range of every variant's score over so many neighbours whose unprinted numbers differ by
         up to 10 %.
     seed
         Of both; 1 when absent.

@@ -44,7 +44,7 @@ class AdaptiveGait(DesignResult):
     """A few gaits, a table by which one of them is chosen, and what that loses.
 
     gaits: values by path of each; probes: numbers of those that are walked first, each from a stand; senses: names of
-    what each probe senses; posterior: from what all probes sense to the number of a gait. costs (nh, k): of the gaits on
+    what each probe senses; posterior: from what all probes sense to a gait. costs (nh, k): of the gaits on
     the hidden grounds; known (nh,): of the best gait found for each ground by a search of its own; chosen (nh,): by the
     posterior; best (nh,): the best of the few, by other walks where there are several; grounds (nh,) by path.
     probe_steps: of each probe. runs: made in all. Of settled motions the gait that knows the ground is judged from

@@ -221,7 +221,7 @@ def leg(
     load
         Force to be carried [N]; the weight of the leg's body mass unless given.
     request
-        Settings as a mapping or a TOML file, see `tarsus.design.settings_text`; what is also given as an argument prevails.
+        Settings as a mapping or a TOML file, see `tarsus.design.settings_text`; what is given as an argument prevails.
     settings
         gravity: acceleration of gravity [m/s^2], for that weight.
 

@@ -43,9 +43,9 @@ class DesignMotion:
     """What the motion is on the scene's own ground.
 
     means: measures by name, SI, means of runs from several starts, NaN where there is none; highest [m]: heave of a
-    body, the most from any start; repeats: share of the runs whose contacts repeat at their end, NaN where too few
-    periods or events tell; varies: standard deviation from period to period of the stride, or of the hardest touchdown
-    of a robot that does not walk, as a share of its mean; outside: what of the model's range it leaves, in a sentence,
+    body, the most from any start; repeats: share of the runs whose contacts repeat at their end, NaN where periods or
+    events are too few; varies: standard deviation from period to period of the stride, or of the hardest touchdown of
+    a robot that does not walk, as a share of its mean; outside: what of the model's range it leaves, in a sentence,
     else empty.
     """
 

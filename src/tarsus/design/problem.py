@@ -39,7 +39,7 @@ Floats = NDArray[np.float64]
 
 FEWEST = 64
 """Candidates below which no search begins: a population of 24 and what it is chosen from."""
-SCENE = "of a file alone: a device, or a scene file beside it"
+SCENE = "of a file alone: a device, or a scene file in its folder"
 FREE = 'paths of what may change, each with its range or "usual", a way to tie phases, or pulses of a signal'
 RUNS = "of the runs that all that is shown comes from, 1 s or more; as long as 20 drive periods unless given"
 STARTS = (
@@ -74,7 +74,7 @@ class SearchSettings(Settings):
 
 
 class DesignSettings(SearchSettings):
-    """What a design is asked for beside the scene, see `tarsus.design`."""
+    """What a design is asked for besides the scene, see `tarsus.design`."""
 
     SECTIONS: ClassVar[Mapping[str, tuple[str, ...]]] = {
         "objective": ("objective", "limits", "risk"),

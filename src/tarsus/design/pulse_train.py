@@ -41,7 +41,7 @@ SLOWEST_SHARE = 0.25
 
 @dataclass(frozen=True)
 class Pulses:
-    """Switchings beside the two edges of a step: a kind of what a design may change, of ``signals.DRIVE``.
+    """Switchings at the two edges of a step: a kind of what a design may change, of ``signals.DRIVE``.
 
     foot: that the step puts down; pairs: of switchings; levels: listed voltages, of which the lowest and the highest
     are held, or any between two, as ``{"from": "-8 V", "to": "8 V"}``; moving: paths of the switching times that alone

@@ -228,8 +228,8 @@ def residual_gate(
     """Why a repeat must not be used, by what the aligned in-air record leaves of it before the first contact; no
     sentence where it may.
 
-    A gain other than one means that drive, structure or instrument changed between the records: the subtraction (3.27) has no
-    gain, so such a pair is refused rather than mended.
+    A gain other than one means that drive, structure or instrument changed between the records: the subtraction (3.27)
+    has no gain, so such a pair is refused rather than mended.
     """
     reasons = []
     if not alignment.overall <= residual_limit:

@@ -46,9 +46,8 @@ class Frf:
     points; inputs: names of the drives (that of a point where the drive is a force at it, along the response); repeats
     (nr, no, ni, nf): the same of single repeats, or None; coherence (no, nf): multiple coherence, or None; hann:
     whether the lines are seen through Hann windows, which smear them; files: where each point was measured, empty where
-    all were together; forced: whether a known drive excites the motion, False of
-    free decays, whose residues are turned as they began; rounding: share by which all frequencies may be wrong together,
-    since the sampling steps were written in few digits.
+    all were together; forced: whether a known drive excites the motion, False of free decays, whose residues are turned
+    as they began; rounding: share by which all frequencies may be wrong together, for steps of few digits.
 
     Raises
     ------

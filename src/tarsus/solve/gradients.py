@@ -288,8 +288,8 @@ class GradientRun(Run):
     def gradient_of_runs(self, objective: Callable[[Run], float], unit: str = "") -> Gradient:
         """Derivatives by path of any function of a run: of its events, states, series, measures, ledger or outputs.
 
-        unit: of its values, ``"m"``, ``"s"``, ``"m/s"``, ``"N"``, ``"J"`` or ``"W"``: it separates what rounding leaves of
-        zeros from a kink.
+        unit: of its values, ``"m"``, ``"s"``, ``"m/s"``, ``"N"``, ``"J"`` or ``"W"``: by it
+        what rounding leaves of zeros is no kink.
         """
         return self._gradient(lambda runs: [float(objective(run)) for run in runs], unit)
 

@@ -54,7 +54,7 @@ def reproduce(
         for the millipede: the score over so many random interpretations of what is not printed, kept in the output
         folder and continued there with --resume; left out, those that come with the package.
     scatter
-        for the millipede: the range of every variant's score over so many neighbours whose unprinted numbers are wrong by
+        for the millipede: the range of every variant's score over so many neighbours whose unprinted numbers differ by
         up to 10 %.
     output
         folder for reproduction.html, reproduction.json and reproduction.csv.
