@@ -11,6 +11,8 @@ import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.design.free import free_of
 from tarsus.design.measures import DEFINITIONS, unmeasured
+from tarsus.design.problem import DesignSettings, problem_of
+from tarsus.design.request import settings_of
 from tarsus.measure.measure import Scope
 from tarsus.measure.periods import PER_WINDOW, PerWindow
 
@@ -103,9 +105,6 @@ def test_a_file_says_the_same_as_a_call(scene, drive, tmp_path):
     given.write_text(
         '[free."signals.pzt"]\nfoot = "tip"\npairs = 1\nlevels = { from = "-8 V", to = "8 V" }\n'
     )
-    from tarsus.design.problem import DesignSettings
-    from tarsus.design.request import settings_of
-
     told = settings_of(DesignSettings, given, objective="least peak").free
     assert free_of(scene, told).pulses == free_of(scene, PULSES).pulses
 
@@ -118,6 +117,20 @@ def test_a_gait_is_a_design_of_a_walker():
     preset = ts.design.gait(walker, free, "speed", **given)
     assert np.array_equal(found.costs, preset.costs) and found.request.noun == "gait"
     assert found.robust.values == preset.robust.values
+
+
+@pytest.mark.parametrize(
+    ("free", "given", "tried"),
+    [
+        ({"signals.pzt.frequency": ("50 Hz", "55 Hz")}, None, 250),
+        (DRIVE, None, 1000),
+        (PULSES, None, 4000),
+        (DRIVE, 70, 70),
+    ],
+)
+def test_few_unknowns_are_tried_less_often(scene, free, given, tried):
+    options = settings_of(DesignSettings, free=free, objective="most peak", candidates=given)
+    assert problem_of(scene, options, None).candidates == tried
 
 
 def test_own_measures_are_objectives(scene, monkeypatch):

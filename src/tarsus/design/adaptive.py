@@ -19,7 +19,7 @@ from tarsus.design.gait_choice import GaitChoice, gait_choice
 from tarsus.design.grounds import Grounds, drawn, spread, started
 from tarsus.design.judge import MEAN
 from tarsus.design.measures import DesignObjective
-from tarsus.design.problem import SEARCHED, DesignProblem, SearchSettings
+from tarsus.design.problem import MOST, SEARCHED, DesignProblem, SearchSettings
 from tarsus.design.problems import Problems
 from tarsus.design.request import Count, Given, setting, settings_of
 from tarsus.design.runs import Runs
@@ -213,7 +213,7 @@ class _Adapter:
         moved by steps that get shorter to what is better on the mean of the grounds that it is the best for."""
         some = np.linspace(0, len(training) - 1, min(SPREAD_GROUNDS, len(training))).astype(int)
         grounds = Grounds(training.rows(some))
-        candidates, nu = self.options.candidates, len(self.request.free)
+        candidates, nu = self.options.candidates or MOST, len(self.request.free)
         scan = max(candidates // (2 * len(some)), 8)
         points = even_points(nu, scan, self.rng)
         costs = self._table(points, grounds)

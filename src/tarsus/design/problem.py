@@ -40,6 +40,10 @@ Floats = NDArray[np.float64]
 FEWEST = 64
 """Candidates below which no search begins: a population of 24 and what it is chosen from."""
 SCENE = "of a file alone: a device, or a scene file in its folder"
+MOST, A_PAIR = 4000, 250
+"""Candidates unless a number is given: so many at most, and of fewer than four unknowns so many times their number
+squared: a single unknown is then tried at every 0.4 % of its range."""
+TRIED = f"that are tried in all, {FEWEST} or more; unless given {MOST}, or {A_PAIR} times the unknowns squared if less"
 FREE = 'paths of what may change, each with its range or "usual", a way to tie phases, or pulses of a signal'
 RUNS = "of the runs that all that is shown comes from, 1 s or more; as long as 20 drive periods unless given"
 STARTS = (
@@ -65,7 +69,7 @@ class SearchSettings(Settings):
         "energy, transport, slip, contact, support, sway, hold",
     )
     over: Any = setting(None, OVER)
-    candidates: Annotated[int, Field(ge=FEWEST)] = setting(4000, f"that are tried in all, {FEWEST} or more")
+    candidates: Annotated[int, Field(ge=FEWEST)] | None = setting(None, TRIED)
     starts: Annotated[int, Field(ge=1)] | None = setting(None, f"{STARTS}; 4 unless given")
     duration: MaybeAmount = quantity("s", RUNS, default=None, gt=0)
     from_rest: MaybeAmount = quantity("s", REST, default=None, gt=0)
@@ -125,6 +129,12 @@ class DesignProblem:
     def noun(self) -> str:
         """What a candidate is called."""
         return "gait" if isinstance(self.scene.robot.structure, Walker) else "design"
+
+    @property
+    def candidates(self) -> int:
+        """That are tried in all."""
+        few = int(np.clip(A_PAIR * len(self.free) ** 2, FEWEST, MOST))
+        return few if self.options.candidates is None else self.options.candidates
 
     @property
     def duration(self) -> float:

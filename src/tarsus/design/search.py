@@ -182,7 +182,8 @@ class DesignSearch:
 
     def _report(self, what: str) -> None:
         """Tell progress: searches finish their last generation, which may try more than was asked for."""
-        self.progress(min(self.tried, self.options.candidates), self.options.candidates, what)
+        wanted = self.request.candidates
+        self.progress(min(self.tried, wanted), wanted, what)
 
     def _own(self, number: int) -> Grounds:
         """The scene's own ground, once for each of a number of starts; other ones for every set."""
@@ -223,7 +224,7 @@ class DesignSearch:
             every.append((allowed(found[0], size), allowed(found[1], size)))
             return every[-1][0]
 
-        search = search_of(int(share * self.options.candidates) - len(starts))
+        search = search_of(int(share * self.request.candidates) - len(starts))
         self.asked += 1
         seed = 1000 * self.options.seed + self.asked
         points, _ = search_front(costs, len(free), free.circular, search, seed, starts)
