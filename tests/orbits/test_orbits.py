@@ -10,8 +10,6 @@ import pytest
 from scipy.linalg import expm
 
 import tarsus as ts
-from differences import AROUND, slope
-from random_scenes import plain_scene
 from scene_files import scene
 from sliding_scenes import cantilever
 from tarsus.base.events import EventKind
@@ -177,25 +175,6 @@ def test_of_several_changes_close_together_each_is_found(ends, changes):
     assert [(point.kind, 1e6 * point.at) for point in found.special] == [
         (kind, pytest.approx(at, abs=1e-5)) for kind, at in changes
     ]
-
-
-@pytest.mark.parametrize("seed", [90, 131, 158, 167])
-def test_returns_of_random_scenes_differ_as_their_derivatives_say(seed):
-    """Of films and adhesion under up to three feet; three of them have a period of two of the drive's."""
-    orbit = ts.periodic(plain_scene(seed, legged=False))
-    free, size = orbit.map.free, orbit.map.scales(orbit.state)
-    sizes = np.abs(free.T @ size)
-    exact = free.T @ orbit.derivative * sizes / sizes[:, None]
-
-    def moved(step, column):
-        return orbit.map(orbit.state + step * sizes[column] * free[:, column], orbit.multiple).state
-
-    errors = []
-    for h in (1e-3, 3e-4, 1e-4):
-        rows = [slope([moved(n * h, k) for n in AROUND], h) for k in range(len(sizes))]
-        slopes = free.T @ np.transpose(rows) / sizes[:, None]
-        errors.append(np.abs(exact - slopes).max() / np.abs(exact).max())
-    assert min(errors) <= 1e-8
 
 
 def test_a_robot_that_slides_has_orbits_where_all_its_feet_leave_the_ground():
