@@ -4,7 +4,7 @@ Units of the files and of every peer: um, ms, uN, mg (so uN = mg um/ms^2).
 
 P1 is a chain of n = 2, 6 or 32 masses whose tip (coordinate 0) falls on the ground through a squeeze
 film while a square voltage of +-8 V at 50 Hz pulls at a drive node. P2 is the n = 2 chain over 4096 pairs of
-(restitution, film scale), 200 ms each. See ``reference/README.md`` for where the sequences come from.
+(restitution, film scale), 200 ms each. `README.md` says where the sequences come from.
 """
 
 from __future__ import annotations
@@ -13,14 +13,15 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
+from importlib import resources
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.study import bench
+
 FloatArray = NDArray[np.float64]
 
-REFERENCE = Path(__file__).parent / "reference"
 SIZES = (2, 6, 32)
 AMPLITUDE_V = 8.0
 HALF_PERIOD_MS = 10.0  # 50 Hz square wave, +8 V first
@@ -82,7 +83,7 @@ def half_periods(duration: float) -> Iterator[tuple[int, float]]:
 @cache
 def load(n: int) -> Problem:
     """Problem P1 of size ``n`` (2, 6 or 32)."""
-    data = json.loads((REFERENCE / "p1.json").read_text())[str(n)]
+    data = json.loads((resources.files("tarsus") / "data" / "bench" / "chains.json").read_text())[str(n)]
     problem = Problem(
         n=n,
         mass=np.array(data["mass_mg"], dtype=float),
@@ -106,7 +107,7 @@ def load(n: int) -> Problem:
 @cache
 def reference_times(n: int) -> FloatArray:
     """Agreed impact times [ms] of P1."""
-    return np.loadtxt(REFERENCE / f"p1_n{n}_impacts_ms.csv", comments="#")
+    return bench.reference_impacts(n) * 1e3
 
 
 def horizon(n: int) -> float:
@@ -170,8 +171,9 @@ class PairReference:
 @cache
 def pair_reference() -> PairReference:
     """All 4096 members of P2."""
-    table = np.loadtxt(REFERENCE / "p2_reference.csv", delimiter=",", comments="#")
-    return PairReference(table[:, :2], table[:, 2].astype(np.int64), table[:, 3], table[:, 4])
+    own = bench.pairs()
+    pairs = np.column_stack([own.restitution, own.film_scale])
+    return PairReference(pairs, own.impacts, own.first * 1e3, own.tenth * 1e3)
 
 
 def subset(size: int, block: int = 8) -> NDArray[np.int64]:

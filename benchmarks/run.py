@@ -41,6 +41,7 @@ from problems import (
     pair_reference,
     subset,
 )
+from tarsus.study import bench
 
 OWN = "tarsus"
 # peer -> (module for P1, module for P2, sizes it does in reasonable time, longest P1 [ms], members of P2)
@@ -82,21 +83,9 @@ def _timed(function: Callable[[], Any]) -> tuple[Any, float]:
     return answer, time.process_time() - start
 
 
-def _own() -> Any | None:
-    """``tarsus.study.bench``: its ``TimedChain(n, seconds).impacts()`` and ``run_pairs`` use the general engine.
-
-    Building the scene and its step tables is outside the timing, as compiling is for the peers.
-    """
-    try:
-        return importlib.import_module("tarsus.study.bench")
-    except ModuleNotFoundError as missing:
-        if missing.name and missing.name.startswith("tarsus"):
-            return None
-        raise
-
-
-def _own_pairs(own: Any, reference: PairReference) -> tuple[Any, float]:
-    (counts, first, tenth), seconds = own.run_pairs(*reference.pairs.T)
+def _own_pairs(reference: PairReference) -> tuple[Any, float]:
+    """Members of P2 by the general engine; as compiling is for the peers, building scene and tables is not timed."""
+    (counts, first, tenth), seconds = bench.run_pairs(*reference.pairs.T)
     return (counts, first * 1e3, tenth * 1e3), seconds
 
 
@@ -119,10 +108,9 @@ def _entries_p1(n: int, names: Sequence[str]) -> list[Entry]:
 
         return check
 
-    own = _own() if OWN in names else None
-    if own is not None:
+    if OWN in names:
         span = horizon(n)
-        chain = own.TimedChain(n, span * 1e-3)
+        chain = bench.TimedChain(n, span * 1e-3)
         entries.append(
             Entry(
                 OWN,
@@ -161,13 +149,12 @@ def _entries_p2(names: Sequence[str], members: int | None) -> list[Entry]:
 
         return check
 
-    own = _own() if OWN in names else None
-    if own is not None:
+    if OWN in names:
         reference = pair_reference().take(subset(members or 4096))
         entries.append(
             Entry(
                 OWN,
-                lambda r=reference: _own_pairs(own, r),
+                lambda r=reference: _own_pairs(r),
                 checker(reference),
                 lambda s, r=reference: len(r) / s,
                 [],
@@ -295,8 +282,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
         scan(options.scan, options.sizes)
         return
     names = [OWN, *options.peers]
-    if _own() is None:
-        print("# tarsus is not installed: peers only")
     rows: list[Row] = []
     for n in options.sizes:
         rows += measure(f"P1 n={n}", "ms/s", _entries_p1(n, names), options.repeats, BLOCK)

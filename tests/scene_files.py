@@ -11,7 +11,6 @@ import tarsus as ts
 from tarsus.plan.slots import slots
 
 SCENES = Path(__file__).parent / "scenes"
-REFERENCE = Path(__file__).parents[1] / "benchmarks" / "reference"
 
 
 def scene(name: str, values: dict[str, Any] | None = None) -> ts.Scene:

@@ -6,19 +6,15 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from scene_files import REFERENCE, impacts, scene
+from scene_files import impacts, scene
 from tarsus.solve import ResultCode
-
-
-def reference(n: int) -> np.ndarray:
-    """Impact times of P1 [s]."""
-    return np.loadtxt(REFERENCE / f"p1_n{n}_impacts_ms.csv", comments="#") * 1e-3
+from tarsus.study import bench
 
 
 @pytest.mark.parametrize(("n", "count"), [(2, 349), (6, 127), (32, 145)])
 def test_p1_whole_sequence(n, count):
     """Every impact, none more: the reference of n = 2 ends with the run, the others with their last given impact."""
-    expected = reference(n)
+    expected = bench.reference_impacts(n)
     assert len(expected) == count
     run = ts.simulate(scene(f"p1_n{n}"), duration=1.0 if n == 2 else expected[-1] * (1.0 + 1e-7))
     found = impacts(run.events)["time"]
@@ -30,7 +26,7 @@ def test_p1_whole_sequence(n, count):
 
 @pytest.mark.parametrize("n", [2, 6, 32])
 def test_p1_whole_sequence_at_the_accuracy_of_batches(n):
-    expected = reference(n)
+    expected = bench.reference_impacts(n)
     seconds = 1.0 if n == 2 else expected[-1] * 1.0000001
     batch = ts.simulate_batch(
         scene(f"p1_n{n}"), {"ground.restitution.coefficient": [0.378]}, duration=seconds
@@ -41,17 +37,17 @@ def test_p1_whole_sequence_at_the_accuracy_of_batches(n):
 
 
 def check_p2(members: np.ndarray) -> None:
-    table = np.loadtxt(REFERENCE / "p2_reference.csv", delimiter=",", comments="#")[members]
+    table = bench.pairs()
     chain = scene("p1_n2")
-    film = chain.ground.film.coefficient
-    vary = {"ground.restitution.coefficient": table[:, 0], "ground.film.coefficient": film * table[:, 1]}
+    film = chain.ground.film.coefficient * table.film_scale[members]
+    vary = {"ground.restitution.coefficient": table.restitution[members], "ground.film.coefficient": film}
     batch = ts.simulate_batch(chain, vary, duration=0.2, track=False)
     assert all(code is ResultCode.DONE for code in batch.codes)
-    times = [impacts(batch.events(i))["time"] * 1e3 for i in range(len(batch))]
-    wrong = [int(members[i]) for i, t in enumerate(times) if len(t) != table[i, 2]]
+    times = [impacts(batch.events(i))["time"] for i in range(len(batch))]
+    wrong = [int(member) for member, t in zip(members, times, strict=True) if len(t) != table.impacts[member]]
     assert wrong == [], f"wrong impact counts of members {wrong}"
-    np.testing.assert_allclose([t[0] for t in times], table[:, 3], rtol=1e-6)
-    np.testing.assert_allclose([t[9] for t in times], table[:, 4], rtol=1e-6)
+    np.testing.assert_allclose([t[0] for t in times], table.first[members], rtol=1e-6)
+    np.testing.assert_allclose([t[9] for t in times], table.tenth[members], rtol=1e-6)
 
 
 def test_p2_a_sixteenth_of_the_members():

@@ -289,7 +289,7 @@ def _start_figures() -> dict[str, float]:
 
 
 def scene_file(name: str) -> Path:
-    """A scene that is timed: `hysteresis` or `hexapod`."""
+    """A scene that is timed."""
     return Path(str(_data() / f"{name}.toml"))
 
 
