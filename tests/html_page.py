@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from html.parser import HTMLParser
 
 VOID = {"meta", "br", "wbr", "link", "img", "hr", "input"}
-
-
-def plain_cells(text: str) -> str:
-    """A page without what its cells are titled as cards of a narrow screen."""
-    return re.sub(r' data-of="[^"]*"', "", text)
 
 
 class Page(HTMLParser):

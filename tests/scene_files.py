@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 import tarsus as ts
-from tarsus.plan.slots import slots
 
 SCENES = Path(__file__).parent / "scenes"
 
@@ -17,16 +16,6 @@ def scene(name: str, values: dict[str, Any] | None = None) -> ts.Scene:
     """The scene in ``tests/scenes/<name>.toml`` with some values changed."""
     read = ts.read_scene(SCENES / f"{name}.toml")
     return ts.with_values(read, values) if values else read
-
-
-def with_gradients(scene: ts.Scene, duration: float | None) -> tuple[Any, list[str]]:
-    """A run with derivatives by every slot that has them, and the paths of these."""
-    paths = list(slots(scene))
-    while True:
-        try:
-            return ts.simulate(scene, duration, gradients=paths), paths
-        except ts.InputError as error:  # of a drive whose pieces change
-            paths.remove(str(error).split(":")[0])
 
 
 def impacts(events: np.ndarray) -> np.ndarray:

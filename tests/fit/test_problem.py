@@ -23,11 +23,6 @@ def ball():
     return ts.read_scene(SCENES / "ball.toml")
 
 
-def second_apex(e: float, g: float, h: float) -> float:
-    """Time of the top of the first rebound."""
-    return np.sqrt(2.0 * h / g) * (1.0 + e)
-
-
 def first_landing(events) -> float:
     return float(events["time"][events["kind"] < 6][0])
 

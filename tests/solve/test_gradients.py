@@ -199,6 +199,8 @@ def test_a_batch_has_the_gradients_of_its_runs():
     found = batch.gradient("hardest_impact")[path]
     assert found.shape == (2,)
     np.testing.assert_allclose(found, np.sqrt(2.0 * 9.81) / 2.0, rtol=1e-6)
+    first = ts.gradient(lambda events: events["time"][0], scene, [path], 3.0)[path]
+    assert first == pytest.approx(1.0 / np.sqrt(2.0 * 9.81), rel=1e-6)
 
 
 def test_threads_may_ask_one_run_for_derivatives_by_its_structure():

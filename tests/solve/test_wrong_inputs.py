@@ -10,6 +10,7 @@ import numpy as np
 
 import tarsus as ts
 import wrong_inputs
+from printed_robots import hexapod
 from random_scenes import scene_of as random_scene
 from scene_files import scene as scene_of
 from tarsus.base.quantities import Quantity
@@ -141,6 +142,10 @@ WRONG: dict[str, tuple[wrong_inputs.Ask, wrong_inputs.Said]] = {
     "path of a derivative": (slopes("robot.feet.ball.gab"), "unknown path"),
     "measure of a derivative": (slope("contact_durations"), "there is no measure 'contact_durations'"),
     "term of a derivative": (slope("ledger.glue"), "no such term"),
+    "derivative by half of a pair": (
+        lambda at: ts.simulate(hexapod(signal=ts.Constant(level=-10.0)), 1e-4, gradients=["robot.structure.mass.0.1"]),
+        "robot.structure.mass.0.1: there is no derivative by it, for it does not vary by itself",
+    ),
     "derivative by a seed": (seed, "ground.profile.seed: there is no derivative by it"),
     "parts of a plan of its own": (
         lambda at: ts.Session("millipede").trajectories({"robot.structure.body.mass": [1e-7, 2e-7]}, 1.0),
