@@ -55,7 +55,7 @@ def drawn_out(samples: int) -> Callable[[np.ndarray], np.ndarray]:
         (gap, ["tip_velocity", "1 gap", "sample 100"]),
         (
             lambda c: c.update(fs=25e3),
-            ["pzt volts", "1.25 times as fast", "25000 Hz right, and not 20000 Hz"],
+            ["pzt volts", "not the one that the campaign states", "rate of 25000 Hz right?"],
         ),
         (lambda c: c.update(fs=20060.0), ["pzt volts", "1.003 times as fast", "20060 Hz right"]),
         (swap, ["'tip' and 'center' look swapped"]),

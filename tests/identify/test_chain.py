@@ -19,10 +19,9 @@ from tarsus.identify.assessment import assessed
 from tarsus.identify.campaign import read_campaign
 from tarsus.identify.chain import Identification
 from tarsus.identify.result import identified_device, summary_of, write_identification
-from tarsus.identify.step import Alternative, Check
+from tarsus.identify.step import Check
 from tarsus.identify.tables import (
     account_table,
-    alternatives_table,
     by_reason,
     checks_of,
     checks_table,
@@ -127,13 +126,12 @@ def test_held_out_records_are_met():
 def test_another_zero_changes_the_law_but_not_the_contact():
     found = identified()
     own = dict(zip(found.known.paths, found.known.values, strict=True))
-    far = found.shifts[0]
-    assert far.title == "gap of 90 um"
+    far = found.shifts["gap of 90 um"]
     path = "robot.drives.pzt.law.constant"
-    moved = (far.values[path] - own[path]) * found.model.static_load
+    moved = (far[path] - own[path]) * found.model.static_load
     assert moved == pytest.approx(-20e-6, rel=1e-6)
     for name in ("ground.adhesion.initial", "ground.adhesion.rate", "ground.restitution.coefficient"):
-        assert far.values[name] == pytest.approx(own[name], rel=1e-3)
+        assert far[name] == pytest.approx(own[name], rel=1e-3)
 
 
 def test_the_result_is_a_device_that_runs(tmp_path):
@@ -160,8 +158,9 @@ def test_the_account_names_what_was_used():
 def test_every_number_has_a_verdict_and_correlations():
     told = summary_of(identified())
     numbers = {path: one for step in told["steps"].values() for path, one in step["parameters"].items()}
-    assert {one["verdict"] for one in numbers.values()} == {"determined"}
-    assert len(told["checks"]) == 11 and all(one["passed"] for one in told["checks"])
+    # what the exponent of the film leaves open is four times what flights of a known one do
+    assert {path for path, one in numbers.items() if one["verdict"] != "determined"} == {"ground.film.coefficient"}
+    assert len(told["checks"]) == 8 and all(one["passed"] for one in told["checks"])
     assert numbers["ground.adhesion.rate"]["sentence"].startswith("ground.adhesion.rate is determined: ")
     paths, matrix = told["correlation"]["paths"], np.array(told["correlation"]["matrix"])
     assert paths == list(identified().known.paths) and np.diag(matrix) == pytest.approx(1.0)
@@ -195,7 +194,7 @@ def test_the_report_shows_every_step():
     page = report()
     for word in ("Account", "Held-out", *(name.capitalize() for name in identified().steps)):
         assert re.search(f"<h2[^>]*>{word}", page)
-    assert all(f"<summary>{word}" in page for word in ("Checks of the model", "Alternatives", "Files and events"))
+    assert all(f"<summary>{word}" in page for word in ("Checks of the model", "Landing rules", "Files and events"))
     assert page.count("<svg") >= 8
     assert "http" not in page.split("</style>")[1].replace("http://www.w3.org", "")
     assert "real part (" in page and "imaginary part (" in page
@@ -265,29 +264,24 @@ def test_what_is_open_says_why_and_what_to_record():
     )
     assert open_ones["landing rule"][0].startswith("undecided between")
     assert all(record for _, record in open_ones.values())
-    assert path in open_table(found).notes[0]
+    assert "ground.film.coefficient" in open_table(found).notes[0]
 
 
-def test_alternatives_and_checks_of_any_step_are_shown_from_data():
+def test_checks_of_any_step_are_shown_from_data():
     found = identified()
     path = "ground.adhesion.rate"
-    value = found.steps["adhesion"].value(path)
-    other = Alternative("exponent", "2", weight=0.3, changes={path: 1.27 * value}, word="undecided")
     checks = (
         Check("left in the air", 1.9, 1.3, paths=(path,), cause="a delay"),
         Check("events used", 0.9, 0.5, least=True),
     )
-    step = replace(found.steps["adhesion"], alternatives=(other,), checks=checks)
+    step = replace(found.steps["adhesion"], checks=checks)
     doubted = replace(found, steps={**found.steps, "adhesion": step})
-    assert alternatives_table(doubted).rows[-1][:3] == ("exponent", "2", 0.3)
-    assert alternatives_table(doubted).rows[-1][-1] == f"{path} +27 %"
     shown = checks_table(checks_of(doubted))
     own = [row[0] for row in shown.rows].index("left in the air")
     assert [row[-1] for row in shown.rows[own : own + 2]] == [False, True]
     assert (own, 3) in shown.flagged and (own + 1, 3) not in shown.flagged
     rows = open_table(doubted).rows
-    assert {"exponent", "left in the air"} <= {row[0] for row in rows}
-    assert all(row[2] for row in rows if row[0] != "exponent")
+    assert "left in the air" in {row[0] for row in rows} and all(row[2] for row in rows)
     words = {row[0]: row[-1] for row in numbers_table(doubted).rows}
     assert words[path] == "preferred" and words["ground.adhesion.initial"] == "determined"
     assert "1 preferred" in summary_line(doubted)
@@ -301,5 +295,4 @@ def test_a_film_is_found_beside_the_valley_that_its_first_descent_ends_in(tmp_pa
     found = ts.identify(tmp_path)
     true = read_scene(tmp_path / "truth" / "device.toml").ground.film
     assert true is not None
-    low, high = found.steps["film"].interval("ground.film.thickness")
-    assert low < true.thickness < high and high / low < 1.3
+    assert found.steps["film"].value("ground.film.thickness") == pytest.approx(true.thickness, rel=0.1)

@@ -19,19 +19,18 @@ from tarsus.identify.afterwards import _nudged
 from tarsus.identify.airborne import air_records
 from tarsus.identify.campaign import Campaign, Opened
 from tarsus.identify.chain import StepRunner
-from tarsus.identify.checks import GAP, air_checks, gap_check, step_checks
+from tarsus.identify.checks import GAP, air_checks, gap_check, left_check
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.film_exponent import exponent_of, with_exponent
 from tarsus.identify.foot import FootModel
 from tarsus.identify.prediction import AirFit, fit_air
-from tarsus.identify.step import Check, Residual, StepResult, Used, failures
+from tarsus.identify.step import Check, Residual, StepResult, failures
 from tarsus.identify.traces import Trace
 from tarsus.identify.verdict import judge_samples
 from tarsus.model.drive.waveforms import Square
 from tarsus.model.scene import Provenance
 from tarsus.model.standing import rest_state
-from tarsus.records.excluded import Excluded, Exclusion
 
 PATHS = (
     "robot.structure.frequencies.0",
@@ -184,27 +183,13 @@ def test_how_far_a_number_may_be_off_is_said_where_a_cause_is_named():
     assert "may be wrong by " in judged[PATHS[2]].sentence("N")
 
 
-def test_what_a_step_leaves_and_leaves_out_is_checked():
-    step = StepResult(
-        "film", PATHS[3:], np.ones(1), np.ones((DRAWS, 1)),
-        residuals=(Residual("a", "1", 1.02, 1.0, 100), Residual("b", "1", 1.5, 1.0, 100)),
-        used=(Used("detachments", 60, 100),),
-        left_out=tuple(Excluded("f", "", "no such flight", kind=Exclusion.UNLIKE) for _ in range(20)),
-    )  # fmt: skip
-    left, share = step_checks(step, known())
-    assert left.value == pytest.approx(np.sqrt((1.02**2 + 1.5**2) / 2.0)) and not left.passed
-    assert share.value == 0.25 and not share.passed and share.paths == PATHS[3:]
-    good = replace(step, residuals=step.residuals[:1], left_out=())
-    assert all(one.passed for one in step_checks(good, known()))
-
-
 def test_flights_around_impacts_that_leave_more_than_noise_put_the_restitution_in_doubt():
     paths, values = ("ground.restitution.coefficient",), np.array([0.4])
     other = Estimates(BASE, paths, values, np.repeat(values[None], DRAWS, axis=0))
     for left, passed in ((1.05, True), (1.7, False)):
         around = Residual("flights around impacts", "1", left, 1.0, 1500), Residual("departures", "m/s", 0.8, 1.0, 25)
         step = StepResult("restitution", paths, values, other.samples, residuals=around)
-        (one,) = step_checks(step, other)
+        (one,) = left_check(step, other)
         assert one.passed is passed and one.paths == paths
 
 

@@ -74,7 +74,7 @@ def said_of(found: Identification) -> list[str]:
         ("cubic stiffness", "the cause is unknown"),
         ("other thresholds", "the cause is unknown"),
         ("third mode", "the cause is unknown"),
-        ("film exponent 2", "the exponent of the film is undecided"),
+        ("film exponent 2", "the exponent of the film is"),
         ("restitution falls with speed", "restitution may change with speed"),
         ("compliant ground", "the level of the ground falls with the volts in a record"),
         ("clock 100 ppm off", "the clock of the motion runs "),

@@ -61,37 +61,18 @@ def test_nothing_of_a_step_that_is_not_done_is_calibrated():
     assert all(step.unsound() == [] for step in found.steps.values())
 
 
-def test_arithmetic_that_overflows_on_the_way_is_remarked():
-    """A step whose numbers are sound all the same is done, and says what happened."""
+def test_arithmetic_that_overflows_on_the_way_is_no_warning_and_singular_equations_are_a_step_not_done(recwarn):
     chain = StepRunner.of(read_campaign(folder()))
 
     def overflowing() -> StepResult:
         np.exp(np.array([1000.0]))
-        np.sqrt(np.array([-1.0, -2.0]))
         return film(2e-21, GOOD)
 
     chain.attempt(found(overflowing))
-    (said,) = chain.evidence.remarks
-    assert "film" in chain.steps and said.startswith(
-        "film: its arithmetic met on the way: overflow (1 times), inv"
-    )
-    calm = StepRunner.of(read_campaign(folder()))
-    calm.attempt(found(lambda: film(2e-21, GOOD)))
-    assert calm.evidence.remarks == []
-
-
-def test_equations_without_a_solution_are_a_step_that_was_not_done(recwarn):
-    chain = StepRunner.of(read_campaign(folder()))
-
-    def singular() -> StepResult:
-        np.log(np.zeros(2))
-        return film(float(np.linalg.inv(np.zeros((2, 2)))[0, 0]), GOOD)
-
-    chain.attempt(found(singular))
-    assert chain.not_done[0].reasons == (
-        "its equations have no solution with these data (Singular matrix)",
-        "its arithmetic met on the way: divide by zero (1 times)",
-    )
+    assert "film" in chain.steps and chain.evidence.remarks == []
+    singular = StepRunner.of(read_campaign(folder()))
+    singular.attempt(found(lambda: film(float(np.linalg.inv(np.zeros((2, 2)))[0, 0]), GOOD)))
+    assert singular.not_done[0].reasons == ("its equations have no solution with these data (Singular matrix)",)
     assert not recwarn.list
 
 

@@ -1,4 +1,4 @@
-"""Verdicts on draws where the answer is known: normal ones, products, ratios, sums, open ends."""
+"""Verdicts on draws where the answer is known: normal ones, products, ratios, open ends."""
 
 from __future__ import annotations
 
@@ -25,18 +25,8 @@ def test_normal_draws_have_their_textbook_intervals_and_correlation():
     assert found["a"].sentence("m").startswith("a is determined: 1.6")
 
 
-@pytest.mark.parametrize(
-    ("exponents", "said"),
-    [
-        ((1.0, 1.0), "a * b"),
-        ((1.0, -1.0), "a * b^-1"),
-        ((1.0, -3.0), "a * b^-3"),
-        ((-0.5, 1.0), "a * b^-2"),
-        ((-3.0, 1.0), "b * a^-3"),
-        ((2.0, 3.0), "a^2 * b^3"),
-    ],
-)
-def test_only_the_product_is_known(exponents, said):
+@pytest.mark.parametrize("exponents", [(1.0, 1.0), (1.0, -3.0), (-0.5, 1.0), (-3.0, 1.0), (2.7183, 3.0)])
+def test_only_the_product_is_known(exponents):
     random = np.random.default_rng(1)
     along = random.normal(0.0, 0.8, 4000)
     logs = np.column_stack([along, (random.normal(0.0, 0.02, 4000) - exponents[0] * along) / exponents[1]])
@@ -46,21 +36,12 @@ def test_only_the_product_is_known(exponents, said):
     for name in ("a", "b"):
         verdict = found[name]
         assert verdict.word == "undecided" and verdict.combination is not None
-        assert str(verdict.combination) == said and verdict.combination.whole
-        scale = verdict.combination.terms[0][1] / exponents[0]
-        assert verdict.combination.interval.half_width() == pytest.approx(REACH * 0.02 * abs(scale), rel=0.05)
+        assert verdict.combination.power == pytest.approx(exponents[1] / exponents[0], rel=2e-3)
+        half = REACH * 0.02 / abs(exponents[0])
+        assert verdict.combination.interval.half_width() == pytest.approx(half, rel=0.05)
     assert found["c"].word == "determined" and len(found.combinations) == 1
     assert "together with b" in found["a"].sentence()
     assert abs(found.correlation[0, 1]) > 0.99 and abs(found.correlation[0, 2]) < 0.05
-
-
-def test_a_product_of_three():
-    random = np.random.default_rng(2)
-    a, b, rest = random.normal(0.0, [0.8, 0.8, 0.05], (4000, 3)).T
-    draws = [2.0, 3.0, 5.0] * np.exp(np.column_stack([a, b, rest - a - b]))
-    found = judge_samples(("a", "b", "c"), (2.0, 3.0, 5.0), draws)
-    assert [str(one) for one in found.combinations] == ["a * b * c"]
-    assert all(one.word == "undecided" and one.combination is not None for one in found.verdicts)
 
 
 def test_an_end_at_a_limit_is_open_and_two_heaps_are_two_pieces():
@@ -79,21 +60,7 @@ def test_an_end_at_a_limit_is_open_and_two_heaps_are_two_pieces():
     assert 2.0 < high < 2.5 and 16.0 < again < 20.0 and " or " in found["two"].sentence()
 
 
-def test_only_a_sum_is_known():
-    """A force that grows from a start at a rate, seen at one age."""
-    age, names = 0.03, ("start", "rate")
-    random = np.random.default_rng(12)
-    rate = 100e-9 / age * np.exp(random.normal(0.0, 0.35, 600))
-    start = np.abs(random.normal(250e-9, 5e-9, 600) - age * rate)
-    found = judge_samples(names, (150e-9, 100e-9 / age), np.column_stack([start, rate]))
-    drawn = found["start"]
-    assert drawn.word == "undecided" and drawn.combination is not None and not drawn.combination.product
-    assert dict(drawn.combination.terms) == {"start": 1.0, "rate": pytest.approx(age, rel=0.03)}
-    assert drawn.combination.interval.half_width() == pytest.approx(REACH * 0.02, rel=0.1)
-    assert "start + 0.0" in drawn.sentence("N") and len(found.combinations) == 1
-
-
-def test_a_ridge_that_is_neither_product_nor_sum_is_no_combination():
+def test_a_ridge_that_is_no_product_is_no_combination():
     turn = np.random.default_rng(5).uniform(0.0, 2.0 * np.pi, 2000)
     found = judge_samples(("a", "b"), (np.e, 1.0), np.exp(np.column_stack([np.cos(turn), np.sin(turn)])))
     assert all(one.word == "undecided" and one.combination is None for one in found.verdicts)
@@ -110,15 +77,6 @@ def test_a_number_known_to_a_thousandth_ties_none_known_to_a_factor():
     assert judged["zeta"].word == "determined"
 
 
-def test_exponents_that_are_not_whole_are_those_fitted():
-    random = np.random.default_rng(3)
-    g = random.normal(0.0, 1.0, 2000)
-    samples = np.exp(np.column_stack([2.7183 * g + random.normal(0.0, 0.02, 2000), g]))
-    found = judge_samples(("c", "g"), (1.0, 1.0), samples)["c"]
-    assert found.word == "undecided" and found.combination is not None and not found.combination.whole
-    assert dict(found.combination.terms) == {"c": 1.0, "g": pytest.approx(-2.7183, rel=5e-3)}
-
-
 def test_a_film_seen_at_one_gap_is_known_by_its_product():
     random = np.random.default_rng(4)
     thickness = 50e-6 * np.exp(random.normal(0.0, 0.3, 800))
@@ -127,7 +85,8 @@ def test_a_film_seen_at_one_gap_is_known_by_its_product():
     found = judge_samples(names, (2.2e-8 * 50e-6**3, 50e-6), np.column_stack([coefficient, thickness]))
     for verdict in found.verdicts:
         assert verdict.word == "undecided" and verdict.combination is not None
-        assert str(verdict.combination) == "ground.film.coefficient * ground.film.thickness^-3"
+        assert str(verdict.combination).startswith("ground.film.coefficient * ground.film.thickness^-")
+        assert verdict.combination.power == pytest.approx(-3.0, abs=0.02)
         assert verdict.combination.interval.half_width() == pytest.approx(REACH * 0.05, rel=0.1)
     sentence = found["ground.film.thickness"].sentence("m")
     assert "together with ground.film.coefficient" in sentence and "anywhere from 2" in sentence

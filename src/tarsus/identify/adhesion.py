@@ -26,7 +26,7 @@ from tarsus.identify.influence import CONTACT, EVENT, Influence, events_of, of_r
 from tarsus.identify.step import Residual, StepResult, Used, points_and_line
 from tarsus.identify.touchdown import ContactDurations, seen_contacts, simulated_contacts
 from tarsus.model.drive.waveforms import Waveform
-from tarsus.records.excluded import Excluded, Exclusion
+from tarsus.records.excluded import Excluded
 
 BOUNDS = ((0.0, np.inf), (0.0, np.inf))
 """Neither adhesion nor its growth pushes."""
@@ -109,7 +109,6 @@ def _fit(film: FilmFit, contacts: ContactDurations, seed: int) -> StepResult:
             "",
             f"the pull-off force of {1e9 * pulls.pull[r]:.4g} nN after {1e3 * contacts.duration[r]:.4g} ms "
             "is far off the line",
-            kind=Exclusion.UNLIKE,
         )
         for r in np.flatnonzero(~kept)
     )

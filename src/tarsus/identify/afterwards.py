@@ -18,8 +18,7 @@ from tarsus.identify.checks import (
     air_checks,
     gap_check,
     held_out_check,
-    smeared_check,
-    step_checks,
+    left_check,
     with_checks,
 )
 from tarsus.identify.draws import DRAWS, NORMAL
@@ -29,7 +28,7 @@ from tarsus.identify.foot import FootModel
 from tarsus.identify.heldout import Comparison, compare
 from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.prediction import fit_air
-from tarsus.identify.step import UNSOLVED, Shift, StepResult, failures
+from tarsus.identify.step import UNSOLVED, StepResult, failures
 from tarsus.identify.steps import CHECKS, GIVEN, IN_THE_AIR, LANDING_RULE, RESONANCES, SHIFTED, STEPS
 from tarsus.identify.surprises import with_surprises
 from tarsus.model.laws.landing import AnyLanding
@@ -134,11 +133,10 @@ def check(chain: StepRunner, comparisons: Sequence[Comparison], air: Sequence[Ai
     chain.report(CHECKS)
     known, steps = chain.known, chain.steps
     for name, step in steps.items():
-        steps[name] = with_checks(step, step_checks(step, known))
+        steps[name] = with_checks(step, left_check(step, known))
     if "hysteresis" in steps:
         fit = fit_air(air, known)
-        told, beside = air_checks(fit, known), smeared_check(chain.evidence.instruments, known)
-        steps["hysteresis"] = with_checks(steps["hysteresis"], (*told, *beside))
+        steps["hysteresis"] = with_checks(steps["hysteresis"], air_checks(fit, known))
         if fit is not None and fit.widens:
             steps.update({name: fit.widened(step) for name, step in steps.items()})
     steps.update(with_surprises(steps, chain.known, chain.evidence.ground(), chain.seed))
@@ -200,33 +198,26 @@ def _along(step: StepResult, there: StepResult, drawn: Floats) -> StepResult:
     return replace(step, samples=samples, combinations={**step.combinations, **both})
 
 
-def shifted(chain: StepRunner) -> tuple[Shift, ...]:
-    """The steps again with the campaign's other gap, without draws (Table 2.2): as if the foot had been that
-    far from the ground, and with the drive's force alone moved by as much."""
+def shifted(chain: StepRunner) -> dict[str, dict[str, float]]:
+    """Numbers by path of the steps again with the campaign's other gap, without draws (Table 2.2), by what is taken to
+    be different: as if the foot had been that far from the ground, and with the drive's force alone moved by as much.
+    """
     model = chain.opened.model
     gap = chain.opened.campaign.other_gap
     if gap is None or chain.evidence.level is None or not {"resonances", "film"} <= set(chain.steps):
-        return ()
+        return {}
     chain.report(SHIFTED)
     moved = model.changed({f"robot.feet.{model.foot}.gap": gap})
     evidence = replace(chain.evidence, remarks=[])
     offset = next((p for p in chain.known.paths if p.endswith(OFFSET)), None)
-    out = [(f"gap of {1e6 * gap:.4g} um", _again(chain, moved, evidence))]
+    out = {f"gap of {1e6 * gap:.4g} um": _again(chain, moved, evidence)}
     if offset is not None:
         force = (model.gap - gap) / chain.known.model().static_load
-        title = f"force moved by {1e6 * (gap - model.gap):.4g} um"
-        out.append((title, _again(chain, model, evidence, (offset, force))))
-    return tuple(
-        Shift(
-            title,
-            {
-                path: float(value)
-                for step in there.values()
-                for path, value in zip(step.paths, step.values, strict=True)
-            },
-        )
-        for title, there in out
-    )
+        out[f"force moved by {1e6 * (gap - model.gap):.4g} um"] = _again(chain, model, evidence, (offset, force))
+    return {
+        title: {path: step.value(path) for step in there.values() for path in step.paths}
+        for title, there in out.items()
+    }
 
 
 def _again(
@@ -247,8 +238,6 @@ def _again(
         other.known = other.known.after(one).certain()
     for step in STEPS:
         if step.name not in chain.steps or step.name in ("resonances", "impact map"):
-            continue
-        if step.name in other.steps and step.name == "hysteresis":  # its sweeps are as they were
             continue
         other.take((step,))
         if step.name == "hysteresis" and force is not None:

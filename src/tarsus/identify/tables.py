@@ -1,5 +1,5 @@
 """An identification as tables. Console and notebook show every number with its interval and verdict, what is open, what
-to record for it, and the checks that fail; the page shows alternatives, all checks and the account of the data too."""
+to record for it, and the checks that fail; the page shows all checks and the account of the data too."""
 
 from __future__ import annotations
 
@@ -14,19 +14,13 @@ from tarsus.base.spec import float_paths
 from tarsus.fit.verdict import verdict_of
 from tarsus.identify.assessment import assessed, law_slopes
 from tarsus.identify.questions import open_questions
-from tarsus.identify.step import ASSUMED, PREFERRED, UNDECIDED, Alternative, Check, StepResult
-from tarsus.model.laws.landing import RestituteFirst
+from tarsus.identify.step import ASSUMED, PREFERRED, Check, StepResult
 from tarsus.records.excluded import Excluded
-from tarsus.tables.numbers import amount, interval, percent
+from tarsus.tables.numbers import amount, percent
 from tarsus.tables.table import ROW, Column, Table
 
 if TYPE_CHECKING:
-    from tarsus.identify.landing import LandingFit
     from tarsus.identify.result import Identification
-
-_LANDINGS = "bounces and ramps in which the foot lands slowly: at low volts, and at frequencies between those recorded"
-MOST_CHANGES = 3
-"""Numbers that an alternative is said to change, the most changed first."""
 
 
 def identification_table(found: Identification) -> Table:
@@ -118,63 +112,11 @@ def _half(size: float | None, low: float, high: float) -> float | None:
 
 def open_table(found: Identification) -> Table:
     """What is not determined, why, and what to record for it."""
-    rows = open_questions(found, assessed(found), words_of(found), alternatives_of(found), checks_of(found))
+    rows = open_questions(found, assessed(found), words_of(found), checks_of(found))
     open_ones = (path for path, word in words_of(found).items() if word != "determined")
     path = next((path for path in open_ones if path.startswith("ground.")), None)
     known = f"tarsus recommend identified.toml --parameter {path} --budget '2 s' ranks records by what they say of it."
     return Table("Open, and what to record for it", ("open", "why", "record"), rows, [known] if path else [])
-
-
-def alternatives_of(found: Identification) -> list[Alternative]:
-    """What else was tried than what the numbers rest on, with that itself: of all steps, and the landing rules."""
-    return [*_landing(found), *(one for step in found.steps.values() for one in step.alternatives)]
-
-
-def _landing(found: Identification) -> list[Alternative]:
-    """The landing rules, or the one that is assumed where no records were compared with any."""
-    question, verdict = "landing rule", found.landing
-    if verdict is None:
-        rule = found.model.scene.ground.landing_rule
-        figure = "no records decide it"
-        return [Alternative(question, rule.kind, figure=figure, used=True, word=ASSUMED, record=_LANDINGS)]
-    kinds: dict[str, list[tuple[LandingFit, int]]] = {}
-    for one, count in zip(verdict.fits, verdict.contradicted, strict=True):
-        kinds.setdefault(one.rule.kind, []).append((one, count))
-    out = []
-    for kind, tried in kinds.items():
-        used, left = kind == verdict.chosen.kind, [one for one, _ in tried if one.rule in verdict.possible]
-        best, count = min(tried, key=lambda one: (one[0].rule != verdict.chosen, one[1]))
-        speeds = [one.rule.speed for one in left or [best] if isinstance(one.rule, RestituteFirst)]
-        name = f"{kind} at {interval(min(speeds), max(speeds), 'm/s', 3)}" if speeds else kind
-        off = percent(float(np.median(best.off)), 3)
-        figure = f"contradicted by {count} of {len(verdict.sets)} sets, wrong by {off}"
-        word = "contradicted" if not left else PREFERRED if verdict.decided else UNDECIDED
-        out.append(Alternative(question, name, figure=figure, used=used, word=word, record=_LANDINGS))
-    return out
-
-
-def alternatives_table(found: Identification) -> Table:
-    """What was tried, the weight of each among the answers to its question, and what it would change."""
-    values = dict(zip(found.known.paths, found.known.values.tolist(), strict=True))
-    columns = ["question", "answer", Column("weight", "%", 3), "judged by", "verdict", "would change"]
-    rows = [
-        (
-            one.question, one.name, one.weight, one.figure or None,
-            f"{one.word}{', used' if one.used else ''}", _changes(one, values) or None,
-        )
-        for one in alternatives_of(found)
-    ]  # fmt: skip
-    used = [
-        j for j in range(len(columns)) if any(row[j] not in (None, "") and row[j] == row[j] for row in rows)
-    ]
-    return Table("Alternatives", [columns[j] for j in used], [[row[j] for j in used] for row in rows])
-
-
-def _changes(one: Alternative, values: dict[str, float]) -> str:
-    """What an alternative changes most, as parts of the numbers."""
-    parts = {path: other / values[path] - 1.0 for path, other in one.changes.items() if values.get(path)}
-    most = sorted(parts, key=lambda path: -abs(parts[path]))[:MOST_CHANGES]
-    return ", ".join(f"{path} {'+' * (parts[path] > 0.0)}{percent(parts[path], 2)}" for path in most)
 
 
 def checks_of(found: Identification) -> list[Check]:

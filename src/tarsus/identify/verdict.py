@@ -11,32 +11,22 @@ from numpy.typing import ArrayLike, NDArray
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.fit.ranges import Range, range_of
-from tarsus.fit.verdict import WIDTH, Verdict, verdict_of
-from tarsus.identify.correlation import (
-    GAIN,
-    SLACK,
-    Combination,
-    correlation,
-    find_exponents,
-    find_weight,
-    left_over,
-)
+from tarsus.fit.verdict import Verdict, verdict_of
+from tarsus.identify.correlation import Combination, correlation, find_product
 from tarsus.tables.numbers import amount
 
 _RELATED = 0.5
 """Correlation from which on another number is named: a quarter of the variance in common."""
-_MUCH = 0.5
-"""Share of what a product leaves open that a sum must leave at most to be named instead."""
 
 
 @dataclass(frozen=True)
 class NumberVerdict:
     """What data say of one number.
 
-    range: where it lies, with the verdict; combination: a product of powers, or a sum, with it that the data determine
-    where they do not determine the number; related: where they determine neither, the other numbers it is most
-    correlated with, and how much; doubts: checks of the model that have failed and that it depends on, in words; far:
-    by how much it may be off because of these [SI], NaN where they do not tell.
+    range: where it lies, with the verdict; combination: a product with another one that the data determine where they
+    do not determine the number; related: where they determine neither, the other numbers it is most correlated with,
+    and how much; doubts: checks of the model that have failed and that it depends on, in words; far: by how much it may
+    be off because of these [SI], NaN where they do not tell.
     """
 
     name: str
@@ -104,7 +94,7 @@ class Assessment:
     def combinations(self) -> tuple[Combination, ...]:
         """Every combination that a verdict names, once."""
         found = [one.combination for one in self.verdicts if one.combination is not None]
-        return tuple({(one.product, frozenset(one.names)): one for one in found}.values())
+        return tuple({one.names: one for one in found}.values())
 
     def sentences(self, units: Mapping[str, str] | None = None) -> list[str]:
         """One sentence a number; ``units`` are SI units by name."""
@@ -123,10 +113,9 @@ def judge_samples(
 ) -> Assessment:
     """Judge numbers by draws of them: fits to resampled repeats, or a chain.
 
-    A number is *determined* as `tarsus.fit.verdict` has it. Else it may be determined *together with others*: a product
-    of its and at most two other numbers' powers is that narrow, and three times narrower than the
-    number itself (see `find_exponents`), or a weighted sum with one other (see `find_weight`), which is named where it
-    says much more than the product. A number whose sign the draws leave open is not determined, unless it has a size.
+    A number is *determined* as `tarsus.fit.verdict` has it. Else it may be determined *together with another*: the
+    product of both, one to a power, is that narrow, and three times narrower than the number itself (see
+    `find_product`). A number whose sign the draws leave open is not determined, unless it has a size.
 
     Parameters
     ----------
@@ -163,7 +152,7 @@ def judge_samples(
         one = replace(one, verdict=verdict_of((one.low, one.high), cut, size=size, doubted=bool(against)))
         tie = None
         if one.verdict is Verdict.UNDECIDED and drawn.usable[j]:
-            tie = _known(verdicts, one) or _found(drawn, j)
+            tie = _found(drawn, j)
         strongest: tuple[tuple[str, float], ...] = ()
         if one.verdict is Verdict.UNDECIDED and tie is None:
             order = np.argsort(-np.abs(np.nan_to_num(related[j])))
@@ -177,7 +166,7 @@ def judge_samples(
 class _Draws:
     """Finite draws: names; values (np,), rows (ns, np) [SI]; sizes (np,): NaN for a number that is its own; u (ns, np):
     pure numbers, logarithms over the value (NaN for another sign) or parts of the size; usable (np,): those that a
-    product or sum may hold."""
+    product may hold."""
 
     names: tuple[str, ...]
     values: Floats
@@ -217,55 +206,15 @@ class _Draws:
 
 
 def _found(drawn: _Draws, j: int) -> Combination | None:
-    """What draws hold fixed with number j: a product, or a sum that says more.
-
-    A sum must leave half as much open as a product with whole exponents; one with fitted exponents must leave less.
-    """
+    """The product with another number that draws hold fixed with number j."""
     others = [int(k) for k in np.flatnonzero(drawn.usable) if k != j]
-    u = np.where(drawn.usable, drawn.u, 0.0)
-    products = find_exponents(u, j, others)
-    summed = find_weight(drawn.rows, j, others)
-    if summed is not None:
-        k, weight, left = summed
-        rival = np.inf
-        if products:
-            powers, whole = products[0]
-            rival = abs(drawn.values[j]) * left_over(u, j, powers) * (_MUCH if whole else 1.0)
-        if left < rival:
-            total = range_of(
-                drawn.rows[:, j] + weight * drawn.rows[:, k],
-                value=float(drawn.values[j] + weight * drawn.values[k]),
-            )
-            return Combination(((drawn.names[j], 1.0), (drawn.names[k], weight)), total, product=False)
-    if not products:
+    pair = find_product(drawn.u, j, others)
+    if pair is None:
         return None
-    powers, whole = products[0]
-    used = powers != 0.0
-    value = float(np.prod(np.abs(drawn.values[used]) ** powers[used]))
-    interval = range_of(value * np.exp(u[:, used] @ powers[used]), value=value)
-    terms = [(name, float(p)) for name, p in zip(drawn.names, powers, strict=True) if p != 0.0]
-    return Combination(tuple(terms), interval, whole)
-
-
-def _known(before: Sequence[NumberVerdict], own: Range) -> Combination | None:
-    """A combination that was named for another number already, where it serves for this one as well.
-
-    What it leaves open of the number may then be `SLACK` times as much, so that two numbers that are tied to
-    each other are not given two combinations that differ by chance.
-    """
-    for verdict in before:
-        tie = verdict.combination
-        if tie is None or own.name not in tie.names:
-            continue
-        size = None if tie.product else 1.0
-        left = tie.interval.half_width(size) / abs(dict(tie.terms)[own.name])
-        if tie.product:
-            narrow = left <= SLACK * WIDTH
-        else:
-            narrow = tie.interval.half_width(abs(tie.interval.value)) <= WIDTH
-        if narrow and left <= SLACK / GAIN * own.half_width(size):
-            return tie
-    return None
+    first, second, power = pair
+    value = float(abs(drawn.values[first]) * abs(drawn.values[second]) ** power)
+    interval = range_of(value * np.exp(drawn.u[:, first] + power * drawn.u[:, second]), value=value)
+    return Combination((drawn.names[first], drawn.names[second]), power, interval)
 
 
 def _free(one: Range, unit: str) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
 from typing import TypeVar
 
 import numpy as np
@@ -14,28 +13,17 @@ from tarsus.base.errors import Fault, InputProblem
 Item = TypeVar("Item")
 
 
-class Exclusion(Enum):
-    """What is wrong with data that were not used."""
-
-    UNUSABLE = "they do not have what the step needs"
-    UNLIKE = (
-        "they have it, and are not as the model has them: evidence against the model, where they are many"
-    )
-    ENOUGH = "nothing: others are enough"
-
-
 @dataclass(frozen=True)
 class Excluded:
     """Data that a step did not use: file, channel ("" for all of them) and the reason, a sentence.
 
-    count: of how many of what the step counts (impacts, samples) that is told; kind: what is wrong with them.
+    count: of how many of what the step counts (impacts, samples) that is told.
     """
 
     file: str
     channel: str
     reason: str
     count: int = 1
-    kind: Exclusion = Exclusion.UNUSABLE
 
     def __str__(self) -> str:
         where = f"{self.file}, channel '{self.channel}'" if self.channel else self.file
@@ -55,7 +43,7 @@ def enough(
     """At most so many of some items, evenly from all, and that the others are not used."""
     count = max(len(items) - most, 0)
     text = f"{count} of {len(items)} {what}, evenly from all: {most} are enough"
-    return evenly(items, most), [Excluded(file, channel, text, count, Exclusion.ENOUGH)] * (count > 0)
+    return evenly(items, most), [Excluded(file, channel, text, count)] * (count > 0)
 
 
 def excluded_of(file: str, problem: InputProblem) -> Excluded:

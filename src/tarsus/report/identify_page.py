@@ -1,5 +1,5 @@
 """The report of an identification: what was found, what is open and what to record; then every step as its data say:
-numbers, figures, residuals, alternatives, checks; held-out signals, the shifted zero and the account of the data."""
+numbers, figures, residuals, checks; held-out signals, the shifted zero and the account of the data."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def _step(found: Identification, step: StepResult) -> Foldable:
 def _account(found: Identification) -> list[Any]:
     """What was checked and tried, and what became of every file and event, to be opened."""
     judged, checks = assessed(found), tables.checks_table(tables.checks_of(found)).bare()
-    alternatives, zero = tables.alternatives_table(found).bare(), _zero(found)
+    zero = _zero(found)
     notes = sorted({note for one in found.readings if one.record is not None for note in one.record.notes})
     passed, files = (
         len(checks.rows) - len(checks.flagged),
@@ -76,7 +76,7 @@ def _account(found: Identification) -> list[Any]:
     )
     return [
         Fold(f"Checks of the model: {passed} of {len(checks.rows)} passed", checks) if checks.rows else None,
-        Fold(f"Alternatives that were tried: {len(alternatives.rows)}", alternatives) if alternatives.rows else None,
+        Fold("Landing rules that were tried", bullets(found.landing.sentences())) if found.landing else None,
         Fold("Correlations of the numbers", identify_figures.correlations(judged))
         if judged and len(judged.names) > 1
         else None,
@@ -161,13 +161,13 @@ def _zero(found: Identification) -> Table:
         if not path.startswith("ground."):
             continue
         rows.append([path, value])
-        for shift in found.shifts:
-            other = shift.values.get(path)
+        for shift in found.shifts.values():
+            other = shift.get(path)
             change = other / value - 1.0 if value and other is not None else None
             rows[-1] += [other, 0.0 if change is not None and abs(change) < NO_CHANGE else change]
     columns = ["parameter", Column("as stated", ROW)]
-    for shift in found.shifts:
-        columns += [Column("value", ROW, over=shift.title), Column("change", "%", 2, over=shift.title)]
+    for title in found.shifts:
+        columns += [Column("value", ROW, over=title), Column("change", "%", 2, over=title)]
     return Table("", columns, rows, units=[known[row[0]].unit for row in rows])
 
 
