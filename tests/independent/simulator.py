@@ -101,6 +101,7 @@ class Simulator:
         )
         stiff = np.abs(np.linalg.eigvals(self.inverse @ robot.stiffness)).max(initial=0.0)
         self.rate = max(math.sqrt(stiff), 2.0 * math.pi / self.end)
+        self.no_slip = 1e-13 * length * self.rate  # nor is a slide of rounding
         self.contact, self.since = [AIR] * self.m, [0.0] * self.m
         self.sense, self.fresh = [0.0] * self.m, [False] * self.m
         self.landing = (
@@ -407,6 +408,7 @@ class Simulator:
         """Integrate to ``stop`` or to the first event; says which it was."""
         scale = np.concatenate([np.full(self.n, self.length), np.full(self.n, self.length * self.rate)])
         watches = self.watches()
+        none = {"touch": self.least, "stop": self.no_slip}
         solver = DOP853(
             self.rates, self.time, self.z, stop, rtol=self.tolerance, atol=0.1 * self.tolerance * scale,
             max_step=min((0.3 if self.tolerance == TOLERANCE else 1.0) / self.rate, self.end / 20.0),
@@ -432,7 +434,7 @@ class Simulator:
                 low = before[0]
                 for t, z in looks:
                     value = watch(t, z)
-                    if value > (self.least if key[1] == "touch" else 0.0):
+                    if value > none.get(key[1], 0.0):
                         begun[key] = True
                     elif begun[key]:
                         root = brentq(lambda s: watch(s, dense(s)), low, t, xtol=1e-300, rtol=1e-15)  # noqa: B023
@@ -566,7 +568,8 @@ class Simulator:
             self.contact[i], self.sense[i] = SLIPPING if sense else STUCK, sense
 
     def due(self, but: int | None = None) -> None:
-        """Feet that are at the ground at this very moment and do not rise from it."""
+        """Feet that are at the ground at this very moment and do not rise from it; an impact of one may send others
+        down again, that which it happened to (`but`) as well."""
         small = 1e-14 * self.length
         for i in range(self.m):
             if self.contact[i] != AIR or self.gap(i, self.z) > small or (i == but):
@@ -574,6 +577,7 @@ class Simulator:
             rate = float(self.robot.normals[:, i] @ self.z[self.n :])
             if rate < -1e-13 * self.length * self.rate:
                 self.touch(i)
+                return self.due() if len(self.out.events) <= MOST_EVENTS else None
             elif rate <= 1e-13 * self.length * self.rate:
                 if self.pull_if_held(i) <= self.strength(i, self.time, 0.0):
                     self.note(i, CONTACT_AT_START)

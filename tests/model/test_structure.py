@@ -73,6 +73,17 @@ def test_lumped_damping_may_be_anything() -> None:
     np.testing.assert_array_equal(Lumped(**TWO, damping=damping).matrices().damping, damping)
 
 
+def test_masses_that_fly_free_are_not_damped_by_the_ratios() -> None:
+    """Rounding gave their common motion a frequency, 1e-8 of the other, and so 1e-7 of its damping."""
+    k = 0.019577375020848185
+    lumped = Lumped(
+        coordinates=["a", "b"], mass=[1.6069108894771215e-07, 8.268313430810564e-07],
+        stiffness=[[k, -k], [-k, k]], damping_ratios=[0.31742610245472225, 0.07343966248883413],
+    )  # fmt: skip
+    damping = lumped.matrices().damping
+    assert np.abs(damping.sum(axis=1)).max() <= 1e-15 * np.abs(damping).max()
+
+
 def test_lumped_modal_damping_gives_the_ratios() -> None:
     mass = [[2.0, 0.3], [0.3, 1.0]]
     lumped = Lumped(

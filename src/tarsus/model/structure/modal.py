@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import model_validator
 
-from tarsus.base.linear import modes_of, product
+from tarsus.base.linear import EPS, modes_of, product
 from tarsus.base.messages import PathErrors
 from tarsus.base.spec import Amounts, Named, quantity
 from tarsus.model.structure.base import Array, Matrices, Structure
@@ -100,6 +100,7 @@ def modal_damping_matrix(mass: Array, stiffness: Array, ratios: Any) -> Array:
     zero frequency stay undamped.
     """
     squared, shapes = modes_of(mass, stiffness)
-    omega = np.sqrt(np.maximum(squared, 0.0))
+    # what the largest loses to rounding is no frequency, whose root would be 1e-8 of the highest
+    omega = np.sqrt(np.where(squared > 4.0 * len(squared) * EPS * squared.max(), squared, 0.0))
     weighted = product(mass, shapes)
     return product(weighted * (2.0 * np.asarray(ratios) * omega), weighted.T)
