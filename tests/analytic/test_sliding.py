@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -9,8 +11,8 @@ import tarsus as ts
 from random_scenes import sliding_scene
 from sliding_scenes import MASS, slider
 from tarsus.base.events import EventKind
-from tarsus.model.laws import Friction
-from walking_scenes import GRAVITY
+from tarsus.model.laws import AdhesiveFriction, Friction
+from walking_scenes import GRAVITY, block, moving
 
 MU = 0.3
 PRESS = MASS * GRAVITY
@@ -25,9 +27,17 @@ def place(run: ts.Run, *times: float) -> np.ndarray:
     return run.at(np.array(times)).foot_x[0]
 
 
+def thrown(by: str, speed: float, **laws: Any) -> ts.Scene:
+    """A block that slides, by contact modes or as the foot of a leg."""
+    if by == "modes":
+        return slider(speed=speed, **laws)
+    return moving(block(ground=block().ground.model_copy(update=laws), duration=0.1), block_x=speed)
+
+
+@pytest.mark.parametrize("by", ["modes", "legs"])
 @pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_a_block_stops_where_friction_stops_it(sense: float) -> None:
-    run = ts.simulate(slider(speed=sense * SPEED))
+def test_a_block_stops_where_friction_stops_it(sense: float, by: str) -> None:
+    run = ts.simulate(thrown(by, sense * SPEED))
     stick = of_kind(run, EventKind.STICK_BEGINS)
     assert stick["time"] == pytest.approx([SPEED / (MU * GRAVITY)], rel=1e-12)
     assert place(run, run.duration) == pytest.approx(sense * SPEED**2 / (2.0 * MU * GRAVITY), rel=1e-10)
@@ -36,15 +46,17 @@ def test_a_block_stops_where_friction_stops_it(sense: float) -> None:
     series = run.at(np.array([0.5, 2.0]) * stick["time"])
     assert series.friction[0] == pytest.approx([-sense * MU * PRESS, 0.0], abs=1e-15 * PRESS)
     assert series.slipping[0].tolist() == [True, False]
+    if run.marks is not None:
+        assert run.marks["slipped"][-1, 0] == pytest.approx(SPEED**2 / (2.0 * MU * GRAVITY), rel=1e-9)
 
 
-def test_adhesion_brakes_as_weight_does_and_friction_by_it_alone_does_not() -> None:
-    held = 2e-5
-    both = ts.simulate(slider(speed=SPEED, adhesion=ts.Adhesion(initial=held, rate=0.0)))
-    assert place(both, 0.1) == pytest.approx(SPEED**2 * MASS / (2.0 * MU * (PRESS + held)), rel=1e-10)
-    alone = {"friction": {"kind": "adhesive", "coefficient": MU}}
-    run = ts.simulate(slider(speed=SPEED, adhesion=ts.Adhesion(initial=held, rate=0.0), **alone))
-    assert place(run, 0.1) == pytest.approx(SPEED**2 * MASS / (2.0 * MU * held), rel=1e-10)
+@pytest.mark.parametrize("by", ["modes", "legs"])
+def test_adhesion_brakes_as_weight_does_and_friction_by_it_alone_does_not(by: str) -> None:
+    held = ts.Adhesion(initial=2e-5, rate=0.0)
+    both = ts.simulate(thrown(by, SPEED, adhesion=held))
+    assert place(both, 0.1) == pytest.approx(SPEED**2 * MASS / (2.0 * MU * (PRESS + held.initial)), rel=1e-10)
+    run = ts.simulate(thrown(by, SPEED, adhesion=held, friction=AdhesiveFriction(coefficient=MU)))
+    assert place(run, 0.1) == pytest.approx(SPEED**2 * MASS / (2.0 * MU * held.initial), rel=1e-10)
 
 
 @pytest.mark.parametrize("speed", [0.02, 0.06])

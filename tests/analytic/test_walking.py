@@ -28,38 +28,13 @@ def of_kind(run, *kinds):
     return run.events[np.isin(run.events["kind"], kinds)]
 
 
-def test_a_sliding_block_stops_where_friction_stops_it():
-    speed = 0.05
-    run = ts.simulate(moving(block(), block_x=speed), duration=0.05)
-    stop = of_kind(run, STICK)
-    assert stop["time"] == pytest.approx([speed / (MU * GRAVITY)], rel=1e-12)
-    assert run.marks["foot_x"][-1, 0] == pytest.approx(speed**2 / (2.0 * MU * GRAVITY), rel=1e-9)
-    assert run.marks["slipped"][-1, 0] == pytest.approx(speed**2 / (2.0 * MU * GRAVITY), rel=1e-9)
-    assert run.ledger.friction == pytest.approx(0.5 * MASS * speed**2, rel=1e-9)
-    assert run.ledger.closure < 1e-12
-
-
-def test_the_path_there_and_back_moves_with_speed_and_force():
+def test_the_path_there_and_back():
     """Thrown along against a force F: back at x = 0 after 2 m v / F, the path m v^2 / F - v T + F T^2 / 2 m by T."""
     speed, force, end = 0.01, 1e-6, 0.03
     scene = moving(block(friction=None, signals={"along": ts.Constant(level=-force)}), block_x=speed)
-    start = f"initial.velocity.{int(np.argmax(np.abs(scene.initial.velocity)))}"
-    run = ts.simulate(scene, duration=end, gradients=[start, "signals.along.level"])
+    run = ts.simulate(scene, duration=end)
     path = MASS * speed**2 / force - speed * end + force * end**2 / (2.0 * MASS)
     assert run.marks["slipped"][-1, 0] == pytest.approx(path, rel=1e-10)
-    moved = {one: found["slipped"][-1, 0] for one, found in run.mark_gradients.items()}
-    assert moved[start] == pytest.approx(2.0 * MASS * speed / force - end, rel=1e-9)
-    by_force = end**2 / (2.0 * MASS) - MASS * speed**2 / force**2
-    # a path by 1 / F bends: over a pair of runs that leaves some 3e-9
-    assert moved["signals.along.level"] == pytest.approx(-by_force, rel=1e-8)
-
-
-def test_adhesion_brakes_a_sliding_block_as_weight_does():
-    speed, held = 0.05, 2e-5
-    ground = block().ground.model_copy(update={"adhesion": ts.Adhesion(initial=held, rate=0.0)})
-    run = ts.simulate(moving(block(ground=ground), block_x=-speed), duration=0.05)
-    braking = MU * (MASS * GRAVITY + held) / MASS
-    assert run.marks["foot_x"][-1, 0] == pytest.approx(-(speed**2) / (2.0 * braking), rel=1e-9)
 
 
 @pytest.mark.parametrize("above", [0.999, 1.001])
