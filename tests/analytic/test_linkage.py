@@ -71,6 +71,21 @@ def test_four_bars_have_one_motion():
     np.testing.assert_allclose(bars.horizontal() * found.mass[0, 0], 2.0 * MASS * LENGTH, rtol=1e-13)
 
 
+def test_weight_stiffens_what_hangs_and_softens_what_stands():
+    """m g l of a pendulum that hangs, none of one held level; an upright parallelogram falls as its three bars do, and
+    of two links in a row that hang the second turns by itself."""
+    g = 9.81
+    level, hanging = pendulum(), pendulum().model_dump()
+    hanging["links"]["arm"] |= {"x": 0.0, "z": -LENGTH}
+    hanging["hinges"]["more"] = {"between": ["arm", "low"], "x": 0.0, "z": -3.0 * LENGTH}
+    hanging["links"]["low"] = {"x": 0.0, "z": -4.0 * LENGTH, "mass": 3.0 * MASS, "inertia": INERTIA}
+    weight = MASS * g * LENGTH
+    np.testing.assert_allclose(level.gravity_stiffness(g), [[0.0]], atol=1e-15 * weight)
+    two = Linkage(**hanging).gravity_stiffness(g)
+    np.testing.assert_allclose(two, weight * np.diag([1.0 + 3.0 * 3.0, 3.0]), rtol=1e-12, atol=1e-15 * weight)
+    np.testing.assert_allclose(four_bar().gravity_stiffness(g), [[-2.0 * weight]], rtol=1e-12)
+
+
 @pytest.mark.parametrize("angle", [1e-4, 0.1, -0.3, 1.0])
 def test_small_angles_are_off_by_a_number(angle):
     """A place on a circle is off by its distance from the tangent; bars that stay level are the same everywhere."""

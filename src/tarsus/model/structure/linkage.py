@@ -63,7 +63,7 @@ class Linkage(Structure):
     Of the motions of all links (x, z of the centre [m], pitch about +y [rad], which lowers the front) hinges leave the
     coordinates: those of the first link and the pitches of the others as far as loops leave them free, see
     `coordinates`; then the heights of pads. Springs of hinges are at ease at rest. That weight turns a link that has
-    turned (the stiffness of a pendulum) is left out.
+    turned (the stiffness of a pendulum) is left out: `gravity_stiffness` says how much that is.
 
     Points, along +z unless the name ends in ``_x`` (then along +x): centres of links and places ``P`` and ``P_x`` (with
     a pad ``P`` is the pad's height). The bend of a hinge ``H`` [rad], the pitch of its first link less that of the
@@ -166,6 +166,29 @@ class Linkage(Structure):
     def horizontal(self) -> Array:
         """Coordinates (n,) of a unit translation along the way, projected as well."""
         return self._translation(0)
+
+    def gravity_stiffness(self, acceleration: float) -> Array:
+        """Stiffness (n, n) that weight adds at rest and `matrices` leaves out: m g l of a pendulum.
+
+        acceleration: of gravity [m/s^2], along -z. Compare it with ``matrices().stiffness``.
+        """
+        motions, free = self._motions()
+        pitches = motions[2::3]
+        order, bend = list(self.links), np.zeros((2 * len(self.hinges), len(free), len(free)))
+        for k, hinge in enumerate(self.hinges.values()):
+            for name, sign in zip(hinge.between, (1.0, -1.0), strict=False):
+                link, turn = self.links[name], pitches[order.index(name)]
+                arm = np.array([hinge.x - link.x, hinge.z - link.z])
+                bend[2 * k : 2 * k + 2] -= sign * arm[:, None, None] * np.outer(turn, turn)
+        bound = [k for k in range(len(motions)) if k not in free]
+        second = np.zeros((len(motions), len(free) ** 2))  # of all motions by the free ones, as hinges hold
+        second[bound] = -np.linalg.lstsq(
+            self._constraints()[:, bound], bend.reshape(len(bend), -1), rcond=_DEPENDENT
+        )[0]
+        out = np.zeros((self.size, self.size))
+        weights = acceleration * np.array([one.mass for one in self.links.values()])
+        out[: len(free), : len(free)] = (weights @ second[1::3]).reshape(len(free), len(free))
+        return out
 
     def small_angle_error(self, states: Array) -> float:
         """Largest distance [m] of a centre or a place from its linear one: what hinges and rigid links leave is exact.
