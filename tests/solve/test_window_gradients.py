@@ -53,61 +53,80 @@ def moved(starts: list[WindowStart], name: str, by: float) -> list[WindowStart]:
     return [replace(one, state=np.asarray(one.state) + by * unit) for one in starts]
 
 
+def creeping() -> Scene:
+    law = {
+        "kind": "creeping", "instant": {"linear": 8e-7, "thresholds": [1.0, 2.0], "weights": [2e-7, 1e-7]},
+        "thresholds": [0.0, 1.5], "weights": [1e-7, 1e-7], "times": [2e-3, 1.0],
+    }  # fmt: skip
+    scene = ts.load_scene("cantilever", wave="square")
+    return with_values(scene, {"robot.drives.pzt.law": law, "robot.drives.pzt.history": (), "provenance": {}})
+
+
 ROUGH = {
     "kind": "random", "seed": 3, "rms": 2e-7, "correlation_length": 3e-5, "spacing": 1e-5, "facets": 256
 }  # fmt: skip
+SLOW = pytest.mark.slow
 CASES = [
-    (lambda: scene_of("p1_n2"), ("ground.film.coefficient", "signals.pull.amplitude"), 0.1, 0.008, 16),
     pytest.param(
-        lambda: trotter(5, ground=sticky()),
-        ("ground.adhesion.initial", "ground.restitution.coefficient"),
-        None,
-        0.002,
-        12,
-        marks=pytest.mark.slow,
+        lambda: scene_of("p1_n2"), ("ground.film.coefficient", "signals.pull.amplitude"), 0.1, 0.008, 16, True,
+        id="chain",
+    ),
+    pytest.param(
+        lambda: trotter(5, ground=sticky()), ("ground.adhesion.initial", "ground.restitution.coefficient"), None,
+        0.002, 12, True, marks=SLOW, id="trotter",
     ),
     pytest.param(
         lambda: with_values(trotter(3, ground=sticky()), {"ground.profile": ROUGH}),
-        ("ground.profile.rms", "ground.friction.coefficient"),
-        None,
-        0.002,
-        12,
-        marks=pytest.mark.slow,
+        ("ground.profile.rms", "ground.friction.coefficient"), None, 0.002, 12, True, marks=SLOW, id="rough ground",
     ),
-]
+    pytest.param(
+        lambda: ts.load_scene("turning-hexapod"), ("ground.friction.coefficient", "robot.structure.body.mass"), 0.03,
+        0.004, 4, False, id="legs that move across",
+    ),
+    pytest.param(
+        sliding, ("ground.friction.coefficient", "robot.structure.modal_masses.0"), 0.03, 0.004, 4, False,
+        id="feet that slide",
+    ),
+    pytest.param(
+        creeping, ("signals.pzt.amplitude", "robot.structure.frequencies.0"), 0.03, 0.004, 4, False,
+        id="a drive that creeps",
+    ),
+    pytest.param(
+        lambda: with_values(
+            ts.load_scene("cantilever", wave="square"),
+            {"robot.drives.pzt.amplifier": {"bandwidth": 3000.0, "slew_rate": 2e5}},
+        ),
+        ("signals.pzt.amplitude", "robot.drives.pzt.amplifier.bandwidth"), 0.03, 0.004, 4, False,
+        id="a slow amplifier",
+    ),
+]  # fmt: skip
+"""Scene, numbers, seconds of its run and of a window, windows, and whether their starts are varied as well."""
 
 
-@pytest.mark.parametrize(("make", "paths", "duration", "span", "count"), CASES)
+@pytest.mark.parametrize(("make", "paths", "duration", "span", "count", "begins"), CASES)
 def test_windows_move_as_their_derivatives_say(
-    make: Callable[[], Scene], paths: tuple[str, ...], duration: float | None, span: float, count: int
+    make: Callable[[], Scene], paths: tuple[str, ...], duration: float | None, span: float, count: int, begins: bool
 ) -> None:
+    """By differences of windows that start otherwise, or of scenes that are lowered anew."""
     scene = make()
     run, plan = ts.simulate(scene, duration), lower_scene(scene)
-    starts = starts_in(run, count, span, 1)
-    by = WindowGradients.of(scene, plan, paths)
+    starts = starts_in(run, count, span, 1 if begins else 2)
+    by = WindowGradients.of(scene, plan, paths, state=begins, t0=begins)
     found = simulate_windows(plan, starts, gradients=by, accuracy=FINE)
-    assert found.slopes is not None and sum(len(one.events) for one in found) >= count // 4
+    assert found.slopes is not None and len(found.rows) > 1
+    assert not begins or sum(len(one.events) for one in found) >= count // 4
     size = {name: np.abs(getattr(found.states, name)).max() for name in FIELDS}
     speeds = np.abs(np.array([one.state for one in starts])).max(axis=0)
     for p, name in enumerate(found.slopes.names):
-        if name in paths:
-            value = float(get_value(scene, name))
+        own = float(get_value(scene, name)) if name in paths else 0.0
 
-            def of(step: float, name: str = name, value: float = value) -> WindowBatch:
-                other = replace(
-                    lower_scene(with_values(scene, {name: value + step})),
-                    length=plan.length,
-                    force=plan.force,
-                )
-                return simulate_windows(other, starts, accuracy=FINE)
-
-            scale = value
-        else:
-
-            def of(step: float, name: str = name) -> WindowBatch:
+        def of(step: float, name: str = name, own: float = own) -> WindowBatch:
+            if name not in paths:
                 return simulate_windows(plan, moved(starts, name, step), accuracy=FINE)
+            other = lower_scene(with_values(scene, {name: own + step}))
+            return simulate_windows(replace(other, length=plan.length, force=plan.force), starts, accuracy=FINE)
 
-            scale = span if name == "t0" else speeds[int(name.removeprefix("state."))]
+        scale = own or (span if name == "t0" else speeds[int(name.removeprefix("state."))])
         off, beyond = {}, {}
         for part in (1e-4, 1e-5, 1e-6):  # the best of several steps: far ones cross events, near ones round
             for field, value_ in difference(of, part * scale).items():
@@ -128,60 +147,6 @@ def test_windows_move_as_their_derivatives_say(
             assert np.nanmedian(most) < 1e-5, (name, field, most)
             assert np.mean(most > 1e-4) <= 0.1, (name, field, most)
             assert np.mean(beyond[field]) <= 5e-3, (name, field)  # where differences cross an event
-
-
-def creeping() -> Scene:
-    law = {
-        "kind": "creeping", "instant": {"linear": 8e-7, "thresholds": [1.0, 2.0], "weights": [2e-7, 1e-7]},
-        "thresholds": [0.0, 1.5], "weights": [1e-7, 1e-7], "times": [2e-3, 1.0],
-    }  # fmt: skip
-    scene = ts.load_scene("cantilever", wave="square")
-    return with_values(scene, {"robot.drives.pzt.law": law, "robot.drives.pzt.history": (), "provenance": {}})
-
-
-EVERY = {
-    "legs that move across": (
-        lambda: ts.load_scene("turning-hexapod"), ("ground.friction.coefficient", "robot.structure.body.mass")
-    ),
-    "feet that slide": (sliding, ("ground.friction.coefficient", "robot.structure.modal_masses.0")),
-    "a drive that creeps": (creeping, ("signals.pzt.amplitude", "robot.structure.frequencies.0")),
-    "a slow amplifier": (
-        lambda: with_values(
-            ts.load_scene("cantilever", wave="square"),
-            {"robot.drives.pzt.amplifier": {"bandwidth": 3000.0, "slew_rate": 2e5}},
-        ),
-        ("signals.pzt.amplitude", "robot.drives.pzt.amplifier.bandwidth"),
-    ),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", EVERY)
-def test_every_scene_that_runs_has_derivatives(name: str) -> None:
-    """By differences of windows of scenes that are lowered anew, over another step."""
-    make, paths = EVERY[name]
-    scene = make()
-    run, plan = ts.simulate(scene, 0.03), lower_scene(scene)
-    starts = starts_in(run, 4, 0.004, 2)
-    by = WindowGradients.of(scene, plan, paths, state=False, t0=False)
-    found = simulate_windows(plan, starts, gradients=by, accuracy=FINE)
-    assert found.slopes is not None and len(found.rows) > 1
-    for p, path in enumerate(paths):
-        value = float(get_value(scene, path))
-
-        def of(step: float, path: str = path, value: float = value) -> WindowBatch:
-            other = lower_scene(with_values(scene, {path: value + step}))
-            return simulate_windows(
-                replace(other, length=plan.length, force=plan.force), starts, accuracy=FINE
-            )
-
-        expected = difference(of, 3e-6 * value)
-        for field in ("x", "v", "gap", "rate"):
-            got, error = (
-                getattr(each, field)[..., p] for each in (found.slopes.states, found.slopes.state_errors)
-            )
-            size = np.abs(got).max(axis=1, keepdims=True)
-            assert np.isfinite(got).all() and size.max() > 0.0, (path, field)
-            assert np.mean(np.abs(expected[field] - got) > 10.0 * error + 1e-4 * size) <= 0.03, (path, field)
 
 
 def test_one_window_is_that_of_many() -> None:
