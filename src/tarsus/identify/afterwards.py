@@ -19,6 +19,7 @@ from tarsus.identify.checks import (
     gap_check,
     held_out_check,
     left_check,
+    smeared_check,
     with_checks,
 )
 from tarsus.identify.draws import DRAWS, NORMAL
@@ -136,7 +137,8 @@ def check(chain: StepRunner, comparisons: Sequence[Comparison], air: Sequence[Ai
         steps[name] = with_checks(step, left_check(step, known))
     if "hysteresis" in steps:
         fit = fit_air(air, known)
-        steps["hysteresis"] = with_checks(steps["hysteresis"], air_checks(fit, known))
+        told, beside = air_checks(fit, known), smeared_check(chain.evidence.instruments, known)
+        steps["hysteresis"] = with_checks(steps["hysteresis"], (*told, *beside))
         if fit is not None and fit.widens:
             steps.update({name: fit.widened(step) for name, step in steps.items()})
     steps.update(with_surprises(steps, chain.known, chain.evidence.ground(), chain.seed))

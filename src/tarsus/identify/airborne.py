@@ -1,7 +1,7 @@
 """What the motion in the air leaves unexplained by the identified device, linear in what may differ.
 
 From the rest up to the first contact a record is motion in the air from a known state. The device as identified
-*predicts* it, as late as was found of the instruments: a prediction can be delayed exactly,
+*predicts* it, as late and behind the low-pass that were found of the instruments: a prediction can be delayed exactly,
 a record between its samples cannot. What that leaves, over the noise, is set beside the traces that changes of the
 identified numbers would leave (derivatives of runs) and those of causes that have a line of their own
 (`tarsus.identify.causes`).
@@ -21,7 +21,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.events import IMPACTS
 from tarsus.base.spec import with_values
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.foot import FootModel
+from tarsus.identify.foot import FootModel, response
 from tarsus.identify.instruments import Instruments
 from tarsus.identify.traces import Trace, repeats_of
 from tarsus.impacts.detection import STILL
@@ -32,7 +32,10 @@ from tarsus.records.purpose import IN_AIR
 from tarsus.solve import ResultCode, simulate
 
 _FINE = 4
-"""Places a sample at which a prediction is delayed: cubics between a dozen places a period miss 2e-4 of a motion."""
+"""Places a sample at which slopes are delayed: of what a number changes, a percent is enough."""
+_FINER = 48
+"""Places a period of the fastest mode at which a prediction is delayed and filtered: straight lines between them are
+0.15 % of its motion off, and cubic ones far less."""
 _ROUNDED = 1e-6
 """Part of a sample by which the one at the beginning of the drive may be before it: rounding of its time."""
 _SHORTEST = 20
@@ -97,7 +100,13 @@ def shown(motion: Floats, step: float, points: Sequence[str], instruments: Instr
     out, time = motion.copy(), step * np.arange(motion.shape[-1])
     for k, quantity in enumerate((Quantity.DISPLACEMENT, Quantity.VELOCITY)):
         for j, point in enumerate(points, k * len(points)):
-            late = instruments.delay(point, quantity)
+            low, late = instruments.delays(point, quantity)
+            if low is not None:
+                poles, shares = low.parts()
+                for one in np.ndindex(motion.shape[:-2]):
+                    out[*one, j] = response(np.diag(poles), shares[:, None] * motion[*one, j], step).sum(
+                        axis=0
+                    )
             if late:
                 out[..., j, :] = CubicSpline(time, out[..., j, :], axis=-1)(np.maximum(time - late, 0.0))
     return out
@@ -162,33 +171,37 @@ def _record(
     begin = int(np.searchsorted(first.time, -_ROUNDED * step))
     late = max(float(first.time[begin]), 0.0)
     count = min(_touches(one, k, level) for one in repeats) - begin
-    fine = 1 if instruments is None else _FINE
     events = simulate(with_values(model.driven(signal), gaps), max(count, 1) * step).events
     landings = events["time"][np.isin(events["kind"], IMPACTS)]
     count = min(count, int(landings.min(initial=np.inf) / step)) if len(landings) else count
     if count < _SHORTEST:
         return None
 
-    def seen_by(values: Floats, *those: Instruments | None) -> list[Floats]:
-        """Motion with some values of the numbers, as instruments show it."""
+    def seen_by(values: Floats, finer: int, *those: Instruments | None) -> list[Floats]:
+        """Motion with some values of the numbers, as instruments show it that see so many places a sample."""
         there = known.model(values)
         scene = with_values(there.driven(signal), gaps)
         run = simulate(scene, count * step)
         if run.ended is not ResultCode.DONE:
             raise InputError(f"the identified device cannot be simulated with this drive: {run.ended}")
-        places = late + step / fine * np.arange(fine * (count - 1) + 1, dtype=np.float64)
+        places = late + step / finer * np.arange(finer * (count - 1) + 1, dtype=np.float64)
         states = run.states(places)
         x = states.x - np.array(rest_state(scene))[:, None]
         moved = np.concatenate([there.rows @ x, there.rows @ states.v])
-        return [shown(moved, step / fine, model.points, one)[..., ::fine] for one in those]
+        return [shown(moved, step / finer, model.points, one)[..., ::finer] for one in those]
 
-    predicted, *others = seen_by(known.values, instruments, *(instruments.nudged() if instruments else ()))
+    finer, fine, more = 1, 1, tuple[Instruments, ...]()
+    if instruments is not None:
+        fastest = float(np.abs(np.linalg.eigvals(model.flow)).max()) / (2.0 * np.pi)
+        finer, fine, more = int(np.ceil(_FINER * step * fastest)), _FINE, instruments.nudged()
+    predicted, *others = seen_by(known.values, finer, instruments, *more)
+    base = predicted if fine == finer else seen_by(known.values, fine, instruments)[0]
     slopes = []
     for number in moving(known):
         values = known.values.copy()
         size = _nudge(known, number)
         values[number] += size
-        slopes.append((seen_by(values, instruments)[0] - predicted) / size)
+        slopes.append((seen_by(values, fine, instruments)[0] - base) / size)
     time = late + step * np.arange(count, dtype=np.float64)
     nudges = np.array([one - predicted for one in others]).reshape(-1, *predicted.shape)
     halves = [half for half in (repeats[::2], repeats[1::2]) if half]

@@ -18,6 +18,7 @@ from tarsus.identify.step import Check, StepResult
 
 if TYPE_CHECKING:
     from tarsus.identify.heldout import Comparison
+    from tarsus.identify.instruments import Instruments
     from tarsus.identify.prediction import AirFit
 
 
@@ -40,6 +41,8 @@ for 7 % less than it is."""
 HELD_OUT = 2.0
 """Held-out motion over what noise alone would leave of it, median over records: landings at the edge of being held
 leave sound ones with 1.2."""
+SMEARED = 0.1
+"""Samples by which a low-pass may delay: moments of release and impact are found to about as much."""
 GAP = 0.05
 """Error of a gap that a number which counts from it must bear where no interval of the gap is stated: the source's were
 set by hand, and one of its devices has two that are a quarter apart (Table 2.2)."""
@@ -87,6 +90,21 @@ def left_check(step: StepResult, known: Estimates) -> tuple[Check, ...]:
     record = f"repeat {step.records or 'its records'} at half the volts: what does not shrink is no motion of it"
     paths = touched(known, later[step.name])
     return (Check(f"{step.name}: residual over noise", left, OVER_NOISE, paths=paths, cause=cause, record=record),)
+
+
+def smeared_check(instruments: Instruments | None, known: Estimates) -> tuple[Check, ...]:
+    """Whether a low-pass smears what happens in a moment over more than a sample's fraction."""
+    low = None if instruments is None else instruments.low(instruments.of)
+    if instruments is None or low is None:
+        return ()
+    cause = (
+        f"behind a low-pass at {low.corner:.4g} Hz releases and impacts are seen only as far as the sampling rate "
+        "shows what is left of them"
+    )
+    paths = touched(known, (GROUND,))
+    name = "samples over which a low-pass smears them"
+    record = "record ramps and bounces without the low-pass"
+    return (Check(name, low.delay / instruments.step, SMEARED, paths=paths, cause=cause, record=record),)
 
 
 def gap_check(step: StepResult, known: Estimates) -> tuple[Check, ...]:

@@ -1,4 +1,4 @@
-"""What instruments add to the motion of a device: gains, signs and delays of channels.
+"""What instruments add to the motion of a device: gains, signs and delays of channels, and a low-pass before them.
 
 A displacement is the integral of the velocity of the same point in every record, whatever the structure: that gives
 their ratio and the delay of the one behind the other. How late both are behind the drive the sweeps in the air show
@@ -8,16 +8,16 @@ which no difference is found leave their records as they are.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.fft import next_fast_len
 from scipy.ndimage import binary_dilation, convolve1d
 
-from tarsus.base.arrays import Floats
+from tarsus.base.arrays import Complexes, Floats
 from tarsus.identify.clock import PACE, stretched
-from tarsus.identify.lateness import SAMPLES, lateness_of
+from tarsus.identify.lateness import SAMPLES, Lateness, LowPass, lateness_of
 from tarsus.identify.volts import jumps_of
 from tarsus.identify.with_error import UNTOLD, WithError, regressed
 from tarsus.modes.modal import ModalFit
@@ -43,8 +43,12 @@ _ALIKE = 0.9
 """Least correlation of channels that are compared: others are not of one point."""
 _MIDDLE = 1.2533
 """Standard error of a median over that of a mean, of normal numbers."""
+_STRONGEST = 4.0
+"""Factor at most by which what a low-pass has weakened is brought back: noise is, too."""
 _BLEND = 256
 """Samples over which the end of a record is led back to its beginning for a transform."""
+_PROMPT = Lateness(UNTOLD, None)
+"""Of channels that are not known to be late."""
 
 
 @dataclass(frozen=True)
@@ -61,16 +65,17 @@ class Instruments:
     """What is taken off records.
 
     relations: by point, of those that can be compared; velocities: points of which the velocity, not the displacement,
-    has the gain; lateness [s]: of the sweeps' channels behind the drive, as far as it is known; step [s]: between
-    samples of the sweeps, or the finest of the other records; pace: share by which the clock of the motion is slow
-    beside that of the drive, as far as it is known; starts [s]: by source, how much later than the others a sweep comes
-    behind its drive.
+    has the gain; lateness: of the sweeps' channels behind the drive, as far as it is known; of: the quantity of
+    these channels; step [s]: between samples of the sweeps, or the finest of the other records; pace: share by which
+    the clock of the motion is slow beside that of the drive, as far as it is known; starts [s]: by source, how
+    much later than the others a sweep comes behind its drive.
     """
 
     relations: dict[str, Relation]
     step: float
     velocities: frozenset[str] = frozenset()
-    lateness: WithError = UNTOLD
+    lateness: Lateness = _PROMPT
+    of: Quantity = Quantity.DISPLACEMENT
     pace: WithError = UNTOLD
     starts: Mapping[str, float] = field(default_factory=dict)
 
@@ -94,12 +99,17 @@ class Instruments:
     @property
     def late(self) -> float:
         """Time [s] by which velocities, and displacements that were brought to them, come behind the drive."""
-        return self.lateness.beyond(0.0, SAMPLES * self.step)
+        return self.lateness.late.value if self.lateness.off(self.step) else 0.0
 
     @property
     def slow(self) -> float:
         """Share by which the steps between samples of the motion are longer than stated."""
         return self.pace.beyond(0.0, PACE)
+
+    def low(self, quantity: Quantity) -> LowPass | None:
+        """Low-pass before the channels of a quantity: that of the sweeps, and the other one unless it is not delayed by
+        it."""
+        return None if self.lags and quantity is not self.of else self.lateness.low
 
     def hypotheses(self) -> tuple[Instruments, ...]:
         """These, and where a gain was found the same with the other channel of its point at fault."""
@@ -111,12 +121,14 @@ class Instruments:
         found = lateness_of(fit)
         if found is None or fit.frf.quantity not in (Quantity.DISPLACEMENT, Quantity.VELOCITY):
             return None
-        late = replace(self, lateness=found)
-        return late if late.late else None
+        late = replace(self, lateness=found, of=fit.frf.quantity)
+        return late if found.off(late.step) else None
 
-    def delay(self, point: str, quantity: Quantity) -> float:
-        """Time [s] by which a channel comes behind the drive."""
-        return self.late + (self.lag(point) if quantity is Quantity.DISPLACEMENT else 0.0)
+    def delays(self, point: str, quantity: Quantity) -> tuple[LowPass | None, float]:
+        """Low-pass before a channel, and the time [s] by which it is late beside that of what passes this slowly."""
+        low = self.low(quantity)
+        late = self.late + (self.lag(point) if quantity is Quantity.DISPLACEMENT else 0.0)
+        return low, late - (0.0 if low is None else low.delay)
 
     def nudged(self) -> tuple[Instruments, ...]:
         """The same with each number that delays the records moved by its standard error."""
@@ -124,8 +136,12 @@ class Instruments:
         for lag in {one.lag for point, one in self.relations.items() if self.lag(point)}:
             those = {p: replace(one, lag=lag.moved) for p, one in self.relations.items() if one.lag == lag}
             out.append(replace(self, relations={**self.relations, **those}))
-        if self.late:
-            out.append(replace(self, lateness=self.lateness.moved))
+        if self.lateness.off(self.step):
+            low = self.lateness.low
+            out.append(replace(self, lateness=replace(self.lateness, late=self.lateness.late.moved)))
+            if low is not None:
+                wider = replace(low, corner=low.corner * (1.0 + self.lateness.corner))
+                out.append(replace(self, lateness=replace(self.lateness, low=wider)))
         return tuple(out)
 
     def uncertain(self) -> tuple[Instruments, ...]:
@@ -137,8 +153,9 @@ class Instruments:
                 moved = {**self.relations, point: replace(one, gain=one.gain.moved)}
                 out.append(replace(self, relations=moved))
         errors = [one.lag.error for point, one in self.relations.items() if self.lag(point)]
-        if self.late:
-            errors.append(self.lateness.error)
+        if self.lateness.off(self.step):
+            low = self.lateness.low
+            errors += [self.lateness.late.error, 0.0 if low is None else low.delay * self.lateness.corner]
         if max(errors, default=0.0) > harm:
             out += self.nudged()
         if self.slow and self.pace.error > PACE:
@@ -161,12 +178,12 @@ class Instruments:
         still = {
             point: replace(one, lag=WithError(0.0, one.lag.error)) for point, one in self.relations.items()
         }
-        return replace(self, relations=still, lateness=UNTOLD)
+        return replace(self, relations=still, lateness=_PROMPT)
 
     @property
     def delaying(self) -> bool:
-        """Whether any channel is late."""
-        return bool(self.late or self.lags)
+        """Whether any channel is late, or behind a low-pass."""
+        return bool(self.late or self.low(self.of) or self.lags)
 
     @property
     def differ(self) -> bool:
@@ -176,8 +193,8 @@ class Instruments:
         return self.delaying or bool(self.slow or self.starts) or any(gain != 1.0 for gain in gains)
 
     def taken_off(self, record: Measurement, swept: bool) -> Measurement:
-        """A record as if its instruments had neither gains nor lags; ``swept``: nor a delay behind the drive, which
-        other records keep."""
+        """A record as if its instruments had neither gains nor lags nor a low-pass; ``swept``: nor a delay behind the
+        drive, which other records keep."""
         if not self.differ:
             return record
         values = record.values.copy()
@@ -191,10 +208,11 @@ class Instruments:
             values[k] /= self.gain(point, quantity)
         for (point, quantity), k in moving.items():
             if quantity is Quantity.DISPLACEMENT and (lag := self.lag(point)):
-                values[k] = _brought_forward(values[k], record.step, lag)
-        late = self.late + self.starts.get(record.source, 0.0) if swept else 0.0
-        for k in moving.values() if late else ():
-            values[k] = _brought_forward(values[k], record.step, late)
+                values[k] = _divided(values[k], record.step, lag, None)
+        for (_, quantity), k in moving.items():
+            low, late = self.low(quantity), self.late + self.starts.get(record.source, 0.0) if swept else 0.0
+            if low is not None or late:
+                values[k] = _divided(values[k], record.step, late, low)
         return replace(record, values=values)
 
     def sentences(self) -> list[str]:
@@ -232,11 +250,13 @@ class Instruments:
                 f"displacements of {named} come {1e6 * abs(lag.value):.4g} +- {2e6 * lag.error:.1g} us {word} their "
                 "velocities: a delay of their channels, corrected"
             )
-        if self.late:
-            word = "after" if self.late > 0.0 else "before"
+        if self.late or self.low(self.of) is not None:
+            late, low = self.lateness.late, self.lateness.low
+            word = "after" if late.value > 0.0 else "before"
+            by = "" if low is None else f", as behind a {low.name} at {low.corner:.4g} Hz"
             out.append(
-                f"the sweeps show the motion {1e6 * abs(self.late):.4g} +- {2e6 * self.lateness.error:.1g} us {word} "
-                "the drive: a delay of the instruments, corrected"
+                f"the sweeps show the motion {1e6 * abs(late.value):.4g} +- {2e6 * late.error:.1g} us {word} the "
+                f"drive{by}: a delay of the instruments, corrected"
             )
         return out
 
@@ -319,11 +339,24 @@ def _compared(record: Measurement, point: str) -> tuple[float, float, float, flo
     return float(gain), float(error[0]), float(lag / gain), float(error[1] / abs(gain))
 
 
-def _brought_forward(values: Floats, step: float, late: float) -> Floats:
-    """Values (ns,) brought forward by ``late`` [s]; the end is led back to the beginning for a transform."""
+def _divided(values: Floats, step: float, late: float, low: LowPass | None) -> Floats:
+    """Values (ns,) brought forward by ``late`` [s] and out from behind a low-pass, but for the delay of what is slow,
+    which ``late`` holds."""
+
+    def factor(s: Complexes) -> Complexes:
+        if low is None:
+            return np.exp(s * late)
+        response = low.response(s) * np.exp(s * low.delay)
+        return np.exp(s * late) / (response * np.maximum(1.0, 1.0 / (_STRONGEST * np.abs(response))))
+
+    return _passed(values, step, factor)
+
+
+def _passed(values: Floats, step: float, factor: Callable[[Complexes], Complexes]) -> Floats:
+    """Values (ns,) with their transform multiplied by a factor of s [rad/s]; the end is led back to the beginning."""
     count = len(values)
     whole = int(next_fast_len(count + _BLEND, real=True) or count + _BLEND)
     ends = np.linspace(0.0, np.pi, whole - count + 2)[1:-1]
     led = values[0] + (values[-1] - values[0]) * 0.5 * (1.0 + np.cos(ends))
-    turn = np.exp(2.0j * np.pi * np.fft.rfftfreq(whole, step) * late)
-    return np.fft.irfft(np.fft.rfft(np.concatenate([values, led])) * turn, whole)[:count]
+    s = np.asarray(2.0j * np.pi * np.fft.rfftfreq(whole, step), dtype=np.complex128)
+    return np.fft.irfft(np.fft.rfft(np.concatenate([values, led])) * factor(s), whole)[:count]

@@ -1,4 +1,5 @@
-"""How late the responses of sweeps are: ``H = exp(-s late) sum_k a_k / (s^2 + 2 zeta_k w_k s + w_k^2)`` with real a_k.
+"""How late, and behind which low-pass, the responses of sweeps are: ``H = G(s) sum_k a_k / (s^2 + 2 zeta_k w_k s +
+w_k^2)`` with real a_k.
 
 Modes of a structure are real: what turns all residues along the frequency is the instruments'. A drive with memory
 turns them as well, by one angle at all frequencies; it is fitted along.
@@ -6,8 +7,14 @@ turns them as well, by one angle at all frequencies; it is fitted along.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
+from scipy.signal import bessel, butter
 
 from tarsus.base.arrays import Complexes, Floats
 from tarsus.identify.draws import student
@@ -20,6 +27,8 @@ SAMPLES = 0.004
 its usual standard error."""
 _LINES = 4000
 """Lines that are fitted at most, evenly from all: a delay is known to a hundredth of the above from these."""
+_BETTER = 0.1
+"""Part of the squares that a low-pass must take away from those behind a pure delay, to be taken instead."""
 _TURNS = (-2.0, 6.0, 0.1)
 """Turns of the highest line that delays are searched over: from, to, step."""
 _SCALE = 1e-3
@@ -27,26 +36,88 @@ _SCALE = 1e-3
 _STEP = 1e-6
 """Change of an unknown by which slopes are taken."""
 _ROUGH = 1.3
-"""Squares over those of a free fit from which on a delay near the first guess does not explain the responses."""
+"""Squares over those of a free fit from which on a pure delay does not explain the responses."""
+_ORDERS = ((butter, (1, 2, 3, 4, 6, 8)), (bessel, (2, 4, 8)))
+"""Low-passes that instruments have."""
 
 
-def lateness_of(fit: ModalFit) -> WithError | None:
-    """By how much [s] the responses of modes come behind the drive; None where the lines are too few to tell."""
+@dataclass(frozen=True)
+class LowPass:
+    """A low-pass of a corner [Hz]; poles (n,) [1] for a corner at 1 rad/s; name."""
+
+    name: str
+    poles: Complexes
+    corner: float
+
+    @property
+    def delay(self) -> float:
+        """Delay [s] of what is slow."""
+        return float(-np.sum(1.0 / self.poles).real / (2.0 * np.pi * self.corner))
+
+    def parts(self) -> tuple[Complexes, Complexes]:
+        """Poles [rad/s] and residues [rad/s] (n,): a low-pass is the sum of these parts."""
+        apart = self.poles[:, None] - self.poles
+        shares = np.prod(-self.poles) / np.prod(apart, axis=1, where=apart != 0.0)
+        return 2.0 * np.pi * self.corner * self.poles, 2.0 * np.pi * self.corner * shares
+
+    def response(self, s: NDArray[np.complexfloating[Any, Any]]) -> Complexes:
+        """At s (nf,) [rad/s]."""
+        scaled = s / (2.0 * np.pi * self.corner)
+        return np.prod(1.0 / (1.0 - scaled[:, None] / self.poles), axis=1)
+
+
+@dataclass(frozen=True)
+class Lateness:
+    """Of responses behind the drive: late [s] of what is slow, all together; low: the low-pass among it, None for a
+    pure delay; corner: standard error of the low-pass's, as a part of it."""
+
+    late: WithError
+    low: LowPass | None
+    corner: float = 0.0
+
+    def off(self, step: float) -> bool:
+        """Whether it is more than what does no harm to records of a sampling step [s]."""
+        return self.low is not None or self.late.off(0.0, SAMPLES * step)
+
+
+def lateness_of(fit: ModalFit) -> Lateness | None:
+    """Lateness of the responses of modes; None where the lines are too few to tell."""
     lines = _Lines(fit)
     if len(lines.s) < 4 * (len(fit.modes) + 2):
         return None
-    best = lines.fitted(lines.start)
-    if best[1] > _ROUGH * lines.noise:
-        best = min(best, lines.fitted(lines.searched()), key=lambda one: one[1])
-    return lines.judged(best[0])
+    best = lines.fitted(None, lines.start)
+    if best.cost > _ROUGH * lines.noise:
+        best = min(best, lines.fitted(None, lines.searched(None)), key=lambda one: one.cost)
+    if best.cost > _ROUGH * lines.noise:
+        for low in _low_passes(lines.highest):
+            tried = lines.fitted(low, lines.searched(low))
+            if tried.cost < (1.0 - _BETTER) * best.cost:
+                best = tried
+    return lines.judged(best)
+
+
+def _low_passes(corner: float) -> Iterator[LowPass]:
+    for family, orders in _ORDERS:
+        for order in orders:
+            poles = np.asarray(family(order, 1.0, analog=True, output="zpk")[1])  # pyright: ignore[reportOptionalSubscript]
+            yield LowPass(f"{family.__name__} low-pass of order {order}", poles, corner)
+
+
+@dataclass(frozen=True)
+class _Explained:
+    """Unknowns x of a fit, the low-pass at them, the squares that are left."""
+
+    x: Floats
+    low: LowPass | None
+    cost: float
 
 
 class _Lines:
     """Lines of the mean responses, each response over its size.
 
     Unknowns: logarithms of frequencies [rad/s] and of damping ratios, delay and angle, the latter over turns of the
-    highest line. Amplitudes, and those of stiffness and mass for modes beyond the band, are real and linear: they are
-    eliminated at every step, which no fit of `tarsus.fit` does.
+    highest line, and the logarithm of a low-pass's corner. Amplitudes, and those of stiffness and mass for modes
+    beyond the band, are real and linear: they are eliminated at every step, which no fit of `tarsus.fit` does.
     """
 
     def __init__(self, fit: ModalFit) -> None:
@@ -68,45 +139,54 @@ class _Lines:
         late = float(-np.sum(tilts * omega) / np.sum(omega**2))
         self.start = np.concatenate([np.log(omega), np.log(ratio), [late * 2.0 * np.pi * self.highest, 0.0]])
 
-    def columns(self, x: Floats) -> Complexes:
+    def columns(self, x: Floats, low: LowPass | None) -> Complexes:
         """What each amplitude gives (nf, nm + 2)."""
         m, s = self.modes, self.s
         omega, zeta = np.exp(x[:m]), np.exp(x[m : 2 * m])
         late, turned = x[2 * m] / (2.0 * np.pi * self.highest), x[2 * m + 1]
         modes = 1.0 / (s[:, None] ** 2 + 2.0 * zeta * omega * s[:, None] + omega**2)
         beyond = np.column_stack([np.ones_like(s), s**2])
-        through = s**self.derivatives * np.exp(-1.0j * turned - s * late)
-        return through[:, None] * np.concatenate([modes, beyond], axis=1)
+        through: Complexes = s**self.derivatives * np.exp(-1.0j * turned)
+        if low is not None:
+            low = replace(low, corner=float(np.exp(x[-1])))
+            late -= low.delay
+            through = through * low.response(s)
+        return (through * np.exp(-s * late))[:, None] * np.concatenate([modes, beyond], axis=1)
 
-    def left(self, x: Floats) -> tuple[Floats, Floats, Floats]:
+    def left(self, x: Floats, low: LowPass | None) -> tuple[Floats, Floats, Floats]:
         """What the best amplitudes leave (no, 2 nf), these amplitudes (nm + 2, no) and their columns (2 nf, nm + 2)."""
-        columns = self.columns(x)
+        columns = self.columns(x, low)
         scale = np.linalg.norm(columns, axis=0)
         design = stacked(columns.T / scale[:, None], -1).T
         target = stacked(self.values, -1)
         amplitudes = np.linalg.lstsq(design, target.T, rcond=None)[0]
         return target - (design @ amplitudes).T, amplitudes / scale[:, None], design
 
-    def searched(self) -> Floats:
+    def searched(self, low: LowPass | None) -> Floats:
         """The best of many starts, by delay."""
-        starts = [
-            np.concatenate([self.start[:-2], [2.0 * np.pi * late, 0.0]]) for late in np.arange(*_TURNS)
-        ]
-        return min(starts, key=lambda x: float(np.sum(self.left(x)[0] ** 2)))
+        tried = []
+        for late in np.arange(*_TURNS):
+            x = np.concatenate([self.start[:-2], [2.0 * np.pi * late, 0.0]])
+            x = x if low is None else np.append(x, np.log(low.corner))
+            tried.append((float(np.sum(self.left(x, low)[0] ** 2)), x))
+        return min(tried, key=lambda one: one[0])[1]
 
-    def fitted(self, start: Floats) -> tuple[Floats, float]:
-        """The best fit from a start, and the squares that it leaves."""
-        found = least_squares(lambda x: self.left(x)[0].ravel(), start, method="lm", x_scale=_SCALE)
-        return found.x, 2.0 * float(found.cost)
+    def fitted(self, low: LowPass | None, start: Floats) -> _Explained:
+        """The best fit behind a low-pass, or a pure delay, from a start."""
+        found = least_squares(lambda x: self.left(x, low)[0].ravel(), start, method="lm", x_scale=_SCALE)
+        if low is not None:
+            low = replace(low, corner=float(np.exp(found.x[-1])))
+        return _Explained(found.x, low, 2.0 * float(found.cost))
 
-    def judged(self, x: Floats) -> WithError:
-        """The delay with its error: what single repeats differ by, or else what the fit leaves."""
-        left, amplitudes, design = self.left(x)
+    def judged(self, found: _Explained) -> Lateness:
+        """Delay and angle with their errors: what single repeats differ by, or else what the fit leaves."""
+        x, low = found.x, found.low
+        left, amplitudes, design = self.left(x, low)
         slopes = []
         for k in range(len(x)):
             moved = x.copy()
             moved[k] += _STEP
-            change = stacked((self.columns(moved) - self.columns(x)).T, -1) / _STEP
+            change = stacked((self.columns(moved, low) - self.columns(x, low)).T, -1) / _STEP
             change = amplitudes.T @ change
             change -= (design @ np.linalg.lstsq(design, change.T, rcond=None)[0]).T
             slopes.append(change.ravel())
@@ -119,4 +199,8 @@ class _Lines:
             count = len(moves)
             error = np.sqrt(np.mean(moves**2, axis=0) / count) * student(float(count))
         m, turn = 2 * self.modes, 2.0 * np.pi * self.highest
-        return WithError(float(x[m]) / turn, float(error[m]) / turn)
+        return Lateness(
+            WithError(float(x[m]) / turn, float(error[m]) / turn),
+            low,
+            0.0 if low is None else float(error[-1]),
+        )
