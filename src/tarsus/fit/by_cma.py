@@ -1,4 +1,4 @@
-"""CMA-ES on a fit, by the package cma (the extra ``optimise``)."""
+"""CMA-ES on a fit, by the package cma."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tarsus.base.errors import InputError
 from tarsus.fit.residuals import Found, Residuals
 
 FIRST_STEP = 0.2
@@ -38,16 +37,9 @@ def cma_es(
         Points that may be asked for.
     options
         Of the package, by its names (``popsize``, ``tolfun``, ...).
-
-    Raises
-    ------
-    InputError
-        Where the package is not installed.
     """
-    try:
-        import cma  # pyright: ignore[reportMissingImports]
-    except ImportError:
-        raise InputError("CMA-ES needs the package cma: pip install cma") from None
+    import cma
+
     chosen = {"bounds": [0.0, 1.0], "seed": seed, "verbose": -9, **options}
     if most is not None:
         chosen["maxfevals"] = most
