@@ -6,7 +6,7 @@ import math
 
 import tarsus as ts
 from laboratory import HEXAPOD
-from tarsus.calibrate.motion import motion_of
+from tarsus.calibrate.readings import motion_of
 
 
 def test_a_bouncing_foot_has_oscillations_at_a_search_s_accuracy(monkeypatch):

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -16,8 +16,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.base.workers import Workers, is_executor, spread, workers
 from tarsus.calibrate.description import TableSampling
-from tarsus.calibrate.motion import motion_of
-from tarsus.calibrate.readings import MOTION, readings, table_readings
+from tarsus.calibrate.readings import MOTION, motion_of, readings, table_readings
 from tarsus.calibrate.scenes import Row, Variant
 from tarsus.fit.case import Case
 from tarsus.measure.periods import scene_period
@@ -109,9 +108,7 @@ class Forward:
         Rows that the engine has no derivatives of, or whose motion is read, are differenced over 2e-3 of the bounds'
         span (nu,).
         """
-        chosen = self.variants[variant]
-        names = [name for name in self.channels if name not in MOTION]
-        at = [i for i, name in enumerate(self.channels) if name not in MOTION]
+        chosen, (at, names) = self.variants[variant], self._windowed
 
         def of(number: int) -> Floats | None:
             row = chosen.rows[number]
@@ -146,10 +143,8 @@ class Forward:
     ) -> Floats | None:
         """Derivatives (names, samples, nu) of window readings of a row; None where the engine has none, or where the
         windows move."""
-        s, template = self.sampling, run.template
-        foot = s.foot or next(iter(template.robot.feet))
-        index = list(template.robot.feet).index(foot)
-        edges = run.settle + run.window * np.arange(s.windows + 1, dtype=float)
+        s, template, edges = self.sampling, run.template, self._edges(run)
+        foot, index = self._foot(template)
         starts = _starts(template, foot, s) if s.draws > 1 else {}
         parts = []
         for draw in range(s.draws):
@@ -174,6 +169,21 @@ class Forward:
         changes = np.subtract(ahead, behind, out=np.zeros_like(ahead), where=both)
         return np.moveaxis(changes, 0, -1) / (2.0 * DIFFERENCE * span)
 
+    @cached_property
+    def _windowed(self) -> tuple[list[int], list[str]]:
+        """Places and names of the channels that are read of windows."""
+        names = [name for name in self.channels if name not in MOTION]
+        return [self.channels.index(name) for name in names], names
+
+    def _foot(self, scene: Scene) -> tuple[str, int]:
+        """Name and number of the foot that is judged."""
+        foot = self.sampling.foot or next(iter(scene.robot.feet))
+        return foot, list(scene.robot.feet).index(foot)
+
+    def _edges(self, run: _Run) -> Floats:
+        """Edges (windows + 1,) [s] of the windows of a run."""
+        return run.settle + run.window * np.arange(self.sampling.windows + 1, dtype=float)
+
     def _run(
         self, place: tuple[int, int], variant: Variant, row: Row, one: Sequence[float]
     ) -> _Run | None:
@@ -194,19 +204,15 @@ class Forward:
 
     def _group(self, runs: Sequence[_Run], out: Floats) -> None:
         """Runs of one template and duration, all draws of all rows at once."""
-        s, template, first = self.sampling, runs[0].template, runs[0]
-        foot = s.foot or next(iter(template.robot.feet))
-        index = list(template.robot.feet).index(foot)
-        edges = first.settle + first.window * np.arange(s.windows + 1, dtype=float)
-        accuracy = Accuracy(gap=s.accuracy)
-        vary = {path: np.repeat([one.values[path] for one in runs], s.draws) for path in first.values}
+        s, template, edges = self.sampling, runs[0].template, self._edges(runs[0])
+        foot, index = self._foot(template)
+        vary = {path: np.repeat([one.values[path] for one in runs], s.draws) for path in runs[0].values}
         if s.draws > 1:
             vary |= {path: np.tile(v, len(runs)) for path, v in _starts(template, foot, s).items()}
-        names = [name for name in self.channels if name not in MOTION]
-        at = [i for i, name in enumerate(self.channels) if name not in MOTION]
+        at, names = self._windowed
         try:
             batch = simulate_batch(
-                template, vary, float(edges[-1]), threads=1, accuracy=accuracy, shared=self._shared
+                template, vary, float(edges[-1]), threads=1, accuracy=Accuracy(gap=s.accuracy), shared=self._shared
             )
         except InputError:
             for one in runs if len(runs) > 1 else ():  # one that a scene refuses spoils no other
@@ -224,9 +230,8 @@ class Forward:
             scene = run.scene
         except InputError:
             return
-        foot = self.sampling.foot or next(iter(scene.robot.feet))
         accuracy, period = Accuracy(gap=self.sampling.accuracy), scene_period(scene, np.inf)
-        moved = motion_of(scene, foot, run.settle, run.window, period, accuracy)
+        moved = motion_of(scene, self._foot(scene)[0], run.settle, run.window, period, accuracy)
         for i, name in enumerate(self.channels):
             out[*run.place, i] = moved.get(name, np.nan)
 
