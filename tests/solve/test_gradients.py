@@ -203,6 +203,25 @@ def test_a_batch_has_the_gradients_of_its_runs():
     assert first == pytest.approx(1.0 / np.sqrt(2.0 * 9.81), rel=1e-6)
 
 
+def test_an_objective_of_events_and_of_states_at_times():
+    scene, times = scene_of("p1_n2"), [0.011, 0.0305]
+    paths = ["ground.film.coefficient", "signals.pull.duty", "robot.feet.tip.gap"]
+
+    def squares(events, states):
+        return float((states.x**2).sum() + states.v[0, 1] + events["time"][3])
+
+    found = ts.gradient(squares, scene, paths, 0.04, times=times)
+    run = ts.simulate(scene, 0.04, gradients=paths)
+    states, moved = run.states(times), run.state_gradients(times)
+    for path in paths:
+        wanted = (
+            2.0 * (states.x * moved[path].x).sum()
+            + moved[path].v[0, 1]
+            + run.event_gradients[path]["time"][3]
+        )
+        assert found[path] == pytest.approx(wanted, rel=1e-6)
+
+
 def test_threads_may_ask_one_run_for_derivatives_by_its_structure():
     """The runs beside it are made when first asked for, here by all of them at once."""
     path, times = "robot.structure.mass.0.0", np.linspace(1e-3, 0.019, 20)
