@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import tarsus as ts
 from hexapod_records import POINTS, measurement, records, runs
 from tarsus.impacts.alignment import align, delayed, residual_gate, subtract
 from tarsus.records.readers import read_measurement
@@ -156,20 +155,3 @@ def test_the_limit_of_the_gate_is_the_callers():
     assert "above the limit of 1%" in str(strict)
     assert "differs from one by more than 0%" in str(residual_gate(found, gain_limit=0.001))
     assert residual_gate(found) == ()
-
-
-def test_records_that_cannot_be_aligned():
-    record = measurement(wave(0.0))
-    with pytest.raises(
-        ts.InputError, match=r"51 samples lie before 0\.0005 s: aligning two records takes at least"
-    ):
-        align(record, record, ["a"], before=5e-4)
-    flat = measurement(np.ones(1000))
-    with pytest.raises(ts.InputError, match="channel 'a' is constant before the first contact"):
-        align(flat, record, ["a"], before=1.0)
-    with pytest.raises(ts.InputError, match="constant in the reference record"):
-        align(record, flat, ["a"], before=1.0)
-    with pytest.raises(ts.InputError, match="sampled differently"):
-        align(record, measurement(wave(0.0), step=2e-5), ["a"], before=1.0)
-    with pytest.raises(ts.InputError, match="has no channel 'b'"):
-        align(record, record, ["b"], before=1.0)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import tarsus as ts
 from tarsus.impacts.estimates import common_ratio, spread
 
 
@@ -15,8 +14,6 @@ def test_a_mean_with_its_interval():
     assert found.std == pytest.approx(0.1 / np.sqrt(3.0))
     assert found.high - found.value == pytest.approx(4.302653 * found.std, rel=1e-6)
     assert np.isnan(spread([0.5]).std)
-    with pytest.raises(ts.InputError, match="no value"):
-        spread([])
 
 
 def pairs(random: np.random.Generator, n: int, ratio: float, scatter: float, noise: np.ndarray):
@@ -41,8 +38,6 @@ def test_one_pair_has_the_interval_of_its_noise():
     assert found.value == pytest.approx(0.5)
     assert found.std == pytest.approx(np.sqrt(1e-4 + 0.25 * 4e-4) / 2.0, rel=1e-6)
     assert found.high - found.low == pytest.approx(2.0 * 1.959964 * found.std, rel=1e-6)
-    with pytest.raises(ts.InputError, match="no impact"):
-        common_ratio([], [], [])
 
 
 @pytest.mark.parametrize("scatter", [0.0, 0.11])

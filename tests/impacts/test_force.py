@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from hexapod_records import POINTS, measurement, records, runs, structure, true_column
+from hexapod_records import POINTS, records, runs, structure, true_column
 from tarsus.impacts.alignment import align, subtract
 from tarsus.impacts.detection import detect_impacts
 from tarsus.impacts.shapes import compare_with_modes, mode_shapes
@@ -99,20 +99,6 @@ def test_points_stand_for_coordinates():
     rows = np.array([[0.5, 0.5], [1.0, 0.0]])
     found = point_matrices(weighted, ["mean", "a"]).mass
     assert rows.T @ found @ rows == pytest.approx(1e-3 * np.eye(2))
-    with pytest.raises(ts.InputError, match="as many of these as the structure has coordinates, 2, got 1"):
-        point_matrices(SMALL, ["a"])
-    with pytest.raises(ts.InputError, match="do not determine the coordinates"):
-        point_matrices(SMALL, ["a", "a"])
-    with pytest.raises(ts.InputError, match="no point 'c'"):
-        point_matrices(SMALL, ["a", "c"])
-
-
-def test_what_is_no_velocity_is_refused():
-    volts = Measurement(tuple(Channel(n, Quantity.VOLTAGE) for n in "ab"), np.zeros((2, 9)), 1e-3)
-    with pytest.raises(ts.InputError, match="channel 'a' is in V: forces are estimated from velocities"):
-        estimate_forces(volts, SMALL, ["a", "b"])
-    with pytest.raises(ts.InputError, match="'c' is not among the channels a, b"):
-        impact_forces(measurement(np.ones(9), np.ones(9)), SMALL, ["a", "b"], "c", np.array([4]))
 
 
 def test_shapes_beside_modes():

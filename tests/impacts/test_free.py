@@ -88,11 +88,3 @@ def test_a_rigid_body_moves_freely_too():
     assert fit is not None
     assert fit.change == pytest.approx([1.5, 1.5], abs=1e-9)
     assert abs(fit.late) < 1e-20, "constant velocities do not tell the instant"
-
-
-def test_what_cannot_vibrate_or_is_not_there_is_refused():
-    loose = ts.Lumped(coordinates=("a",), mass=(1.0,), stiffness=(0.0,))
-    with pytest.raises(ts.InputError, match="no vibration"):
-        FreeResponse(loose, ("a",), np.ones(1), STEP)
-    with pytest.raises(ts.InputError, match="no point 'feet1'; valid names are 'foot1'"):
-        FreeResponse(structure(), ("feet1",), np.ones(1), STEP)
