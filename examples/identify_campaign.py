@@ -65,8 +65,8 @@ def text(story: Story) -> str:
         word = "" if judged is None else judged[path].word
         value = steps[path].value(path)
         lines.append(f"{path:36s} {value:10.4g} {low:11.4g} to {high:9.4g} {true[path].value:10.4g}  {word}")
-    peaks = np.abs([one.error("peak") for one in found.comparisons])
-    lines.append(f"{len(peaks)} held-out records: peaks {100 * peaks.mean():.2g} % off on average")
+    missed = [one.off for one in found.comparisons]
+    lines.append(f"{len(missed)} held-out records: {100 * np.median(missed):.2g} % of the motion is missed (median)")
     lines.append(f"{found.files_used} of {len(found.readings)} files used")
     return "\n".join(lines)
 

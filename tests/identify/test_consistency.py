@@ -17,7 +17,6 @@ from tarsus.identify.traces import Trace, trace_of
 from tarsus.model.drive.waveforms import RampedSquare, Sine, Square
 from tarsus.records.purpose import IN_AIR, Purpose
 from tarsus.synthesis.devices import perturbed
-from tarsus.synthesis.plan import RAMPS
 from tarsus.synthesis.recordings import Instrument, Recording, recorded, rest_of
 
 
@@ -35,21 +34,14 @@ FEW = (
     Recording("ramps", Purpose.RAMPS, RampedSquare(amplitude=8.0, frequency=60.0, duty=1.0), 6.0 / 60.0),
     Recording("air", Purpose.AIR, Square(amplitude=8.0, frequency=300.0), 0.05, gap=IN_AIR),
 )
-ALL = (
-    *(held_out(v, hz, kind) for v in (6.0, 8.0) for hz in (5.0, 15.0, 50.0, 100.0) for kind in (Square, Sine)),
-    *(Recording(f"ramps-{hz:g}-{d:g}", Purpose.RAMPS, RampedSquare(amplitude=8.0, frequency=hz, duty=d), n / hz)
-      for hz, d, n in RAMPS),
-    *(Recording(f"air-{v:g}", Purpose.AIR, Square(amplitude=v, frequency=300.0), 0.2, gap=IN_AIR) for v in (2.0, 8.0)),
-    *(Recording(f"bounces-{v:g}", Purpose.BOUNCES, Square(amplitude=v, frequency=300.0), 0.2) for v in (2.0, 4.0)),
-)  # fmt: skip
 
 
 @lru_cache(maxsize=8)
-def clean(takes: tuple[Recording, ...], seed: int, rate: float) -> tuple[Trace, ...]:
-    """Records of a device drawn by a seed, without noise."""
-    scene = perturbed(load_scene(LABORATORY), 0.2, seed)
+def clean(rate: float) -> tuple[Trace, ...]:
+    """Records of a device, without noise."""
+    scene = perturbed(load_scene(LABORATORY), 0.2, 1)
     out = []
-    for take in takes:
+    for take in FEW:
         record = next(recorded(scene, take, Instrument(rate=rate, snr_db=300.0), "pzt", (1,)))
         points = tuple(scene.robot.structure.points)
         out.append(trace_of(record, points, take.name, "pzt volts", rest_of(take), take.gap))
@@ -102,13 +94,13 @@ def refused(traces: list[Trace]) -> dict[str, str]:
 @pytest.mark.parametrize("rate", [20e3, 50e3])
 @pytest.mark.parametrize("decibels", [30.0, 40.0, 200.0])
 def test_records_that_are_right_pass(rate, decibels):
-    assert refused([noisy(t, decibels, n) for n, t in enumerate(clean(FEW, 1, rate))]) == {}
+    assert refused([noisy(t, decibels, n) for n, t in enumerate(clean(rate))]) == {}
 
 
 @pytest.mark.parametrize("rate", [20e3, 50e3])
 @pytest.mark.parametrize("decibels", [30.0, 40.0])
 def test_wrong_records_do_not(rate, decibels):
-    traces = [noisy(t, decibels, n) for n, t in enumerate(clean(FEW, 1, rate))]
+    traces = [noisy(t, decibels, n) for n, t in enumerate(clean(rate))]
     for change, words in WRONG.values():
         told = refused([change(t) for t in traces])
         assert set(told) == {t.set for t in traces} and all(words in said for said in told.values()), told
@@ -121,18 +113,3 @@ def test_wrong_records_do_not(rate, decibels):
     assert set(refused(late)) == {t.set for t in quick}
     others = [with_velocity_of(t, o) for t, o in pairwise(between)]
     assert set(refused(others)) == {t.set for t in between[:-1]}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("rate", [20e3, 50e3])
-@pytest.mark.parametrize("seed", [1, 2, 7])
-def test_both_ways_over_whole_campaigns(seed, rate):
-    """Sines at 5 and 15 Hz turn too slowly for a velocity 1 ms late to show; noise hides a tenth in a few records."""
-    for decibels in (30.0, 40.0):
-        traces = [noisy(t, decibels, n) for n, t in enumerate(clean(ALL, seed, rate))]
-        assert refused(traces) == {}
-        for change, _ in WRONG.values():
-            assert len(refused([change(t) for t in traces])) == len(traces)
-        assert len(refused([scaled(t, x=1.1) for t in traces])) >= len(traces) - 4
-        others = [with_velocity_of(t, traces[(n + 5) % len(traces)]) for n, t in enumerate(traces)]
-        assert len(refused(others)) >= len(traces) - 2

@@ -27,14 +27,6 @@ def changed(opened: Opened, factor: float) -> StepRunner:
     return grounded(replace(opened, model=opened.model.changed(values)))
 
 
-def first_steps(factor: float) -> dict[str, float]:
-    chain = changed(read_campaign(folder()), factor)
-    for step in STEPS:
-        if step.name not in ("electrostatics", "restitution", "impact map"):
-            chain.take((step,))
-    return values(chain)
-
-
 def values(chain: StepRunner) -> dict[str, float]:
     assert not chain.not_done
     return dict(zip(chain.known.paths, chain.known.values.tolist(), strict=True))
@@ -54,9 +46,3 @@ def test_placeholders_of_the_law_do_not_matter(monkeypatch):
     chain.take(STEPS[:2])
     known = dict(zip(found.known.paths, found.known.values.tolist(), strict=True))
     same({path: known[path] for path in chain.known.paths}, values(chain))
-
-
-# Slow: modes and film are identified twice. Its sibling above keeps the law.
-@pytest.mark.slow
-def test_placeholders_do_not_matter():
-    same(first_steps(1.0), first_steps(3.0))

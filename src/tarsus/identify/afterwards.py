@@ -146,9 +146,7 @@ def check(chain: StepRunner, comparisons: Sequence[Comparison], air: Sequence[Ai
         chain.known = chain.known.redrawn(step)
     last = next(reversed(steps), None)
     if last is not None:
-        k = chain.opened.model.points.index(chain.opened.model.foot_point)
-        noise = {t.file: float(t.noise_x[k] / t.x[k].std()) for t in chain.traces(Purpose.VALIDATION)}
-        steps[last] = with_checks(steps[last], held_out_check(comparisons, noise, known))
+        steps[last] = with_checks(steps[last], held_out_check(comparisons, known))
     if "hysteresis" in steps:
         steps["hysteresis"] = with_checks(steps["hysteresis"], gap_check(steps["hysteresis"], known))
     chain.evidence.remarks += failures(one for step in steps.values() for one in step.checks)

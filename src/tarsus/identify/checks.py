@@ -7,7 +7,7 @@ every step are over groups of its data, and a landing rule that is undecided is 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -122,19 +122,16 @@ def gap_check(step: StepResult, known: Estimates) -> tuple[Check, ...]:
     return (Check(name, share, GAP, least=True, paths=(path,), cause=cause, record=record),)
 
 
-def held_out_check(
-    comparisons: Sequence[Comparison], noise: Mapping[str, float], known: Estimates
-) -> tuple[Check, ...]:
-    """Whether signals that no step has seen are predicted; noise: that of each file's foot over its motion."""
-    ratios = [one.off / noise[one.file] for one in comparisons if noise.get(one.file, 0.0) > 0.0]
-    if not ratios:
+def held_out_check(comparisons: Sequence[Comparison], known: Estimates) -> tuple[Check, ...]:
+    """Whether signals that no step has seen are predicted."""
+    if not comparisons:
         return ()
     cause = "held-out signals move otherwise than the identified device"
     paths = touched(known, (GROUND,))
     return (
         Check(
             "held-out motion over its noise, median",
-            float(np.median(ratios)),
+            float(np.median([one.over for one in comparisons])),
             HELD_OUT,
             paths=paths,
             cause=cause,

@@ -158,7 +158,9 @@ def summary_of(found: Identification) -> dict[str, Any]:
         "checks": _rows(checks_table(checks_of(found))),
         "landing": None if found.landing is None else _landing(found.landing),
         "left_out": [str(one) for one in found.left_out],
-        "validation": [_compared(one) for one in found.comparisons],
+        "validation": [
+            {"name": one.name, "file": one.file, "off": one.off, "over_noise": one.over} for one in found.comparisons
+        ],
         "in_air": [{"name": name, "off": off} for name, off in found.in_air.items()],
         "other_zero": found.shifts,
     }
@@ -204,17 +206,6 @@ def _landing(found: LandingVerdict) -> dict[str, Any]:
         ],
         "sentences": found.sentences(),
     }
-
-
-def _compared(one: Comparison) -> dict[str, Any]:
-    sides = {
-        side: {
-            "bounces": c.bounces, "contact_s": c.contact, "peak_m": c.peak, "periods": c.periods,
-            "height_m": c.counting.height, "dwell_s": c.counting.dwell,
-        }
-        for side, c in (("measured", one.measured), ("simulated", one.simulated))
-    }  # fmt: skip
-    return {"name": one.name, "file": one.file, **sides, "off": one.off}
 
 
 def write_identification(found: Identification, folder: Path) -> list[Path]:
