@@ -12,7 +12,7 @@ from identify.campaigns import MAT, changed, copied, folder, grounded, modes_as_
 from laboratory import LABORATORY
 from tarsus.base.spec import float_paths
 from tarsus.files.library import load_scene
-from tarsus.identify.adhesion import _line, extrapolated
+from tarsus.identify.adhesion import _line
 from tarsus.identify.campaign import read_campaign
 from tarsus.identify.chain import StepRunner, identify
 from tarsus.identify.estimates import Estimates
@@ -168,19 +168,3 @@ def test_what_is_moved_by_its_uncertainty_stays_a_device():
     moved = known.model(np.array([-2e-21, 1.2, -1e-7])).scene
     assert moved.ground.film.coefficient == pytest.approx(1e-24)
     assert moved.ground.restitution.coefficient == 1.0 and moved.robot.drives["pzt"].law.linear == -1e-7
-
-
-def test_what_bends_beside_the_line_widens_what_is_extrapolated():
-    """Contacts from 2 to 60 ms whose pull grows with the logarithm of time: at touch it is another than the line's."""
-    random, duration = np.random.default_rng(3), np.geomspace(2e-3, 6e-2, 60)
-    error, touch = np.full(60, 3e-9), 5e-5
-    for bent in (0.0, 2e-8):
-        pull = 2.5e-7 + 1.7e-6 * duration + bent * np.log(duration / 1e-2) + error * random.standard_normal(60)
-        line = _line(duration, pull, error, 0.0 * duration)
-        off = abs(2.5e-7 + bent * np.log(touch / 1e-2) - line.values[0])
-        none = np.zeros((10, 60))
-        beyond = extrapolated(duration, pull, line, none, touch)
-        assert (beyond > 0.0) is (bent > 0.0)
-        unsure = 2e-8 * random.standard_normal((200, 1)) * np.log(duration)
-        assert extrapolated(duration, pull, line, unsure, touch) == 0.0, "what earlier steps do not know bends as much"
-    assert off == pytest.approx(beyond, rel=0.2)

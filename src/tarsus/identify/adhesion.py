@@ -34,8 +34,6 @@ _FEWEST = 4
 """Pull-off forces that a line takes: two for its numbers and two to see their scatter."""
 _OUTSIDE = 4.0
 """Deviations from the line beyond which a detachment is another event: of a hundred normal ones none is."""
-_BENT = 3.5
-"""Deviations by which pulls must bend beside the line: of two thousand sound campaigns one does."""
 _ROUNDS = 20
 """Rounds of weights and of what is kept at most: beyond, two sets would alternate."""
 _PASSES = 2
@@ -121,14 +119,10 @@ def _fit(film: FilmFit, contacts: ContactDurations, seed: int) -> StepResult:
     influence = replace(influence, shared=shared)
     from_before = np.linalg.solve(influence.information.sum(axis=0), shared.sum(axis=1).T).T
     drawn = line.free + scattered(influence, seed) + from_before
-    beyond = extrapolated(duration, pull, line, film.drawn[:, kept], offs.step)
-    drawn[:, 0] += beyond * np.random.default_rng([seed, 71]).uniform(-1.0, 1.0, len(drawn))
     _, samples, reached = within(line.values, drawn, BOUNDS)
     support = (
         f"Adhesion at touch is extrapolated by {1e3 * float(duration.min()):.3g} ms: no contact is shorter."
     )
-    if beyond:
-        support += f" Pulls bend away from the line, which may move it by {1e9 * beyond:.2g} nN."
 
     rest = pull - line.values[0] - line.values[1] * duration
     panel = points_and_line(
@@ -188,28 +182,6 @@ def _line(duration: Floats, pull: Floats, error: Floats, late: Floats) -> Line:
             break
         scatter = new
     return Line(np.asarray(values, dtype=np.float64), np.asarray(free, dtype=np.float64), scatter, weights)
-
-
-def extrapolated(duration: Floats, pull: Floats, line: Line, drawn: Floats, touch: float) -> float:
-    """By how much [N] pulls (n,) that bend beside a line move its value at touch, where no contact lasts that short;
-    zero where they do not bend for sure.
-
-    The bend is the logarithm of contact time beside the line, as of what creeps or wets: between the contacts that were
-    seen and touch, at a time [s] that nobody resolves, it goes on. Drawn (draws, n): what earlier steps do not know.
-    """
-    design = np.column_stack([np.ones_like(duration), duration])
-    normal = design.T @ (line.weights[:, None] * design)
-    bend = np.log(duration)
-    ends = np.linalg.solve(normal, design.T @ (line.weights * bend))
-    bend = bend - design @ ends
-    told = float(line.weights @ bend**2)
-    if not told > 0.0:
-        return 0.0
-    size = float((line.weights * bend) @ (pull - design @ line.free)) / told
-    before = float(np.std(drawn @ (line.weights * bend))) / told
-    if abs(size) < _BENT * np.hypot(told**-0.5, before):
-        return 0.0
-    return abs(size * (float(np.log(min(touch, duration.min()))) - float(ends[0] + ends[1] * touch)))
 
 
 def _influence(
