@@ -1,5 +1,6 @@
 """Where work begins: new files, what records hold, whether things can be used, whether the installation is sound."""
 
+import math
 import re
 import tomllib
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from tarsus.files.toml import scene_text
 from tarsus.model.scene import Source
 
 
@@ -216,6 +218,22 @@ def test_a_new_campaign_has_lines_to_uncomment_and_guesses_purposes(tarsus, bare
     assert text.count("guessed from the name") == 3 and text.count("say what for") == 1
     (bare / "campaign.toml").write_text(re.sub(r"(?m)^# (?=[\[a-z].*( = |defaults))", "", text))
     assert not any("nothing says what channel" in one for one in tarsus("check", bare).sentences)
+
+
+def test_channels_of_a_new_campaign_fit_their_files_as_they_are_uncommented(tarsus, bare):
+    """Points are guessed from a device in the folder, the drive is among a set's channels, and what the defaults say
+    of some files leaves the others as they are."""
+    (bare / "device.toml").write_text(scene_text(ts.load_scene("cantilever")), encoding="utf-8")
+    (bare / "ramps-1.csv").write_text(
+        "time [s],tip velocity [mm/s],pzt volts [V]\n"
+        + "".join(f"{1e-4 * k:.4f},{math.sin(k) * (k > 20)},{8.0 * (k > 20)}\n" for k in range(200))
+    )
+    tarsus("new", "campaign", bare, "--device", "device.toml")
+    text = (bare / "campaign.toml").read_text()
+    assert '# "tip velocity" = { point = "tip" }' in text and '# "pzt volts" = {}' in text
+    (bare / "campaign.toml").write_text(re.sub(r"(?m)^# (?=[\[a-z\"].*( = |defaults|records))", "", text))
+    said = tarsus("check", bare).sentences
+    assert not any("ramps-1.csv" in one and ("no channel" in one or "drive" in one) for one in said), said
 
 
 def test_read_tells_what_a_record_holds(tarsus, lab):

@@ -332,13 +332,13 @@ def at_points(record: Measurement, points: Collection[str]) -> Measurement:
 
 
 def _measured(path: Path, choices: dict[str, Any], optional: set[str]) -> Measurement:
-    """The record of a file; of channels that the defaults name, those that it has."""
+    """The record of a file; of channels that the defaults name, those that it has, or its own where it has none."""
     try:
         return read_measurement(path, **choices)
     except InputError as error:
         lacking = {said.channel for said in error.problems if said.fault is Fault.NO_CHANNEL} & optional
         channels = {key: one for key, one in choices["channels"].items() if key not in lacking}
-        if not channels or not lacking:
+        if not lacking:
             raise
     return read_measurement(path, **{**choices, "channels": channels})
 

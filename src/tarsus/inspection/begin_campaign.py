@@ -197,6 +197,8 @@ def _of_file(name: str, seen: _Seen, common: str | None, points: tuple[str, ...]
             f'# {_toml_key(one.name)} = {{ point = "{point}" }}'.ljust(40)
             + f" # a {one.quantity.name.lower()}"
         )
+    if seen.drive is not None:  # channels that are not named are not read
+        lines.append(f"# {_toml_key(seen.drive)} = {{}}".ljust(40) + " # the drive")
     return lines
 
 
@@ -245,9 +247,11 @@ def _toml_key(name: str) -> str:
 
 
 def _points(folder: Path, device: str | None) -> tuple[str, ...]:
-    """Points of the device, where it can be read already."""
+    """Points of the device, by name, or of its file as named from here or from the folder, where it can be read
+    already."""
+    there = folder / (device or "device.toml")
     try:
-        return tuple(load_scene(device or folder / "device.toml").robot.structure.points)
+        return tuple(load_scene(there if there.is_file() else device or there).robot.structure.points)
     except InputError:  # the campaign file comes first, and its check tells
         return ()
 
