@@ -11,6 +11,7 @@ import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths
 from tarsus.validation import experiment_names, load_experiment
+from tarsus.validation.measured import Cells
 from tarsus.validation.verdict import ClaimOutcome
 from validation.folders import drop_folder
 
@@ -101,3 +102,23 @@ def test_every_number_of_a_packaged_device_says_where_it_comes_from(name):
 
 def test_at_most_three_numbers_are_fitted_in_all():
     assert sum(len(load_experiment(name).claims.parameters.fitted) for name in experiment_names()) <= 3
+
+
+@pytest.mark.parametrize(
+    ("name", "row", "said"),
+    [
+        ("gap-closing-actuators", {"event": "pull_in"}, "the row has nothing in 'volts'"),
+        ("gap-closing-actuators", {"event": "pullin", "volts": 40.0}, "no 'pullin'; did you mean 'pull_in'?"),
+        ("gap-closing-actuators", {"event": "release", "medium": "oil"}, "no 'oil'; valid names are 'air', 'water'"),
+        ("gap-closing-actuators", {"event": "release", "layout": "fwan"}, "no 'fwan'; did you mean 'fawn'?"),
+        ("gap-closing-actuators", {"event": "release", "support_width_drawn_um": 0.5}, "etching takes 0.8 um"),
+        ("hamr-e", {"pose": "wall", "pads": 2.0, "used_V": 250.0}, "'pads': there is no '2'"),
+        ("impact-transport", {"trial": 1.5}, "paths.csv has no trial 1.5"),
+        ("ball-on-table", {"restitution": 0.3, "acceleration_g": 0.5}, "it takes 1.69 g"),
+    ],
+)  # fmt: skip
+def test_a_row_beyond_an_experiment_is_a_sentence(name, row, said):
+    one = load_experiment(name)
+    with pytest.raises(InputError, match=r"measured\.csv, line 9: ") as caught:
+        one.study.case(Cells(row), one.device, 9).scenes(one.device)
+    assert said in str(caught.value)

@@ -6,14 +6,18 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
 from tarsus.base.units import is_number
 from tarsus.files.rows import TableRows, parse_rows
 from tarsus.files.tables import read_text
 from tarsus.tables.numbers import spaced
 from tarsus.validation.claims import MeasuredColumn
 from tarsus.validation.selection import Row
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -36,6 +40,25 @@ class MeasuredRows:
             for name, cell in self.rows[number].items()
             if name not in own
         )
+
+
+class Cells(dict[str, float | str]):
+    """The cells of a row; one that is empty is named where a study asks for it."""
+
+    def __missing__(self, name: str) -> float | str:
+        raise InputError(f"the row has nothing in '{name}'{nearest(name, self)}")
+
+
+def named(row: Row, column: str, known: Mapping[str, T], absent: str | None = None) -> T:
+    """What a word of a row stands for.
+
+    absent: the word where the cell is empty. Raises InputError for a word that is not known.
+    """
+    word = row[column] if absent is None else row.get(column, absent)
+    word = word if isinstance(word, str) else f"{word:g}"
+    if word not in known:
+        raise InputError(f"'{column}': there is no '{word}'{nearest(word, known)}")
+    return known[word]
 
 
 def read_measured(file: Path, measured: Mapping[str, MeasuredColumn]) -> MeasuredRows:
@@ -62,7 +85,7 @@ def read_measured(file: Path, measured: Mapping[str, MeasuredColumn]) -> Measure
 
 def _row(table: TableRows, number: int, wanted: Sequence[str], where: str, problems: list[str]) -> Row:
     """The cells of a row; sentences on those that should be numbers and are none go to ``problems``."""
-    cells: dict[str, float | str] = {}
+    cells = Cells()
     for name, text in table.rows[number].items():
         if not text:
             continue

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from tarsus import InputError
 from tarsus.validation import RowCase
 
 GRAVITY, PERIOD = 9.80665, 0.01  # of the device [m/s^2, s]
@@ -17,10 +18,15 @@ def case(row, device):
     """
     e, gamma = row["restitution"], row["acceleration_g"]
     speed = GRAVITY * PERIOD / (1.0 + e)
+    least = math.pi * (1.0 - e) / (1.0 + e)
+    if e == 0.0 or gamma < least:
+        raise InputError(
+            f"no ball of restitution {e:g} bounces once a period at {gamma:g} g: it takes {least:.3g} g"
+        )
     changes = {
         "ground.restitution.coefficient": e,
         "signals.table.amplitude": gamma,
-        "signals.table.phase": math.acos(math.pi * (1.0 - e) / (1.0 + e) / gamma),
+        "signals.table.phase": math.acos(least / gamma),
         "initial.displacement": (0.0,),
         "initial.velocity": (0.99 * e * speed,),
         "duration": 300.0 * PERIOD,

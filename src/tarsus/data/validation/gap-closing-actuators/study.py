@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
+from tarsus import InputError
 from tarsus.files.rows import parse_rows
 from tarsus.measure import departure, flight, touchdown, volts_at
-from tarsus.validation import RowCase
+from tarsus.validation import RowCase, named
 
 HEIGHT, OXIDE = 40e-6, 2e-6  # device layer, and the gap below it [m]: process file
 MODULUS, POISSON, DENSITY = 169e9, 0.069, 2300.0  # silicon: process file
@@ -32,12 +34,16 @@ MEDIA = {
     "water": Medium(8.88e-4, 997.0, 80.0, 0.0, 0.5e-6),
 }  # process file; the path is that of air at 1 atm
 CHIP = "fawn"  # of rows that name no layout
+EVENTS = {one: one for one in ("static", "pull_in", "release", "rear_bounce", "closing_bounce")}
 
 
-def drawn(chip: str) -> dict[str, float]:
-    """Drawn dimensions of a chip [m]."""
+@cache
+def drawn() -> dict[str, dict[str, float]]:
+    """Drawn dimensions [m] of every chip."""
     table = parse_rows((Path(__file__).parent / "layouts.csv").read_text(encoding="utf-8"), "layouts.csv")
-    return {row["name"]: float(row[chip]) for row in table.rows if row[chip]}
+    return {
+        chip: {row["name"]: float(row[chip]) for row in table.rows if row[chip]} for chip in table.columns[1:]
+    }
 
 
 @dataclass(frozen=True)
@@ -56,13 +62,19 @@ class Actuator:
     path: float
 
     @classmethod
-    def of(cls, chip: str, medium: Medium, overlap: float | None, support: float | None) -> Actuator:
+    def of(
+        cls, at: dict[str, float], medium: Medium, overlap: float | None, support: float | None
+    ) -> Actuator:
         """From the layout; overlap of the fingers and drawn width of the supports [m] of the row's device."""
-        at, edge = drawn(chip), 2.0 * medium.undercut
+        edge = 2.0 * medium.undercut
         count, overlap = at["Nfing"], at["fingerL"] if overlap is None else overlap
         front, behind = at["gf"] + edge, at["gb"] + edge
         length = overlap + at["fingerL_buffer"]
         width = (at["supportW"] if support is None else support) - edge
+        if not min(width, overlap) > 0.0:
+            raise InputError(
+                f"etching takes {1e6 * edge:g} um: no support, or no overlap of fingers, is left"
+            )
         spine = (at["spineW"] - edge) * (at["spineL"] - edge) - holes(at, edge)
         stops = 2.0 * (at["gapstopW"] - edge) * at["gapstopL_half"]
         shuttle = spine + count * (at["fingerW"] - edge) * length + stops
@@ -115,18 +127,19 @@ def holes(at: dict[str, float], edge: float) -> float:
 
 def case(row, device):
     """Steps of volts for times; a slow ramp up for the pull-in voltage, and one down for the pull-out voltage."""
-    medium = MEDIA[row.get("medium", "air")]
+    medium, layout = named(row, "medium", MEDIA, "air"), named(row, "layout", drawn(), CHIP)
     sizes = [1e-6 * row[name] if name in row else None for name in ("overlap_um", "support_width_drawn_um")]
-    one = Actuator.of(row.get("layout", CHIP), medium, *sizes)
-    if row["event"] == "static":
+    one = Actuator.of(layout, medium, *sizes)
+    event = named(row, "event", EVENTS)
+    if event == "static":
         return static(one)
-    if row["event"] == "pull_in":
+    if event == "pull_in":
         load = {"robot.drives.load.law.offset": 1e-6 * row.get("load_uN", 0.0)}
         return RowCase({**one.closing(row["volts"]), **load}, lambda run: {"time_us": touchdown(run, "stop")})
-    if row["event"] == "release":
+    if event == "release":
         return RowCase(one.opening(), lambda run: {"time_us": touchdown(run, "rear")})
     number = int(row["number"])
-    if row["event"] == "rear_bounce":
+    if event == "rear_bounce":
         return RowCase(one.opening(), lambda run: {"flight_us": flight(run, "rear", number)})
     lossless = {"ground.restitution.coefficient": 1.0}  # for the longest flights that there can be
     changes = {**one.closing(row["volts"]), **lossless}

@@ -6,9 +6,10 @@ from tarsus import Constant
 from tarsus.base.events import EventKind
 from tarsus.measure import volts_at
 from tarsus.model.drive.waveforms import Ramp
-from tarsus.validation import RowCase
+from tarsus.validation import RowCase, named
 
 INCLINES = {"inverted": math.pi, "wall": 0.5 * math.pi}
+PADS = {"3": 3, "4": 4}
 TIME = 4.0  # s in which the volts fall: 60 V/s, slow against the body on its legs (50 ms)
 RAISED = "LH"  # the leg whose pad is off where three hold
 
@@ -17,12 +18,12 @@ def case(row, device):
     """Pads from the volts of the row down to 0, lift and swing at their bias, one pad off where three hold."""
     legs = list(device.robot.structure.legs)
     falling = Ramp(start=row["used_V"], stop=0.0, duration=TIME)
-    changes: dict[str, object] = {"ground.incline": INCLINES[row["pose"]], "duration": TIME}
+    changes: dict[str, object] = {"ground.incline": named(row, "pose", INCLINES), "duration": TIME}
     for leg in legs:
         changes[f"signals.{leg}_lift"] = Constant(level=100.0)
         changes[f"signals.{leg}_swing"] = Constant(level=100.0)
         changes[f"signals.{leg}_pad"] = falling
-    if row["pads"] == 3.0:
+    if named(row, "pads", PADS) == 3:
         changes[f"signals.{RAISED}_pad"] = Constant(level=0.0)
     holding = next(leg for leg in legs if leg != RAISED)
 
