@@ -81,7 +81,7 @@ def test_what_is_wrong_with_a_folder(tmp_path, changes, problems):
         assert said in str(caught.value)
 
 
-@pytest.mark.parametrize(("name", "said"), [("ball-dorp", "ball-drop"), ("", "packaged are")])
+@pytest.mark.parametrize(("name", "said"), [("ball-dorp", "ball-drop"), ("", "valid names are 'ball-bounces'")])
 def test_no_such_experiment(tmp_path, name, said):
     with pytest.raises(InputError, match=said):
         load_experiment(name or tmp_path)

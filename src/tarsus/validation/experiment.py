@@ -60,7 +60,7 @@ def load_experiment(name: str | os.PathLike[str]) -> PublishedExperiment:
             if folder.is_dir()
             else "there is no such experiment, and no such folder"
         )
-        raise InputError(f"'{text}': {what}{nearest(text, known)} (packaged are {', '.join(known)})")
+        raise InputError(f"'{text}': {what}{nearest(text, known)}")
     file = folder / CLAIMS
     claims = validate(Claims, read_table(file), prefix=str(file))
     laws = load_laws(folder / LAWS) if (folder / LAWS).is_file() else None
