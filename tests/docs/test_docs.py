@@ -20,6 +20,7 @@ import tarsus as ts
 from doc_pages import ROOT
 from tarsus.base.messages import alternatives, kind_of
 from tarsus.base.spec import get_value
+from tarsus.base.units import parse_quantity
 from tarsus.files.toml import parse_scene
 
 PAGES = doc_pages.PAGES | {"README.md": (ROOT / "README.md").read_text(encoding="utf-8")}
@@ -235,6 +236,8 @@ def climbs(names: Names) -> None:
 def turns(names: Names) -> None:
     """The table of turning: rates by simulation, and both rules of thumb."""
     run, robot = names["turns"], names["hexapod"]
+    straight = ts.simulate(ts.with_values(robot, {"gait.turn": 0.0}))
+    assert straight.measures.mean_speed.value == pytest.approx(0.139, abs=5e-4)
     assert run.ok and run.ledger.closure < 1e-8
     assert run.measures["turn_rate"].value == pytest.approx(0.67, abs=0.01)
     assert names["rates"] == pytest.approx([-0.67, 0.0, 0.67, 2.28, 4.10], abs=0.02)
@@ -355,7 +358,21 @@ def environments(names: Names) -> None:
 
 
 def leg(names: Names) -> None:
+    """The table of the walking model is that of the packaged device."""
     assert names["motion"].closure < 1e-6
+    scene = ts.load_scene("millipede-table")
+    legs = next(iter(scene.robot.structure.legs.values()))
+    drives = {one.law.gain * abs(weight) for one in scene.robot.drives.values() for weight in one.load.weights.values()}
+    values = {
+        "kg": (scene.robot.structure.body.mass, legs.mass), "N/m": (legs.stiffness_v, legs.stiffness_l),
+        "N s/m": (legs.damping_v, legs.damping_l), "N/V": sorted(drives),
+    }  # fmt: skip
+    printed = re.findall(r"^\| \$\w+[^|]*\$ \| ([-\d.e]+ [^|]*) \|", PAGES["legs.md"], re.MULTILINE)
+    read: dict[str, list[float]] = {unit: [] for unit in values}
+    for text in printed:
+        unit = "kg" if text.endswith("g") else re.sub(r"^[\d.e-]+ [µ]?", "", text)
+        read[unit].append(parse_quantity(text, unit))
+    assert {unit: pytest.approx(each, rel=5e-3) for unit, each in values.items()} == read
 
 
 def modes(names: Names) -> None:
@@ -450,6 +467,8 @@ def two_robots(names: Names) -> None:
     found = names["found"]
     assert [attractor.impacts for attractor in found] == [8, 14, 12]
     assert [attractor.share.count for attractor in found] == [48, 11, 1] and names["changes"] == 15
+    mean = sum(one.share.share * one.measures["mean_speed"].value for one in found)
+    assert mean == pytest.approx(195e-6, abs=0.5e-6)
     assert names["again"].measures.mean_speed.value == pytest.approx(335.9e-6, rel=1e-3)
     assert 0.1 < names["low"][1].share.share < 0.35 and len(names["low"]) == 2
     for factor, row in {0.98: (158, 331, 158), 1.0: (157, 336, 472), 1.02: (156, 341, 341)}.items():
@@ -669,7 +688,5 @@ def test_what_pages_list_is_all_that_there_is():
 
 
 def test_the_two_readings_of_the_film_coefficient_differ_a_thousandfold():
-    from tarsus.base.units import parse_quantity
-
     (other,) = re.findall(r'--set ground\.film\.coefficient="([^"]+)"', PAGES["errata.md"])
     assert parse_quantity(other, "N m^2 s") == pytest.approx(1.747e-24)
