@@ -6,11 +6,11 @@ python examples/leg_design.py [FIGURE.svg]
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
-from tarsus.base.spec import with_values
+from tarsus.base.spec import get_value, with_values
 from tarsus.design import Landscape, LinkDesign, landscape, step_lift
 from tarsus.design import leg as design_leg
 from tarsus.model.structure.leg import Leg
@@ -31,6 +31,21 @@ def around(design: LinkDesign, points: int = 25) -> Landscape:
     return landscape(design.leg, "hip.length", lengths, "shin.length", lengths)
 
 
+def figure(land: Landscape, leg: Leg, found: LinkDesign) -> Figure:
+    """Mean speed over the lengths, where the leg does not carry its load, and where leg and design stand."""
+    drawn = Figure(figsize=(5.4, 4.2), layout="constrained")
+    axes, x, y = drawn.subplots(), land.x * 1e6, land.y * 1e6
+    shown = axes.contourf(x, y, land.speed * 1e3, levels=14, cmap="Blues")
+    drawn.colorbar(shown, ax=axes, label="mean speed to the first peak (mm/s)")
+    axes.contourf(x, y, land.capacity / found.load, levels=[0.0, 1.0], colors=["0.5"], alpha=0.4)
+    for name, one, mark in (("as given", leg, "ko"), ("design", found.leg, "r*")):
+        axes.plot(get_value(one, land.across) * 1e6, get_value(one, land.up) * 1e6, mark, label=name)
+    weight = f"grey: does not carry {found.load * 1e6:.3g} µN"
+    axes.set(xlabel=f"{land.across} (µm)", ylabel=f"{land.up} (µm)", title=weight)
+    axes.legend()
+    return drawn
+
+
 def report(leg: Leg, loads_mg: tuple[float, ...] = (1.0, 1.3, 1.6, 2.0, 2.2)) -> None:
     """Print the design for several loads of a leg."""
     print("load a leg    hip  thigh   shin     speed   printed lengths")
@@ -48,8 +63,5 @@ if __name__ == "__main__":
     leg = millipede_leg().leg
     report(leg)
     if len(sys.argv) > 1:
-        from tarsus.report.leg_figures import landscape_figure
-
         found = designed(leg)
-        plate = landscape_figure(around(found), leg, found.load, found)
-        Path(sys.argv[1]).write_text(plate.svg, encoding="utf-8")
+        figure(around(found), leg, found).savefig(sys.argv[1])

@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from tarsus.orbits.attractors import Attractors
 from tarsus.orbits.basins import OTHERS
 from tarsus.report.pages import Markup, Plate, Section, said, sections_page, write_page
 from tarsus.report.run_page import report_html
-from tarsus.report.sheet import Sheet, few_ticks, line, name_axes, plate
+from tarsus.report.sheet import few_ticks, line, name_axes, panel
 from tarsus.report.style import BLUE, GREEN, MUTED, ORANGE, PURPLE, SKY, VERMILION
 from tarsus.tables.numbers import percent
 
@@ -61,17 +62,15 @@ def _colour(number: int) -> str:
 def _motion(found: Attractors) -> Plate:
     """Gaps of the first foot over two periods of every attractor."""
 
-    def draw(sheet: Sheet) -> None:
-        (axes,) = sheet.grid(1, 1.9)
+    def draw(axes: Axes) -> None:
         for i, one in enumerate(found.found[: len(COLOURS)]):
             end = one.run.duration
             times = np.linspace(end - PERIODS * one.period, end, 600)
             phase, gap = (times - times[0]) / one.drive, one.run.states(times).gap[0]
             line(axes, phase, gap, lw=1.0, color=_colour(i), label=f"{i + 1}: {one.kind}")
         name_axes(axes, ("drive periods", ""), (f"gap of {next(iter(found.scene.robot.feet), '')}", "m"))
-        sheet.legend(axes)
 
-    return plate(draw, f"Height of a foot over {PERIODS} periods of each settled motion.")
+    return panel(1.9, draw, f"Height of a foot over {PERIODS} periods of each settled motion.")
 
 
 def _basins(found: Attractors) -> Plate:
@@ -82,8 +81,7 @@ def _basins(found: Attractors) -> Plate:
     places = ends[:, 0] + (ends[:, 1] - ends[:, 0]) * found.points[:, : len(paths)]
     across = places[:, 1] if len(paths) > 1 else found.label + (found.label >= 0.0)
 
-    def draw(sheet: Sheet) -> None:
-        (axes,) = sheet.grid(1, 2.6)
+    def draw(axes: Axes) -> None:
         for label in np.unique(found.label).tolist():
             own = found.label == label
             words = OTHERS[label] if label < 0 else f"{label + 1}: {found[label].kind}"
@@ -93,6 +91,5 @@ def _basins(found: Attractors) -> Plate:
         few_ticks(axes, x=6, y=5)
         if len(paths) == 1:
             axes.set_yticks(np.unique(across))
-        sheet.legend(axes)
 
-    return plate(draw, "Starts by the motion they lead to.")
+    return panel(2.6, draw, "Starts by the motion they lead to.")

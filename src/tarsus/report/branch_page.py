@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from tarsus.base.arrays import Floats
 from tarsus.orbits.branches import Branches
 from tarsus.report.pages import Plate, Section, sections_page, sentence_case
-from tarsus.report.sheet import Sheet, few_ticks, name_axes, plate, shade
+from tarsus.report.sheet import few_ticks, name_axes, panel, panels, shade
 from tarsus.report.style import (
     BLUE,
     GREEN,
@@ -137,15 +137,10 @@ def draw_branches(axes: Axes, found: Branches, name: str, unit: str) -> None:
 def _motion(found: Branches) -> Plate:
     """Hardest impact and highest flight against the parameter."""
 
-    def draw(sheet: Sheet) -> None:
-        hardest, highest = sheet.grid(2, 1.9)
-        draw_branches(hardest, found, "hardest_impact", "m/s")
-        draw_branches(highest, found, "highest_flight", "m")
-        sheet.legend(hardest)
-        sheet.legend(highest)
-
-    return plate(
-        draw,
+    return panels(
+        (("hardest_impact", "m/s"), ("highest_flight", "m")),
+        1.9,
+        lambda axes, drawn: draw_branches(axes, found, *drawn),
         "Approach speed of the hardest impact and height of the highest flight of a period along every branch"
         f"{', numbered as in the table' * (len(found) > 1)}.",
     )
@@ -173,8 +168,7 @@ def _sizes(found: Branches) -> Plate | None:
     if not drawn.any():
         return None
 
-    def draw(sheet: Sheet) -> None:
-        (axes,) = sheet.grid(1, 2.3)
+    def draw(axes: Axes) -> None:
         for row, kept, color, word in (
             (0, drawn[0] & ~pair, BLUE, "largest"), (0, drawn[0] & pair, GREEN, "largest two, a pair"),
             (1, drawn[1] & ~pair, ORANGE, "second"),
@@ -186,14 +180,13 @@ def _sizes(found: Branches) -> Plate | None:
         axes.set_yscale("log")
         least = float(sizes[drawn].min())
         axes.set_ylim(10.0 ** np.floor(np.log10(least)), 2.0 * max(1.0, float(sizes.max())))
-        sheet.legend(axes)
 
     left = int((sizes[0] < SMALLEST).sum())
     small = (
         f" At {left} of {len(points)} orbits all are below {number(SMALLEST)}, and not drawn." if left else ""
     )
-    return plate(
-        draw, f"The two largest multipliers along the branches. Above the line deviations grow.{small}"
+    return panel(
+        2.3, draw, f"The two largest multipliers along the branches. Above the line deviations grow.{small}"
     )
 
 
@@ -201,9 +194,8 @@ def _plane(found: Branches) -> Plate:
     """All multipliers in the complex plane."""
     every = np.concatenate([point.orbit.multipliers for branch in found for point in branch.points])
 
-    def draw(sheet: Sheet) -> None:
-        (axes,) = sheet.grid(1, 2.3)
+    def draw(axes: Axes) -> None:
         draw_multipliers(axes, every[np.abs(every) < 3.0], 2.5)
         few_ticks(axes, x=4, y=4)
 
-    return plate(draw, "All multipliers: inside the circle deviations die out.")
+    return panel(2.3, draw, "All multipliers: inside the circle deviations die out.")

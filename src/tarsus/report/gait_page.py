@@ -17,7 +17,7 @@ from tarsus.design.judge import CLOSED
 from tarsus.design.results import units_of, values_in_words
 from tarsus.report.pages import Plate, Section, said, sections_page, write_page
 from tarsus.report.run_page import report_html
-from tarsus.report.sheet import Sheet, name_axes, plate
+from tarsus.report.sheet import name_axes, panel
 from tarsus.report.style import BLUE, GREEN, RULE, VERMILION
 from tarsus.solve import simulate
 from tarsus.tables.numbers import amount, number
@@ -141,17 +141,15 @@ def _front_figure(design: Design, linked: bool) -> Plate | None:
     pair, noun = [min(j, len(design.objectives) - 1) for j in (1, 0)], design.request.noun
     shown = [design.objectives[j] for j in pair]
 
-    def draw(sheet: Sheet) -> None:
-        (axes,) = sheet.grid(1, 2.6)
+    def draw(axes: Axes) -> None:
         for label, points, kind, colour in sets:
             x, y = (np.array([getattr(point, kind)[j] for point in points]) for j in pair)
             _scatter(axes, x, y, label, colour, noun if linked and points is design.members else "")
         name_axes(axes, *((one.name, one.unit) for one in shown))
         axes.grid(color=RULE, linewidth=0.4)
-        sheet.legend(axes)
 
     objectives = " and ".join(one.name for one in design.objectives)
-    return plate(draw, f"{noun.capitalize()}s that no other beats in {objectives}.")
+    return panel(2.6, draw, f"{noun.capitalize()}s that no other beats in {objectives}.")
 
 
 def _scatter(axes: Axes, x: np.ndarray, y: np.ndarray, label: str, colour: str, noun: str) -> None:
@@ -251,13 +249,13 @@ def _hidden_figure(design: AdaptiveGait) -> Plate:
     got = one.value(design.costs[np.arange(len(known)), design.chosen])
     ends = [0.0, float(max(known.max(), got.max()))]
 
-    def draw(sheet: Sheet) -> None:
-        (axes,) = sheet.grid(1, 2.5)
+    def draw(axes: Axes) -> None:
         axes.plot(ends, ends, color=GREEN, label="nothing lost")
         axes.scatter(known, got, s=9, color=BLUE, label="hidden ground", zorder=3)
         name_axes(axes, (f"{one.name} of the gait that knows the ground", one.unit), ("reached", one.unit))
-        sheet.legend(axes)
 
-    return plate(
-        draw, f"{one.name.capitalize()} on the hidden grounds, over that of the gait that knows the ground."
+    return panel(
+        2.5,
+        draw,
+        f"{one.name.capitalize()} on the hidden grounds, over that of the gait that knows the ground.",
     )

@@ -12,7 +12,7 @@ from tarsus.base.events import IMPACTS
 from tarsus.base.spec import float_paths, with_values
 from tarsus.design.energy import period_rises
 from tarsus.report.series import RunSeries, last_turns
-from tarsus.report.sheet import Sheet, line, name_axes, plate, shade
+from tarsus.report.sheet import Sheet, line, name_axes, panel, panels, plate, shade
 from tarsus.report.style import BLUE, GREEN, INK, MUTED, ORANGE, VERMILION
 from tarsus.solve import simulate
 from tarsus.tables.numbers import amount
@@ -101,8 +101,8 @@ def _side(pair: DesignPair, which: int, top: Axes, bottom: Axes) -> None:
     series, color = pair.series[which], (BEFORE, AFTER)[which]
     begin = float(series.time[0])
     time = series.time - begin
-    for panel in (top, bottom):
-        shade(panel, ((max(a - begin, 0.0), b - begin) for a, b in series.contacts[pair.foot] if b > begin))
+    for one in (top, bottom):
+        shade(one, ((max(a - begin, 0.0), b - begin) for a, b in series.contacts[pair.foot] if b > begin))
     for name, values in pair.others(which):
         line(top, time, values - pair.ground(which), color=MUTED, lw=0.8, label=name)
     line(top, time, series["gap"][pair.foot], color=color, label=series.feet[pair.foot])
@@ -153,18 +153,18 @@ def on_grounds(design: LandingDesign) -> Plate:
     """Hardest touchdown on every ground, over each number that varies, before and after."""
     units = float_paths(design.request.scene)
 
-    def draw(sheet: Sheet) -> None:
-        panels = sheet.grid(len(design.grounds.values), 1.6)
-        for axes, (path, values) in zip(panels, design.grounds.values.items(), strict=True):
-            axes.plot(values, design.before_on_grounds.speed[0], "o", ms=3.0, color=BEFORE, label="before")
-            axes.plot(values, design.on_grounds.speed[0], "o", ms=3.0, color=AFTER, label="after")
-            if np.isfinite(design.worst):
-                axes.axhline(design.worst, color=MUTED, lw=0.7)
-            name_axes(axes, (path, units[path].unit), ("hardest touchdown", "m/s"))
-            axes.set_ylim(bottom=0.0)
-            sheet.legend(axes)
+    def draw(axes: Axes, varied: tuple[str, Floats]) -> None:
+        path, values = varied
+        axes.plot(values, design.before_on_grounds.speed[0], "o", ms=3.0, color=BEFORE, label="before")
+        axes.plot(values, design.on_grounds.speed[0], "o", ms=3.0, color=AFTER, label="after")
+        if np.isfinite(design.worst):
+            axes.axhline(design.worst, color=MUTED, lw=0.7)
+        name_axes(axes, (path, units[path].unit), ("hardest touchdown", "m/s"))
+        axes.set_ylim(bottom=0.0)
 
-    return plate(
+    return panels(
+        design.grounds.values.items(),
+        1.6,
         draw,
         "Hardest touchdown of the period on the grounds that the design was judged on and on the worst that was found, "
         "over each number that varies; the line is the worst after.",
@@ -180,8 +180,7 @@ def front(design: LandingDesign) -> Plate:
     speeds, pairs = (np.array([getattr(one, name) for one in design.front]) for name in ("speed", "pairs"))
     order = np.argsort(plain, kind="stable")
 
-    def draw(sheet: Sheet) -> None:
-        (axes,) = sheet.grid(1, 1.6)
+    def draw(axes: Axes) -> None:
         axes.step(plain[order], speeds[order], where="post", color=MUTED, lw=0.8)
         for count in sorted(set(pairs.tolist())):
             color = (MUTED, GREEN, BLUE, VERMILION, ORANGE, INK, MUTED)[count]
@@ -190,9 +189,9 @@ def front(design: LandingDesign) -> Plate:
         across = ("energy a period", "J") if known else ("sum of squared rises", "V^2")
         name_axes(axes, across, ("hardest touchdown", "m/s"))
         axes.set_ylim(bottom=0.0)
-        sheet.legend(axes)
 
-    return plate(
+    return panel(
+        1.6,
         draw,
         "The front on the nominal ground: designs that no other beats in both touchdown speed and plain energy.",
     )
@@ -204,16 +203,15 @@ def learning(design: LandingDesign) -> Plate:
     assert found is not None
     low, middle, high = np.quantile(found.speeds, [0.1, 0.5, 0.9], axis=0)
 
-    def draw(sheet: Sheet) -> None:
-        (axes,) = sheet.grid(1, 1.6)
+    def draw(axes: Axes) -> None:
         axes.fill_between(np.arange(len(low)), low, high, color=AFTER, alpha=0.25, lw=0.0)
         axes.plot(middle, color=AFTER, label="learner")
         axes.axhline(float(np.median(found.plain)), color=BEFORE, ls=(0, (5, 3)), label="plain step")
         name_axes(axes, ("steps", ""), ("hardest touchdown", "m/s"))
         axes.set_ylim(bottom=0.0)
-        sheet.legend(axes)
 
-    return plate(
+    return panel(
+        1.6,
         draw,
         f"Learning on {len(found.grounds)} hidden grounds: median and middle 80 % of the touchdown speeds.",
     )

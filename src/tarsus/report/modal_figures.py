@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
 
 from tarsus.modes.modal import ModalFit
 from tarsus.modes.mode import IdentifiedMode, ModeVerdict
 from tarsus.records.measurement import Quantity
 from tarsus.report.pages import Plate
-from tarsus.report.sheet import QUARTER, Sheet, few_ticks, name_axes, plate
+from tarsus.report.sheet import QUARTER, few_ticks, name_axes, panel, panels
 from tarsus.report.style import BLUE, INK, MUTED, ON_DARK, ON_LIGHT, ORANGE, VERMILION, decimate
 
 MOST_NUMBERED = 12
@@ -29,8 +31,7 @@ def stabilisation(fit: ModalFit) -> Plate:
     pole = np.concatenate(list(fit.poles.values()))
     inside = (pole.imag / (2.0 * np.pi) > frequency[0]) & (pole.imag / (2.0 * np.pi) < frequency[-1])
 
-    def draw(sheet: Sheet) -> None:
-        (axes,) = sheet.grid(1, 1.6)
+    def draw(axes: Axes) -> None:
         x, grey = decimate(frequency, height * top)
         axes.fill_between(x, 0.0, grey, color=MUTED, alpha=0.3, lw=0.0)
         for chosen, color, label in (
@@ -38,16 +39,16 @@ def stabilisation(fit: ModalFit) -> Plate:
             (pole.real < 0.0, BLUE, "decaying"),
         ):
             hertz = pole[inside & chosen].imag / (2.0 * np.pi)
-            axes.plot(hertz, order[inside & chosen], ".", ms=3.0, mew=0.0, color=color, label=label)
+            axes.plot(hertz, order[inside & chosen], "o", ms=2.0, mew=0.0, color=color, label=label)
         for verdict, color, label in ((True, VERMILION, "mode"), (False, ORANGE, "mode, not determined")):
             found = [m.frequency.value for m in fit.modes if (m.verdict is ModeVerdict.DETERMINED) is verdict]
             if found:
                 axes.vlines(found, 0.0, top + 1.0, color=color, lw=1.0, label=label)
         axes.set(xlim=(frequency[0], frequency[-1]), ylim=(0.0, top + 1.0))
         name_axes(axes, ("frequency", "Hz"), ("order of the model", "1"))
-        sheet.legend(axes, markerscale=3.0)
 
-    return plate(
+    return panel(
+        1.6,
         draw,
         "Poles of models of every order over the size of the response (grey, logarithmic); vertical lines are the "
         "modes found.",
@@ -56,22 +57,23 @@ def stabilisation(fit: ModalFit) -> Plate:
 
 def nyquist(fit: ModalFit) -> Plate:
     """Mobility around every mode in its strongest response, measured and synthesised."""
-    modes = fit.modes[:MOST_CURVES]
 
-    def draw(sheet: Sheet) -> None:
-        for axes, mode in zip(sheet.grid(len(modes), 1.6, width=QUARTER), modes, strict=True):
-            measured, fitted = (one[:: max(1, len(one) // 250)] for one in _mobility(fit, mode))
-            axes.plot(np.real(measured), np.imag(measured), ".", ms=4.5, mew=0.0, color=MUTED)
-            axes.plot(np.real(fitted), np.imag(fitted), color=BLUE, lw=0.8)
-            axes.set_title(f"{mode.frequency.value:.5g} Hz, {100.0 * mode.damping.value:.2g} %")
-            axes.set_aspect("equal", adjustable="datalim")
-            name_axes(axes, *((f"{part} part", Quantity.VELOCITY.unit) for part in ("real", "imaginary")))
-            few_ticks(axes, x=4, y=4)
+    def draw(axes: Axes, mode: IdentifiedMode) -> None:
+        measured, fitted = (one[:: max(1, len(one) // 250)] for one in _mobility(fit, mode))
+        axes.plot(np.real(measured), np.imag(measured), ".", ms=4.5, mew=0.0, color=MUTED)
+        axes.plot(np.real(fitted), np.imag(fitted), color=BLUE, lw=0.8)
+        axes.set_title(f"{mode.frequency.value:.5g} Hz, {100.0 * mode.damping.value:.2g} %")
+        axes.set_aspect("equal", adjustable="datalim")
+        name_axes(axes, *((f"{part} part", Quantity.VELOCITY.unit) for part in ("real", "imaginary")))
+        few_ticks(axes, x=4, y=4)
 
-    return plate(
+    return panels(
+        fit.modes[:MOST_CURVES],
+        1.6,
         draw,
         "Mobility around each mode in the response that shows it most: lines measured (points) and the synthesis of "
         "all modes (curve), imaginary over real part, per unit of drive.",
+        width=QUARTER,
     )
 
 
@@ -86,15 +88,14 @@ def synthesis(fit: ModalFit) -> Plate:
         )
     ]
 
-    def draw(sheet: Sheet) -> None:
-        (axes,) = sheet.grid(1, 1.6)
+    def draw(axes: Axes) -> None:
         for size, label, color in curves:
             axes.plot(*decimate(fit.frf.frequency, size), color=color, lw=0.9, label=label)
         axes.set_yscale("log")
         name_axes(axes, ("frequency", "Hz"), ("response per unit of drive", fit.frf.quantity.unit))
-        sheet.legend(axes)
 
-    return plate(
+    return panel(
+        1.6,
         draw,
         f"All responses together: measured, synthesised from {len(fit.modes)} modes and a smooth background, and their "
         f"difference, {100.0 * fit.misfit:.2g} % of the measured ones in root mean square.",
@@ -105,8 +106,7 @@ def likeness(fit: ModalFit) -> Plate:
     """MAC of the modes with each other, as a picture."""
     names = [f"{mode.frequency.value:.4g}" for mode in fit.modes]
 
-    def draw(sheet: Sheet) -> None:
-        (axes,) = sheet.grid(1, 2.6)
+    def draw(axes: Axes) -> None:
         mac = fit.mac()
         axes.imshow(mac, cmap="Blues", vmin=0.0, vmax=1.0)
         for (row, column), value in np.ndenumerate(mac if len(names) <= MOST_NUMBERED else mac[:0]):
@@ -122,7 +122,8 @@ def likeness(fit: ModalFit) -> Plate:
         axes.set_yticks(range(len(names)), names)
         axes.set(xlabel="mode (Hz)", ylabel="mode (Hz)")
 
-    return plate(
+    return panel(
+        2.6,
         draw,
         "Modal assurance criterion of the modes' shapes with each other: 1 of shapes that are alike, 0 of shapes that "
         "have nothing in common.",
@@ -131,22 +132,24 @@ def likeness(fit: ModalFit) -> Plate:
 
 def shapes(fit: ModalFit) -> Plate:
     """Shapes of the modes in the complex plane: an arrow for every point."""
-    modes = fit.modes[:MOST_CURVES]
     values = fit.complex_shapes()[:MOST_CURVES]
 
-    def draw(sheet: Sheet) -> None:
-        for axes, mode, shape in zip(sheet.grid(len(modes), 1.6, width=QUARTER), modes, values, strict=True):
-            for value in shape:
-                axes.plot([0.0, value.real], [0.0, value.imag], color=BLUE, lw=1.0)
-            axes.plot(shape.real, shape.imag, ".", ms=4.0, color=INK)
-            axes.set_title(f"{mode.frequency.value:.5g} Hz")
-            axes.set(xlim=(-1.1, 1.1), ylim=(-1.1, 1.1), xlabel="real part", ylabel="imaginary part")
-            few_ticks(axes, x=3, y=3)
+    def draw(axes: Axes, shown: tuple[IdentifiedMode, NDArray[np.complex128]]) -> None:
+        mode, shape = shown
+        for value in shape:
+            axes.plot([0.0, value.real], [0.0, value.imag], color=BLUE, lw=1.0)
+        axes.plot(shape.real, shape.imag, ".", ms=4.0, color=INK)
+        axes.set_title(f"{mode.frequency.value:.5g} Hz")
+        axes.set(xlim=(-1.1, 1.1), ylim=(-1.1, 1.1), xlabel="real part", ylabel="imaginary part")
+        few_ticks(axes, x=3, y=3)
 
-    return plate(
+    return panels(
+        zip(fit.modes[:MOST_CURVES], values, strict=True),
+        1.6,
         draw,
         "Shapes of the modes: the value of each point over that of the largest, in the complex plane. Points of a real "
         "mode lie on one line.",
+        width=QUARTER,
     )
 
 

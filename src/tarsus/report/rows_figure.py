@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from tarsus.report.pages import Plate
-from tarsus.report.sheet import Sheet, few_ticks, intervals, name_axes, plate
+from tarsus.report.sheet import few_ticks, intervals, name_axes, panels
 from tarsus.report.style import RULE
 
 LETTERS = 18
@@ -65,20 +65,17 @@ class RowPanel:
         name_axes(axes, (self.words, self.unit))
 
 
-def rows_figure(rows: Sequence[str], panels: Iterable[RowPanel], caption: str) -> Plate:
+def rows_figure(rows: Sequence[str], measures: Iterable[RowPanel], caption: str) -> Plate:
     """Rows by name below each other, measures beside each other."""
-    shown, names = list(panels), [fill(name, LETTERS) for name in rows]
+    names = [fill(name, LETTERS) for name in rows]
     lines = 1 + max((name.count("\n") for name in names), default=0)
 
-    def draw(sheet: Sheet) -> None:
-        height = len(names) * (LINE * lines + GAP)
-        for axes, panel in zip(sheet.grid(len(shown), max(height, 0.5)), shown, strict=True):
-            panel.draw(axes)
-            for edge in np.arange(1, len(names)) - 0.5:
-                axes.axhline(edge, color=RULE, lw=0.5, zorder=0)
-            axes.set_yticks(range(len(names)), names)
-            axes.tick_params(axis="y", length=0.0)
-            axes.set_ylim(len(names) - 0.5, -0.5)
-            sheet.legend(axes)
+    def draw(axes: Axes, measure: RowPanel) -> None:
+        measure.draw(axes)
+        for edge in np.arange(1, len(names)) - 0.5:
+            axes.axhline(edge, color=RULE, lw=0.5, zorder=0)
+        axes.set_yticks(range(len(names)), names)
+        axes.tick_params(axis="y", length=0.0)
+        axes.set_ylim(len(names) - 0.5, -0.5)
 
-    return plate(draw, caption)
+    return panels(measures, max(len(names) * (LINE * lines + GAP), 0.5), draw, caption)

@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 import matplotlib
 import numpy as np
@@ -52,6 +52,9 @@ _RC: dict[Any, Any] = {
     "path.simplify_threshold": 0.2, "text.color": INK, "figure.facecolor": "none", "axes.facecolor": "none",
     "mathtext.default": "regular", "figure.constrained_layout.h_pad": 0.03, "figure.constrained_layout.w_pad": 0.03,
 }  # fmt: skip
+
+
+Shown = TypeVar("Shown")
 
 
 @contextmanager
@@ -173,6 +176,30 @@ def plate(draw: Callable[[Sheet], object], caption: str) -> Plate:
     small = bool(sheet.figures) and sheet.figures[0].get_figwidth() <= QUARTER
     picture = Markup('<div class="panels{}" role="img" aria-label="{}">{}</div>')
     return Plate(picture.format(" quarters" if small else "", caption, panels), caption)
+
+
+def panels(
+    shown: Iterable[Shown],
+    height: float,
+    draw: Callable[[Axes, Shown], object],
+    caption: str,
+    *,
+    width: float = WIDTH,
+) -> Plate:
+    """A figure of a panel of a height [inch] for each thing that is shown, with the names of what it shows above it."""
+    things = list(shown)
+
+    def each(sheet: Sheet) -> None:
+        for axes, one in zip(sheet.grid(len(things), height, width=width), things, strict=True):
+            draw(axes, one)
+            sheet.legend(axes)
+
+    return plate(each, caption)
+
+
+def panel(height: float, draw: Callable[[Axes], object], caption: str) -> Plate:
+    """A figure of one panel."""
+    return panels((None,), height, lambda axes, _: draw(axes), caption)
 
 
 def _read_powers(figure: Figure) -> None:

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tarsus.report.pages import Markup, Plate, Section, said, sections_page, whole
-from tarsus.report.sheet import QUARTER, Sheet, few_ticks, intervals, name_axes, plate
+from tarsus.report.sheet import QUARTER, few_ticks, intervals, name_axes, panels
 from tarsus.report.style import BLUE, VERMILION
 
 if TYPE_CHECKING:
-    from tarsus.identify.track import Tracking
+    from matplotlib.axes import Axes
+
+    from tarsus.identify.track import Drift, Tracking
 
 NINETY_FIVE = 1.96
 """Standard errors in half of a bar: a 95 % interval."""
@@ -36,20 +38,19 @@ def _numbers(series: Tracking) -> Plate:
     """Every number with its interval over the series; those that moved first."""
     order = sorted(series.drifts, key=lambda one: one.since is None)
 
-    def draw(sheet: Sheet) -> None:
-        for axes, one in zip(sheet.grid(len(order), 0.95, width=QUARTER), order, strict=True):
-            at = np.arange(len(one.values))
-            moved = at >= (len(at) if one.since is None else one.since)
-            half = NINETY_FIVE * np.asarray(one.errors)
-            for part, color in ((~moved, BLUE), (moved, VERMILION)):
-                values, about = np.asarray(one.values)[part], half[part]
-                intervals(axes, at[part] + 1, values, values - about, values + about, color=color)
-            axes.set_title(one.path.removeprefix("ground.").removeprefix("robot."))
-            name_axes(axes, ("campaign", ""), ("", one.unit))
-            few_ticks(axes, y=4)
-            axes.set_xticks(at + 1)
+    def draw(axes: Axes, one: Drift) -> None:
+        at = np.arange(len(one.values))
+        moved = at >= (len(at) if one.since is None else one.since)
+        half = NINETY_FIVE * np.asarray(one.errors)
+        for part, color in ((~moved, BLUE), (moved, VERMILION)):
+            values, about = np.asarray(one.values)[part], half[part]
+            intervals(axes, at[part] + 1, values, values - about, values + about, color=color)
+        axes.set_title(one.path.removeprefix("ground.").removeprefix("robot."))
+        name_axes(axes, ("campaign", ""), ("", one.unit))
+        few_ticks(axes, y=4)
+        axes.set_xticks(at + 1)
 
-    return plate(
-        draw,
-        "Estimates with 95 % intervals in the order of the campaigns; red from where a number has moved.",
+    caption = (
+        "Estimates with 95 % intervals in the order of the campaigns; red from where a number has moved."
     )
+    return panels(order, 0.95, draw, caption, width=QUARTER)

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from tarsus.report.pages import Plate
-from tarsus.report.sheet import Sheet, few_ticks, name_axes, plate
+from tarsus.report.sheet import Sheet, few_ticks, name_axes, panel, plate
 from tarsus.report.style import CYCLE, MUTED, RULE
 from tarsus.tables.numbers import number, percent, spaced
 from tarsus.validation.result import Validation
@@ -30,8 +30,7 @@ def agreement(found: Validation, column: str) -> Plate:
     rows = [one for one in found.of(column) if np.isfinite(one.computed)]
     band = found.band(column)
 
-    def draw(sheet: Sheet) -> None:
-        (axes,) = sheet.grid(1, 2.8)
+    def draw(axes: Axes) -> None:
         ends = [value for one in rows for value in (one.measured, one.computed)]
         low, high = min(ends), max(ends)
         if low > 0.0 and high > DECADE * low:
@@ -45,11 +44,10 @@ def agreement(found: Validation, column: str) -> Plate:
             x, y = (np.array([getattr(one, name) for one in own]) for name in ("measured", "computed"))
             axes.plot(x, y, "o", ms=2.5, color=color, label=label, alpha=0.8)
         name_axes(axes, ("measured", measured.si), ("computed", measured.si))
-        sheet.legend(axes)
 
     shaded = "" if band is None else f" Shaded: {percent(band)} to either side."
-    return plate(
-        draw, f"{measured.words.capitalize()}: computed against measured; the line is equality.{shaded}"
+    return panel(
+        2.8, draw, f"{measured.words.capitalize()}: computed against measured; the line is equality.{shaded}"
     )
 
 

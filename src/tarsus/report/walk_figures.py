@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from tarsus.report.pages import Plate
 from tarsus.report.panels import Bars, DrawnLine, Level, Sign, TimePanel, Window, panels_plate
 from tarsus.report.style import BLUE, GREEN, INK, MUTED, PURPLE, RULE, VERMILION, samples_inside, scale_of
 from tarsus.tables.numbers import amount
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 BODIES, POINTS = 7, 500
 """Moments at which the body is drawn along its path, and points of the path: about one for every pixel."""
@@ -126,7 +130,7 @@ def _row(count: int) -> float:
 def path_above(motion: Motion) -> Plate:
     """Path of the centre of a body that has a yaw, forward to the right and its left upward, to scale, with the
     rectangle about its hips and its heading at moments evenly apart."""
-    from tarsus.report.sheet import Sheet, name_axes, plate
+    from tarsus.report.sheet import name_axes, panel
 
     yaw = motion.coordinate("yaw")
     place = path_of(motion.coordinate("surge"), motion.coordinate("sway"), yaw)
@@ -134,8 +138,7 @@ def path_above(motion: Motion) -> Plate:
     corners = half * np.array([[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
     shown = np.array(evenly(list(place.T), POINTS)).T
 
-    def draw(sheet: Sheet) -> None:
-        (axes,) = sheet.grid(1, 1.6)
+    def draw(axes: Axes) -> None:
         for frame in evenly(range(len(motion.time)), BODIES):
             c, s = math.cos(yaw[frame]), math.sin(yaw[frame])
             body = place[:, frame] + corners @ np.array([[c, s], [-s, c]])
@@ -147,7 +150,8 @@ def path_above(motion: Motion) -> Plate:
 
     turned = math.degrees(float(yaw[-1] - yaw[0]))
     side = "left" if turned >= 0.0 else "right"
-    return plate(
+    return panel(
+        1.6,
         draw,
         f"Path of the body's centre seen from above, to scale; the rectangle about its hips at {BODIES} moments, its "
         "heading as a line. It began by looking to the right of the page, and turned "

@@ -3,14 +3,14 @@ matters."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from tarsus.base.spec import float_paths
 from tarsus.report.pages import Markup, Plate, Section, sections_page, sentence_case
-from tarsus.report.sheet import Sheet, intervals, name_axes, plate
+from tarsus.report.sheet import intervals, name_axes, panels
 from tarsus.report.style import BLUE, MUTED, ORANGE
 from tarsus.study.yields import Yield
 from tarsus.tables.numbers import amount, path_end, spaced
@@ -18,6 +18,9 @@ from tarsus.tables.table import ROW, Column, Table
 
 BARS = 12
 """Groups drawn at most, those that matter most."""
+
+HEIGHT = 1.5
+"""Of a panel [inch]."""
 
 BINS = 40
 """Of a histogram: a robot's place to a fortieth of their range."""
@@ -58,25 +61,13 @@ def _ranked(indices: Mapping[str, Mapping[str, float]]) -> list[tuple[str, Mappi
     return sorted(indices.items(), key=lambda one: -one[1]["total"])
 
 
-def _panels(found: Yield, drawn: Callable[[Axes, str], None], caption: str, height: float = 1.5) -> Plate:
-    """One panel for each measure."""
-
-    def draw(sheet: Sheet) -> None:
-        for axes, name in zip(sheet.grid(len(found.measures), height), found.measures, strict=True):
-            drawn(axes, name)
-            sheet.legend(axes)
-
-    return plate(draw, caption)
-
-
 def _distributions(found: Yield) -> Plate:
     def drawn(axes: Axes, name: str) -> None:
         axes.hist(found.values[name][np.isfinite(found.values[name])], bins=BINS, color=BLUE)
         name_axes(axes, (spaced(name), found.units[name]), ("robots", ""))
 
-    return _panels(
-        found, drawn, "How the measures are distributed over the robots whose runs reached their end."
-    )
+    caption = "How the measures are distributed over the robots whose runs reached their end."
+    return panels(found.measures, HEIGHT, drawn, caption)
 
 
 def _curves(found: Yield) -> Plate:
@@ -89,11 +80,8 @@ def _curves(found: Yield) -> Plate:
         name_axes(axes, (across, curve.unit), ("robots that meet it (%)", ""))
         axes.set_ylim(0.0, 101.0)
 
-    return _panels(
-        found,
-        drawn,
-        "Share of the robots that meet a requirement, with its 95 % interval; failed runs meet none.",
-    )
+    caption = "Share of the robots that meet a requirement, with its 95 % interval; failed runs meet none."
+    return panels(found.measures, HEIGHT, drawn, caption)
 
 
 def _dead(found: Yield) -> Plate:
@@ -105,7 +93,8 @@ def _dead(found: Yield) -> Plate:
         axes.set_xticks(range(int(max(one["dead"] for one in found.by_dead)) + 1))
         axes.margins(x=0.2)
 
-    return _panels(found, drawn, "Median, and the range of nine robots in ten, by the number of dead legs.")
+    caption = "Median, and the range of nine robots in ten, by the number of dead legs."
+    return panels(found.measures, HEIGHT, drawn, caption)
 
 
 def _dead_table(found: Yield) -> Table:
@@ -157,7 +146,7 @@ def _indices(found: Yield) -> Plate:
         f"Share of the variance that a leg's scatter makes alone (first) and with all it acts together with (total), "
         f"the {BARS} largest; lines are 95 % intervals."
     )
-    return _panels(found, drawn, caption, 0.2 * most + 0.3)
+    return panels(found.measures, 0.2 * most + 0.3, drawn, caption)
 
 
 def _settled(index: float) -> float:
