@@ -12,12 +12,12 @@ import pytest
 
 import tarsus as ts
 from chromium import READY, Chromium
+from packed_series import unpacked
 from tarsus.atlas.cells import MEASURES
 from tarsus.atlas.classes import words
 from tarsus.atlas.quadtree import Quadtree
 from tarsus.atlas.result import Atlas
 from tarsus.report.atlas_page import atlas_html, page_data
-from tarsus.report.packing import unpacked
 
 PROBE = """
 const found = {}, faults = [];

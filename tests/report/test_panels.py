@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from chromium import READY, Chromium
-from tarsus.report.packing import unpacked
+from packed_series import unpacked
 from tarsus.report.pages import page
 from tarsus.report.panels import POINTS, Bars, DrawnLine, Level, Sign, TimePanel, Window, panels_html
 from tarsus.report.style import BLUE, GREEN, INK, level_limits, thinned

@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 
 from html_page import Page
+from packed_series import unpacked
 from tarsus.base.errors import InputError
 from tarsus.report.drawing import Drawing, FootMark, Shape, drawing_of, round_below
 from tarsus.report.motion import MOST_FRAMES, SLIPPING, STUCK, Motion, frame_limit
-from tarsus.report.packing import packed, packed_states, unpacked
+from tarsus.report.packing import packed, packed_states
 from tarsus.report.player import payload, walk_section
 from walking_devices import walk
 

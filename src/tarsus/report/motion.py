@@ -120,10 +120,6 @@ class Motion:
         """Displacements of the ground (2, nt) [m], along the way and upward."""
         return np.zeros((2, len(self.time))) if self.moved is None else self.moved
 
-    def still(self) -> Motion:
-        """The same as seen from its ground."""
-        return replace(self, moved=None)
-
     @property
     def hip_shift_x(self) -> np.ndarray:
         """Displacement of the hips along the way (nl, nt) [m]."""

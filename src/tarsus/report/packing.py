@@ -32,16 +32,6 @@ def packed(values: np.ndarray, bits: int, *, gaps: bool = False) -> dict[str, An
     return {"bits": bits, "low": low, "step": step, "data": base64.b64encode(whole.tobytes()).decode()}
 
 
-def unpacked(channel: dict[str, Any], rows: int, *, gaps: bool = False) -> np.ndarray:
-    """What `packed` made, (rows, nt), as scripts read it."""
-    kind = "<u2" if channel["bits"] == 16 else "u1"
-    whole = np.frombuffer(base64.b64decode(channel["data"]), dtype=kind)
-    values = (channel["low"] + whole.astype(float)) * channel["step"]
-    if gaps:
-        values[whole == 2 ** channel["bits"] - 1] = np.nan
-    return values.reshape(rows, -1)
-
-
 def packed_times(values: np.ndarray) -> dict[str, Any]:
     """Numbers (n,) as base64 of 32-bit floats: as fine at the end of a series as its zoom goes."""
     data = base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode()
