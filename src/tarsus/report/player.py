@@ -35,7 +35,7 @@ def walk_section(motion: Motion, index: int | None = None, *, on_paper: bool = T
     `index` numbers it among a page's figures; on_paper: with the still. It holds at most 2000 frames, fewer where there
     are many legs, so that it stays below 400 kB. Where no script runs, and in print, it is a still of four moments.
     """
-    drives = distinct_drives(motion)
+    drives = distinct_drives(motion) if motion.held is Held.LEGS else []  # others have no tracks of volts
     thin = motion.thinned(frame_limit(len(motion.legs), len(drives), CHARACTERS))
     drawing = drawing_of(thin)
     return rendered(

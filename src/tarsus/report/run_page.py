@@ -40,8 +40,8 @@ MOST_EVENTS = 500
 CLOSE_UP = 2
 """Drive periods shown by the figures of detail: the second shows whether the first repeats."""
 
-FRAMES = 800
-"""Frames of the moving points of a robot without legs: two periods at twenty a second and twenty seconds each."""
+FRAMES = 480
+"""Frames of the moving points of a robot without legs: two periods at twenty a second and twelve seconds each."""
 
 _LANDING = ("speed_before", "speed_after", "pull", "strength", "energy", "apex")
 _HOLDING = ("pull", "strength")
