@@ -142,6 +142,13 @@ def test_own_measures_are_objectives(scene, monkeypatch):
     assert found.robust.nominal[0] == pytest.approx(run.measures["duty_factor"].value, rel=1e-4)
 
 
+def test_a_design_without_a_value_says_so(scene):
+    """A tip five times as wide and more never strikes, so that no flight has an apex."""
+    found = ts.design(scene, {"robot.structure.tip_width": ("0.5 mm", "3 mm")}, "most mean_apex", **FEW)
+    assert np.isnan(found.robust.nominal[0]) or np.isinf(found.robust.nominal[0])
+    assert "design-01: its motion has no mean apex" in found.remarks and found.percents.each == ()
+
+
 WRONG = [
     ({"free": {"signals.pzt.frequncy": ("1 Hz", "2 Hz")}}, "did you mean 'signals.pzt.frequency'"),
     ({"free": {GAP: None}}, "has no usual range"), ({"free": {}}, "name at least one number"),

@@ -182,6 +182,13 @@ class Design(DesignResult):
         """Sentences on the limits, and on gaits that leave them or the range of their model."""
         said = [f"limit: {one}" + f", for {one.reason}" * bool(one.reason) for one in self.request.limits]
         for names, one in self.once:
+            none = [
+                about.name
+                for about, value in zip(self.objectives, one.nominal, strict=True)
+                if not np.isfinite(value)
+            ]
+            if none:
+                said.append(f"{names[0]}: its motion has no {' and no '.join(none)}")
             if one.beyond:
                 said.append(f"{names[0]}: {percent(one.beyond, 2)} of its runs go beyond a limit")
             if one.motion.outside:

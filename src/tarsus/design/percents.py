@@ -89,6 +89,8 @@ class Percents:
     @property
     def words(self) -> str:
         """The numbers that cost most, in a sentence."""
+        if not np.isfinite(self.own):
+            return f"there is no {self.measure} that 1 % of a number could change"
         if not self.each:
             return f"a change of 1 % in any one number changes the {self.measure} by less than 0.1 %"
         named = ", ".join(f"{amount(one.worst, self.unit)} ({one.name})" for one in self.each[:NAMED])
@@ -129,7 +131,7 @@ def percents_of(runs: Runs, row: Floats, starts: Grounds, *, periodic: bool) -> 
     seen = varied(numbers, each, steps)
     own = float(middle.mean())
     worst = {name: bad(np.append(values.mean(axis=1), own)) for name, values in seen.items()}
-    names = costly(worst, own, one.most)
+    names = costly(worst, own, one.most) if np.isfinite(own) else []
     box = own
     if names:
         box = bad(all_at_once(numbers, names, lambda ground: each(ground).mean(axis=1), BOX[periodic]))

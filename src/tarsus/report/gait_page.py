@@ -84,8 +84,8 @@ def _lasting(design: Design) -> str:
     request = design.request
     if request.starts is None:
         return said(
-            f"All speeds, worst cases and shares below are {request.motion}: of an episode from one start, not of "
-            "settled motion. A longer walk, or another start, may go at another speed."
+            f"All values, worst cases and shares below are {request.motion}: of an episode from one start, not of "
+            "settled motion. A longer run, or another start, may give other values."
         )
     return (
         f"All numbers are of the {request.motion}, whose first third is left out: on the own ground the mean of starts "
