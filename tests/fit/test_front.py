@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tarsus.fit.front import FrontSearch, farthest, hypervolume, search_front, undominated
+from tarsus.fit.front import FrontSearch, crowding, farthest, hypervolume, ranks, search_front, undominated
 
 
 def test_undominated_keeps_the_first_of_equals_and_leaves_out_what_is_beaten_or_has_no_value():
@@ -24,6 +24,12 @@ def test_hypervolume_is_that_of_boxes():
     assert hypervolume(costs, np.ones(3)) == pytest.approx(
         covered, abs=0.01
     )  # 4 standard errors of the sampling
+
+
+def test_ranks_peel_front_after_front():
+    costs = np.array([[0.0, 1.0], [1.0, 0.0], [1.0, 1.0], [2.0, 2.0], [np.inf, 0.0]])
+    assert ranks(costs).tolist() == [0, 0, 1, 2, 3]
+    assert np.isinf(crowding(costs[:2])).all()
 
 
 def test_the_search_finds_a_front_that_is_known():
@@ -52,20 +58,6 @@ def test_the_search_goes_around_where_a_range_closes_on_itself():
     last = np.concatenate(seen[-3:])[:, 0]
     assert np.concatenate(seen).min() >= 0.0 and np.concatenate(seen).max() <= 1.0
     assert (last < 0.1).any() and (last > 0.9).any()
-
-
-def test_points_without_a_cost_are_passed_over_and_a_seed_gives_the_same_points_again():
-    def costs(points):
-        spoilt = (points[:, 1] > 0.2) & (points[:, 1] < 0.5)
-        return np.where(spoilt[:, None], np.inf, np.stack([points[:, 0], 1.0 - points[:, 0] + points[:, 1]], axis=1))
-
-    search = FrontSearch(scan=32, population=16, generations=20)
-    start = np.array([[0.3, 0.9]])
-    one, other = (search_front(costs, 2, np.zeros(2, dtype=bool), search, 5, start) for _ in range(2))
-    assert np.array_equal(one[0], other[0]) and np.array_equal(one[1], other[1])
-    assert (one[0][0] == start[0]).all() and len(one[0]) == 1 + search.candidates
-    front = one[0][undominated(one[1]), 1]
-    assert front.max() <= 0.2 and np.median(front) < 0.02
 
 
 def test_the_farthest_points_are_spread_and_a_circle_has_no_end():

@@ -1,10 +1,13 @@
-"""Optimisers on a fit whose answer is known."""
+"""Optimisers on a fit whose answer is known, and what they say where their package is missing."""
 
 from __future__ import annotations
+
+import sys
 
 import numpy as np
 import pytest
 
+from tarsus.base.errors import InputError
 from tarsus.fit import (
     Residuals,
     Unknowns,
@@ -83,6 +86,13 @@ def test_pymoo_finds_the_front_of_two_goals_under_a_constraint():
     a, b = Valley().unknowns.values(found.X).T
     assert np.abs(b).max() < 0.05 and a.min() > -0.05 and a.max() <= 0.5 and a.max() > 0.45
     assert pymoo_problem(Valley()).n_obj == 1
+
+
+@pytest.mark.parametrize(("name", "use"), [("cma", cma_es), ("pymoo.core.problem", pymoo_problem)])
+def test_without_the_extra_a_sentence_says_what_to_install(monkeypatch, name, use):
+    monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(InputError, match=rf"pip install {name.partition('.')[0]}$"):
+        use(Valley())
 
 
 class Line(Residuals):

@@ -1,4 +1,4 @@
-"""CMA-ES on a fit, by the package cma."""
+"""CMA-ES on a fit, by the package cma (the extra ``optimise``)."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tarsus.base.errors import InputError
 from tarsus.fit.residuals import Found, Residuals
 
 FIRST_STEP = 0.2
@@ -37,9 +38,16 @@ def cma_es(
         Points that may be asked for.
     options
         Of the package, by its names (``popsize``, ``tolfun``, ...).
-    """
-    import cma
 
+    Raises
+    ------
+    InputError
+        Where the package is not installed.
+    """
+    try:
+        import cma  # pyright: ignore[reportMissingImports]
+    except ImportError:
+        raise InputError("CMA-ES needs the package cma: pip install cma") from None
     chosen = {"bounds": [0.0, 1.0], "seed": seed, "verbose": -9, **options}
     if most is not None:
         chosen["maxfevals"] = most

@@ -1,4 +1,4 @@
-"""A fit as a problem of pymoo: several goals at once, under constraints."""
+"""A fit as a problem of pymoo (the extra ``optimise``): several goals at once, under constraints."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tarsus.base.errors import InputError
 from tarsus.fit.residuals import Residuals
 
 if TYPE_CHECKING:
-    from pymoo.core.problem import Problem
+    from pymoo.core.problem import Problem  # pyright: ignore[reportMissingImports]
 
 
 def pymoo_problem(problem: Residuals) -> Problem:
@@ -17,9 +18,16 @@ def pymoo_problem(problem: Residuals) -> Problem:
 
     Its objectives are the goals, and before them half the sum of squared residuals where there are residuals; its
     constraints are the problem's.
-    """
-    from pymoo.core.problem import Problem
 
+    Raises
+    ------
+    InputError
+        Where the package is not installed.
+    """
+    try:
+        from pymoo.core.problem import Problem  # pyright: ignore[reportMissingImports]
+    except ImportError:
+        raise InputError("fronts by pymoo need the package: pip install pymoo") from None
     nothing = np.zeros((0, len(problem.unknowns)))
     squares = int(problem.residuals_at(nothing).shape[1] > 0)
     goals, limits = problem.goals_at(nothing).shape[1], problem.constraints_at(nothing).shape[1]
