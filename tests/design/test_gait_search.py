@@ -12,6 +12,7 @@ from tarsus.design.free import free_of
 from tarsus.design.grounds import Grounds
 from tarsus.design.judge import NOMINAL, Judge
 from tarsus.design.measures import OBJECTIVES, limits_of, objectives_of
+from tarsus.design.percents import numbers_of
 from tarsus.design.presets import gait
 from tarsus.design.runs import Runs, without_legs
 from tarsus.design.search import along, search_of
@@ -198,9 +199,9 @@ def test_a_gait_says_what_its_motion_is_and_what_a_percent_costs(scene):
     assert found.to_dict()["front"][0]["motion"] == one.motion.to_dict() and told.own == pytest.approx(
         one.nominal[0]
     )
-    costly = {each.name: each for each in told.each}["robot.drives.*.law.gain"]
-    gains = {f"robot.drives.{name}.law.gain": drive.law.gain for name, drive in scene.robot.drives.items()}
-    off = [ts.with_values(run.scene, {p: (1.0 + s) * v for p, v in gains.items()}) for s in (-0.01, 0.01)]
+    costly = next(each for each in told.each if each.name.startswith("robot."))
+    numbers = numbers_of(run.scene, lambda path: path.startswith("initial."))[costly.name]
+    off = [ts.with_values(run.scene, {p: (1.0 + s) * v for p, v in numbers.items()}) for s in (-0.01, 0.01)]
     speeds = [ts.simulate(each).measures["mean_speed"].value for each in off]
     assert costly.slope == pytest.approx(0.5 * (speeds[1] - speeds[0]), rel=1e-3, abs=1e-8)
     assert costly.worst == pytest.approx(min(*speeds, told.own), rel=1e-5)

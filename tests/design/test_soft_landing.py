@@ -120,7 +120,7 @@ def test_one_percent_of_a_number_costs_what_runs_beside_say(quick):
         return events["speed_before"][np.isin(events["kind"], IMPACTS) & late].max()
 
     for name, path in ((frequency, frequency), (gap, GAP)):
-        slope = 0.01 * (hardest(path, 1e-7) - hardest(path, -1e-7)) / 2e-7
+        slope = 0.01 * (hardest(path, 1e-8) - hardest(path, -1e-8)) / 2e-8
         assert each[name].slope == pytest.approx(slope, rel=1e-3)
         assert each[name].error < 1e-3 * quick.speed, "the slope itself passes zero at the softest landing"
         assert each[name].worst >= max(hardest(path, -0.01), hardest(path, 0.01)) * (1.0 - 1e-4)

@@ -96,9 +96,10 @@ def crowding(costs: Floats) -> Floats:
     apart = np.zeros(len(costs))
     for column in costs.T:
         order = np.argsort(column, kind="stable")
-        span = column[order[-1]] - column[order[0]]
+        low, high = float(column[order[0]]), float(column[order[-1]])
+        span = high - low if np.isfinite((low, high)).all() else 0.0
         apart[order[[0, -1]]] = np.inf
-        if span > 0.0 and np.isfinite(span):
+        if span > 0.0:
             apart[order[1:-1]] += (column[order[2:]] - column[order[:-2]]) / span
     return apart
 
