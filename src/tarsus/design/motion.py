@@ -108,7 +108,9 @@ def motions_of(runs: Runs, points: Sequence[Candidate], starts: Grounds) -> list
     limit = model_limit(runs.scene)
     walks = isinstance(runs.scene.robot.structure, Walker)
     means, varying = (OF_WALKERS, "stride") if walks else (OF_OTHERS, "hardest_impact")
-    names = list(dict.fromkeys([*means, varying, *([] if limit is None else [limit.measure])]))
+    names = [*means, varying]
+    if limit is not None and limit.measure not in names:
+        names.append(limit.measure)
     lasting = None if runs.skip is None else WATCHED / (runs.skip + 1) * runs.duration
     found = []
     for one in points:
