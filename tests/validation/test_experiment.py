@@ -11,7 +11,7 @@ import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths
 from tarsus.validation import experiment_names, load_experiment
-from tarsus.validation.measured import Cells
+from tarsus.validation.measured import RowCells
 from tarsus.validation.verdict import ClaimOutcome
 from validation.folders import drop_folder
 
@@ -120,5 +120,5 @@ def test_at_most_three_numbers_are_fitted_in_all():
 def test_a_row_beyond_an_experiment_is_a_sentence(name, row, said):
     one = load_experiment(name)
     with pytest.raises(InputError, match=r"measured\.csv, line 9: ") as caught:
-        one.study.case(Cells(row), one.device, 9).scenes(one.device)
+        one.study.case(RowCells(row), one.device, 9).scenes(one.device)
     assert said in str(caught.value)

@@ -42,7 +42,7 @@ class MeasuredRows:
         )
 
 
-class Cells(dict[str, float | str]):
+class RowCells(dict[str, float | str]):
     """The cells of a row; one that is empty is named where a study asks for it."""
 
     def __missing__(self, name: str) -> float | str:
@@ -85,7 +85,7 @@ def read_measured(file: Path, measured: Mapping[str, MeasuredColumn]) -> Measure
 
 def _row(table: TableRows, number: int, wanted: Sequence[str], where: str, problems: list[str]) -> Row:
     """The cells of a row; sentences on those that should be numbers and are none go to ``problems``."""
-    cells = Cells()
+    cells = RowCells()
     for name, text in table.rows[number].items():
         if not text:
             continue
