@@ -127,9 +127,8 @@ class ComparedRow:
     @property
     def case(self) -> str:
         """The drive in words; a star marks a row of a file."""
-        one = self.printed
-        gap = "" if one.gap_um is None else f", gap {one.gap_um:g} µm"
-        return f"{self.freq_hz:.4g} Hz, {one.volt_v:g} V, {one.wave}{gap}{'' if one.origin == 'packaged' else ' *'}"
+        star = "" if self.printed.origin == "packaged" else " *"
+        return f"{self.freq_hz:.4g} Hz, {self.printed.words}{star}"
 
     def pair(self, model: str) -> tuple[Observed, Observed]:
         """What a model is held against, and what it says."""
@@ -176,7 +175,8 @@ def compared_rows(
     done: list[ComparedRow] = []
     for one in printed:
         if progress is not None:
-            progress(len(done), len(printed), ", ".join(f"{value}" for value in one.conditions.values()))
+            frequency = "" if one.freq_hz is None else f"{one.freq_hz:g} Hz, "
+            progress(len(done), len(printed), f"{frequency}{one.words}")
         done.append(how.row(ensemble, one))
     return tuple(done)
 

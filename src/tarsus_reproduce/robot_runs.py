@@ -19,7 +19,7 @@ from tarsus.model.scene import Scene
 from tarsus.solve import Run, simulate
 from tarsus_reproduce.impacts import ImpactEnergies, impact_energies
 from tarsus_reproduce.reproduction import Progress
-from tarsus_reproduce.robots import OBSERVED, SETTLE, describe, drive_frequency, printed_rows, row_scene
+from tarsus_reproduce.robots import OBSERVED, SETTLE, drive_frequency, printed_rows, row_scene
 
 PERIODS = 4
 """Drive periods a run over the ground has at least after its transient."""
@@ -162,7 +162,7 @@ def _over_ground(robot: str, own: Scene) -> list[tuple[str, Scene, float, tuple[
     jobs = []
     for printed in printed_rows(robot):
         freq_hz = printed.freq_hz or drive_frequency(own)
-        title = f"{describe(printed)}, {freq_hz:.4g} Hz"
+        title = f"{printed.words}, {freq_hz:.4g} Hz"
         jobs.append((title, row_scene(own, printed.conditions), freq_hz, (_first_foot(own).point,)))
     if not jobs:
         freq_hz = drive_frequency(own)
@@ -170,7 +170,7 @@ def _over_ground(robot: str, own: Scene) -> list[tuple[str, Scene, float, tuple[
         signal = next(iter(scene.signals.values()))
         assert isinstance(signal, Square)
         highest = abs(signal.amplitude) + abs(signal.offset)
-        title = f"{highest:g} V square, gap {_first_foot(own).gap * 1e6:g} µm, {freq_hz:.4g} Hz"
+        title = f"{highest:g} V, square, gap {_first_foot(own).gap * 1e6:g} µm, {freq_hz:.4g} Hz"
         jobs.append((title, scene, freq_hz, own.robot.structure.points))
     return jobs
 

@@ -51,7 +51,7 @@ class RobotRows:
     def problems(self) -> list[str]:
         """Sentences of the runs that did not reach their end."""
         return [
-            f"{describe(row.printed)}: {problem}" for row in self.rows for problem in row.problems
+            f"{row.case}: {problem}" for row in self.rows for problem in row.problems
         ]
 
     def to_dict(self) -> dict[str, Any]:
@@ -67,11 +67,6 @@ class RobotRows:
             "modes": [asdict(mode) for mode in self.modes],
             "impact_maps": [asdict(one) for one in self.maps],
         }
-
-
-def describe(printed: PrintedRow) -> str:
-    """A row in words."""
-    return f"{printed.volt_v:g} V {printed.wave}, gap {printed.gap_um:g} µm"
 
 
 def printed_rows(robot: str) -> list[PrintedRow]:

@@ -109,6 +109,12 @@ class PrintedRow:
     origin: str = "packaged"
 
     @property
+    def words(self) -> str:
+        """Its drive without the frequency."""
+        gap = "" if self.gap_um is None else f", gap {self.gap_um:g} µm"
+        return f"{self.volt_v:g} V, {self.wave}{gap}"
+
+    @property
     def conditions(self) -> dict[str, Any]:
         """What was done, by column; what the table does not say is left out."""
         every = {"wave": self.wave, "volt_v": self.volt_v, "freq_hz": self.freq_hz, "gap_um": self.gap_um}

@@ -136,6 +136,7 @@ def first_members(whole, count: int):
 
 def test_the_packaged_ensemble_predicts_with_wider_intervals_than_a_member_alone():
     whole = packaged_ensemble("cantilever")
+    assert [one.weights.sum() for one in whole.ensembles] == [pytest.approx(1.0, abs=1e-14)]
     nothing = np.zeros(3)
     alone = replace(first_members(whole, 1), discrepancy=Discrepancy(nothing, nothing))
     case = PrintedRow("square", 6.0, 100.0, origin="rows.csv")

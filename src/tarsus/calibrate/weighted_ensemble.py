@@ -216,11 +216,17 @@ def ensemble_of_table(table: Mapping[str, Any], lowered: Lowered) -> WeightedEns
     for one in table["branches"]:
         hypothesis = next(b for b in lowered.problem.hypotheses if b.options == one["options"])
         sets = [[member["unknowns"][name] for name in unknowns.names] for member in one["members"]]
-        points, weights = unknowns.cube(np.array(sets)), np.array([member["weight"] for member in one["members"]])
+        points, weights = unknowns.cube(np.array(sets)), _weights(one["members"])
         nothing, found = np.zeros((len(points), 0)), tuple(member.get("found", "") for member in one["members"])
         ensembles.append(
             HypothesisEnsemble(points, weights, np.zeros(len(points)), hypothesis, nothing, found)
         )
-    weights = np.array([one["weight"] for one in table["branches"]])
+    weights = _weights(table["branches"])
     discrepancy = Discrepancy(np.array(table["sigma"]), np.array(table["existence_wrong"]))
     return WeightedEnsemble(lowered, tuple(ensembles), weights, discrepancy)
+
+
+def _weights(of: Sequence[Mapping[str, Any]]) -> NDArray[np.float64]:
+    """Weights of sum 1, which those of a file that rounds them have nearly."""
+    found = np.array([one["weight"] for one in of])
+    return found / found.sum()
