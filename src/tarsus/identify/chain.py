@@ -115,7 +115,7 @@ class StepRunner:
 
     def attempt(self, step: ChainStep) -> None:
         """Run a step; what stops it is kept as its reasons, or remarked of one that was done already."""
-        before = self.known
+        before = self.resonances, self.known
         self.report(step.name)
         try:
             # a result that is no number is asked for afterwards (`StepResult.unsound`)
@@ -130,8 +130,9 @@ class StepRunner:
         earlier = [said for one in self.not_done if one.name == step.name for said in one.reasons]
         self.not_done = [one for one in self.not_done if one.name != step.name]
         if reasons:
-            self.known = before
+            self.known = before[1]
         if reasons and step.name in self.steps:
+            self.resonances = before[0]
             for said in reasons:
                 self.remark(f"{step.name}, again: {said}")
             return

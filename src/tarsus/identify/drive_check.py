@@ -81,6 +81,11 @@ class DriveFit:
     smooth: bool
     fitted: Floats
 
+    def meant(self, signal: Waveform, rest: float, time: Floats, step: float) -> Floats:
+        """Volts (nt,) of the drive that was meant, with all of these, at times [s] of a record with this step."""
+        own = _meant(signal, rest, step, self.pace.value * time - self.late.value)
+        return self.gain.value * own + self.offset.value
+
     def unrounded(self, volts: Floats) -> Floats:
         """Volts (ns,) that were recorded, or what they were before they were rounded, where the fit says no more and no
         less than they do: a smooth drive of many digits, nowhere farther from it than rounding takes it."""
@@ -107,9 +112,8 @@ class _Case:
         return self.step * np.arange(len(self.volts), dtype=np.float64)
 
     def meant(self, late: float, pace: float) -> Floats:
-        """Volts that were meant, at the samples; one that a jump falls on, by rounding, is behind it."""
-        since = pace * self.time - late - self.rest + 1e-6 * self.step
-        return np.where(since < 0.0, 0.0, self.signal.volts(np.maximum(since, 0.0)))
+        """Volts that were meant, at the samples."""
+        return _meant(self.signal, self.rest, self.step, pace * self.time - late)
 
     def averaged(self, values: Floats) -> Floats:
         """Running means (ns,)."""
@@ -118,6 +122,12 @@ class _Case:
         half = self.running // 2
         summed = np.cumsum(np.concatenate([[0.0], np.pad(values, half, mode="edge")]))
         return (summed[self.running :] - summed[: -self.running]) / self.running
+
+
+def _meant(signal: Waveform, rest: float, step: float, time: Floats) -> Floats:
+    """Volts of a drive that begins after a rest; a sample that a jump falls on, by rounding, is behind it."""
+    since = time - rest + 1e-6 * step
+    return np.where(since < 0.0, 0.0, signal.volts(np.maximum(since, 0.0)))
 
 
 def fit_drive(volts: Floats, step: float, rest: float, signal: Waveform) -> DriveFit | None:

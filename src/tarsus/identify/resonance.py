@@ -57,11 +57,12 @@ _WORST_SHAPE = 0.5
 
 @dataclass(frozen=True)
 class Resonances:
-    """The step's result, the modal fit behind it, the device with it, the participations, and the sources of the
-    sweeps."""
+    """The step's result, the modal fit behind it, that of all modes found, the device with it, the participations, and
+    the sources of the sweeps."""
 
     step: StepResult
     fit: ModalFit
+    seen: ModalFit
     model: FootModel
     shares: Shares
     sources: tuple[str, ...]
@@ -73,6 +74,7 @@ def identify_resonances(
     band: tuple[float, float],
     seed: int,
     rounded: float = 0.0,
+    near: ModalFit | None = None,
 ) -> Resonances:
     """Frequencies and damping ratios of a beam or a modal structure, from sweeps in the air.
 
@@ -90,6 +92,8 @@ def identify_resonances(
         Part of the drive by which its record is off through rounding (`rounding_of`), in every line for itself. Repeats
         of a drive share it, so that it is no scatter: a damping ratio is known as well as the lines within its mode's
         half-power band average it out.
+    near
+        The modes found in nearly these records, to start from.
 
     Raises
     ------
@@ -105,7 +109,7 @@ def identify_resonances(
     margin = _EDGE * (band[1] - band[0])
     inside = band[0] + min(margin, 0.5 * band[0]), band[1] - margin
     agreed = agreeing(records, model.points, inside)
-    fit = _fitted(model, agreed, inside, structure.size)
+    fit, seen = _fitted(model, agreed, inside, structure.size, near)
     if isinstance(structure, Modal):
         fit = replace(fit, modes=tuple(fit.modes[k] for k in _order(model, fit)))
     frequencies = tuple(float(mode.frequency.value) for mode in fit.modes)
@@ -135,17 +139,19 @@ def identify_resonances(
         notes=(*fit.remarks, *fit.refused),
     )
     sources = tuple(one.source for one in agreed.records)
-    return Resonances(step, fit, model, _shares(model, fit, seed), sources)
+    return Resonances(step, fit, seen, model, _shares(model, fit, seed), sources)
 
 
-def _fitted(model: FootModel, agreed: Agreed, inside: tuple[float, float], count: int) -> ModalFit:
-    """The modes of the structure."""
+def _fitted(
+    model: FootModel, agreed: Agreed, inside: tuple[float, float], count: int, near: ModalFit | None
+) -> tuple[ModalFit, ModalFit]:
+    """The modes of the structure, and all that were found."""
     first = agreed.records[0]
     frf = estimate_frf(agreed.records, [agreed.drive], agreed.channels, inside)
     orders = max(_FEWEST_ORDERS, _ORDERS_PER_MODE * count)
-    fit = identify_modes(frf, inside, orders, between_fits=False)
+    fit = identify_modes(frf, inside, orders, between_fits=False, near=near)
     if isinstance(model.scene.robot.structure, Modal) and len(fit.modes) < count:
-        return _by_shapes(model, fit, agreed)
+        return _by_shapes(model, fit, agreed), fit
     if len(fit.modes) < count:
         raise InputError(
             f"{first.source} and its repeats show {len(fit.modes)} of the {count} modes of the structure from "
@@ -159,7 +165,7 @@ def _fitted(model: FootModel, agreed: Agreed, inside: tuple[float, float], count
     ]
     if unusable:
         raise InputError([f"{first.source} and its repeats: {said}" for said in unusable])
-    return chosen
+    return chosen, fit
 
 
 def _by_shapes(model: FootModel, seen: ModalFit, agreed: Agreed) -> ModalFit:

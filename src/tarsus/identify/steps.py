@@ -31,6 +31,7 @@ from tarsus.identify.resonance import (
 )
 from tarsus.identify.restitution import identify_restitution
 from tarsus.identify.step import UNSOLVED, StepResult, Used
+from tarsus.identify.straightened import straightened
 from tarsus.identify.traces import Trace
 from tarsus.model.drive.waveforms import SweptSine
 from tarsus.records.purpose import Purpose
@@ -75,7 +76,9 @@ def _resonances(chain: StepRunner) -> StepResult:
     band = max(low for low, _ in ends), min(high for _, high in ends)
     chain.resonances = _structure(chain, band)
     assert chain.evidence.instruments is not None  # there are records
-    late = chain.evidence.instruments.behind(chain.resonances.fit)
+    late = None
+    if "hysteresis" not in chain.steps:  # the second time it is taken off
+        late = chain.evidence.instruments.behind(chain.resonances.fit)
     if late is not None:
         chain.evidence.take_off(late)
         chain.resonances = _structure(chain, band)
@@ -94,11 +97,18 @@ def _structure(chain: StepRunner, band: tuple[float, float]) -> Resonances:
     the modes have the shapes of the structure."""
     evidence, best, problems = chain.evidence, None, []
     assert evidence.instruments is not None  # there are records
-    for instruments in evidence.instruments.hypotheses():
+    decided = "hysteresis" in chain.steps
+    for instruments in (evidence.instruments,) if decided else evidence.instruments.hypotheses():
         taken = replace(evidence, instruments=instruments)
-        records = [one for r in chain.files_of(Purpose.MODAL) if (one := taken.record(r)) is not None]
+        read = [(r, one) for r in chain.files_of(Purpose.MODAL) if (one := taken.record(r)) is not None]
+        sets, records = [chain.opened.campaign.records[r.set] for r, _ in read], [one for _, one in read]
+        rounded = rounding_of(records)
+        drives = [(one.rest, one.signal) for one in sets if one.signal is not None]
+        if decided and len(drives) == len(records):
+            records = straightened(records, drives, chain.known.model())
         try:
-            found = identify_resonances(chain.opened.model, records, band, chain.seed, rounding_of(records))
+            near = None if chain.resonances is None else chain.resonances.seen
+            found = identify_resonances(chain.opened.model, records, band, chain.seed, rounded, near)
         except InputError as error:
             problems += error.problems
             continue
@@ -139,7 +149,7 @@ def _static(chain: StepRunner, traces: Sequence[Trace]) -> list[Trace]:
 
 def compare_signs(chain: StepRunner, traces: Sequence[Trace]) -> None:
     """Remark where the sweeps move the foot the other way than the loops do: participations, ratios, stay."""
-    if chain.resonances is None:
+    if chain.resonances is None or "hysteresis" in chain.steps:  # said already
         return
     foot = chain.opened.model.foot_point
     slow = sum(float(np.cov(t.volts, t.x[t.point(foot)])[0, 1]) for t in traces)
@@ -266,6 +276,11 @@ def _walking(chain: StepRunner) -> StepResult:
     return replace(identify_walking(scene, records, chain.seed + 7, by_foot), files=frozenset(files))
 
 
+def _straighter(chain: StepRunner) -> bool:
+    """Once the law of the drive is known, the sweeps tell the structure better, and that the law."""
+    return {"resonances", "hysteresis"} <= set(chain.steps)
+
+
 def _has(law: str) -> Callable[[StepRunner], bool]:
     """Whether a law, by its slot, acts on the ground of the device: of one that does not no number is sought."""
     return lambda chain: getattr(chain.opened.model.scene.ground.acting, law) is not None
@@ -316,6 +331,8 @@ SWEEP_STEPS = (RESONANCES,)
 """Steps that need no ground."""
 GROUND_STEPS = (
     HYSTERESIS,
+    replace(RESONANCES, when=_straighter),
+    replace(HYSTERESIS, when=_straighter),
     FILM_STEP,
     CLOSE,
     ChainStep(

@@ -21,8 +21,8 @@ from tarsus.modes.gather import merged
 from tarsus.modes.intervals import pole_ranges, scatter_of
 from tarsus.modes.lscf import fit_poles
 from tarsus.modes.lsfd import residues_of, synthesise
-from tarsus.modes.mode import IdentifiedMode, ModeVerdict, judged_together, mode_of
-from tarsus.modes.pole_search import candidate_poles, poles_of_parts, reach
+from tarsus.modes.mode import IdentifiedMode, ModeVerdict, judged_together, mode_of, strength_of
+from tarsus.modes.pole_search import PoleCandidate, candidate_poles, poles_of_parts, reach
 from tarsus.modes.refine import LocalFit, Surroundings, refine_pole
 from tarsus.modes.spread import spreads
 from tarsus.records.measurement import FrequencyResponse
@@ -204,6 +204,7 @@ def identify_modes(
     smallest: float = 0.5,
     *,
     between_fits: bool = True,
+    near: ModalFit | None = None,
 ) -> ModalFit:
     """Modes in a band of frequency responses.
 
@@ -225,6 +226,8 @@ def identify_modes(
     between_fits
         Whether intervals hold the spread between orders, windows and methods. Not where the structure is known to have
         just these modes: models of other orders are no other descriptions of it then.
+    near
+        A fit of nearly these responses: its poles are refined, strongest first, and no others are looked for.
 
     Returns
     -------
@@ -256,8 +259,12 @@ def identify_modes(
             "found in complex responses; export real and imaginary parts, or amplitudes and phases"
         )
     orders = range(2, top + 1)
-    poles = fit_poles(part.frequency, part.values, orders)
-    candidates, more = candidate_poles(part, poles, smallest), poles_of_parts(part, smallest)
+    if near is None:
+        poles = fit_poles(part.frequency, part.values, orders)
+        candidates, more = candidate_poles(part, poles, smallest), poles_of_parts(part, smallest)
+    else:
+        found = [PoleCandidate(m.pole, m.orders, strength_of(m, part)) for m in near.modes]
+        poles, candidates, more = near.poles, sorted(found, key=lambda one: -one.strength), []
     steady = [one.pole for one in candidates if one.pole.real < 0.0 and one.orders >= _STEADY * len(orders)]
     kept = _refined(part, channels, [one.pole for one in candidates], [one.pole for one in more], steady, poles)
     seen = {one.pole: one.orders for one in (*more, *candidates)}
