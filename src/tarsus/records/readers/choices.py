@@ -14,8 +14,8 @@ class ChannelChoice(Description):
 
     name: str | None = Field(default=None, min_length=1, description="name to give it")
     unit: str | None = Field(default=None, min_length=1, description="unit of its numbers in the file")
-    factor: float = Field(
-        default=1.0,
+    factor: float | None = Field(
+        default=None,
         allow_inf_nan=False,
         description="what 1 in the file is of that unit, as the sensitivity of an analogue output",
     )

@@ -32,7 +32,7 @@ class Selected:
 
 def scaled_series(series: RawSeries, choice: ChannelChoice) -> Scaled | None:
     """Quantity and factor to SI of a series: what was chosen, else what the file says; None if neither is known."""
-    factor = choice.factor * (series.factor if choice.unit is None else 1.0)
+    factor = (1.0 if choice.factor is None else choice.factor) * (series.factor if choice.unit is None else 1.0)
     found = scaled(series.unit if choice.unit is None else choice.unit)
     return None if found is None else found._replace(factor=found.factor * factor)
 
