@@ -16,6 +16,7 @@ from tarsus.design.percents import numbers_of
 from tarsus.design.presets import gait
 from tarsus.design.runs import Runs, without_legs
 from tarsus.design.search import along, search_of
+from tarsus.files.draws import Reliance
 from tarsus.fit.front import undominated
 from tarsus_reproduce.walkers import hexapod_walker
 
@@ -319,6 +320,27 @@ def test_a_settled_front_is_a_mean_over_starts_and_says_its_interval(scene, monk
     assert scale > 1.172 and best.nominal[0] == pytest.approx(1.5 * scale, rel=0.03)  # of 96 fresh starts
     assert best.intervals[0] == pytest.approx((scale, 2.0 * scale))
     assert "settled motion, runs of 1 s from 16 starts" in str(found) and found.better is None
+
+
+@pytest.mark.parametrize(
+    ("reliance", "wider", "said"),
+    [
+        (Reliance(missed=0.1), 0.1, "were 10 % off their prediction"),
+        (Reliance(("feet jump (3, 2.5 at most)",)), np.nan, "an identification in doubt: feet jump (3, 2.5 at most)"),
+        (Reliance(("a", "b"), 0.02), 0.02, "an identification in doubt: a, and 1 more"),
+    ],
+)  # fmt: skip
+def test_what_draws_miss_widens_intervals_and_what_they_doubt_is_said(scene, monkeypatch, reliance, wider, said):
+    two_gaits(monkeypatch)
+    draws = {"ground.friction.coefficient": np.linspace(5.0, 9.0, 96)}
+    found = gait(
+        scene, ["gait.duty"], "speed", Grounds(draws, reliance=reliance), "mean", candidates=64, look=24,
+        threads=1,
+    )  # fmt: skip
+    scale = 1.0 + 0.2 * found.robust.row[0]
+    ends = np.array([scale - 2.0 * scale * wider, 2.0 * scale * (1.0 + wider)])
+    assert found.robust.intervals[0] == pytest.approx(ends, nan_ok=True)
+    assert said in str(found) and any(said in one for one in found.to_dict()["remarks"])
 
 
 def test_the_worst_is_that_of_grounds_and_starts_together(scene, monkeypatch):

@@ -12,7 +12,7 @@ import tarsus as ts
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import get_value, with_values
 from tarsus.fit.record_problem import RecordProblem, Seen, SeenRecord, Segment
-from tarsus.fit.record_ties import TAIL, TiedWindows
+from tarsus.fit.record_ties import TAIL, TiedWindows, _key
 from tarsus.fit.unknowns import Prior
 from tarsus.plan.lowering import lower_scene
 from tarsus.solve.contacts import Contacts
@@ -117,6 +117,20 @@ def test_slopes_are_formed_once_and_anew_where_they_do_not_predict(monkeypatch: 
     assert sum(formed) > 4  # those of where it began miss what there is where it ends
     off = (far.moved - first.moved) / np.sqrt(np.diag(first.covariance))
     assert far.settled and np.abs(off).max() < 0.1
+
+
+@pytest.mark.parametrize("odd", [0, 1])
+def test_a_step_that_gained_nothing_renews_the_window_that_misled_it(odd: int) -> None:
+    problem, segments = walk()
+    tied = TiedWindows(problem, np.repeat([2e-8, 2e-5], 6))
+    at = tied.placed(segments, np.zeros((2, 12)), np.array([0.02, 0.02]))
+    tied.equations(segments, at)
+    own = 0.01 * (np.arange(2) == odd)[:, None] * np.ones(12)
+    here, new = (tied.placed(segments, start, np.array([0.021, 0.021])) for start in (0.0 * own, own))
+    key = _key(segments[odd])
+    tied._kept[key] = tied._kept[key]._replace(by=3.0 * tied._kept[key].by)
+    assert tied._misled(segments, here, new) == [odd] and tied._misled(segments, here, None) == [0, 1]
+    assert tied._misled(segments, at, new) == []  # all are of that place: a shorter step is what helps
 
 
 def test_slopes_are_those_of_windows_with_other_priors_and_fewer_numbers() -> None:

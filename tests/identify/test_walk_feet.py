@@ -14,7 +14,7 @@ from tarsus.base.spec import get_value, with_values
 from tarsus.fit.record_problem import RecordProblem, Seen, SeenRecord, Segment
 from tarsus.fit.record_ties import TiedWindows
 from tarsus.fit.unknowns import Prior
-from tarsus.identify.walk_feet import asked_of_feet, odd_feet, with_feet
+from tarsus.identify.walk_feet import _scatter, asked_of_feet, odd_feet, with_feet
 from tarsus.identify.walk_step import identify_walking
 from tarsus.identify.walking import WalkRecord
 from tarsus.plan.lowering import lower_scene, slot
@@ -65,6 +65,15 @@ def test_records_ask_for_feet_that_differ_and_for_nothing_else(under: dict[str, 
         found = own.solve(fit.segments, np.append(fit.moved, [0.0, 0.0]), exact=True)
         ratio = found.values[f"under R1: {FRICTION}"] / found.values[f"under L1: {FRICTION}"]
         assert ratio == pytest.approx(0.8, abs=0.04) and not asked_of_feet(own, found, [BOUNCE])
+
+
+@pytest.mark.parametrize(("odd", "most"), [(0.0, 1.0), (40.0, 30.0)])
+def test_a_window_that_pulls_another_way_than_all_others_raises_the_limit(odd: float, most: float) -> None:
+    information = np.tile(np.eye(2), (8, 1, 1))
+    score = np.tile([3.0, -3.0], (8, 1)) + odd * np.outer(np.arange(8) == 3, [1.0, -1.0])
+    inverse = np.linalg.inv(information.sum(axis=0))
+    assert _scatter(information, score, inverse, inverse @ score.sum(axis=0)) >= most
+    assert _scatter(information[:2], score[:2], 4.0 * inverse, 4.0 * inverse @ score[:2].sum(axis=0)) == 1.0
 
 
 def test_the_odd_foot_is_the_one_off_all_others_and_of_two_it_is_both() -> None:

@@ -13,13 +13,17 @@ import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import get_value, validate, with_values
+from tarsus.files.draws import read_reliance, write_draws
 from tarsus.fit.record_problem import Segment
 from tarsus.fit.verdict import Verdict
+from tarsus.identify.campaign import RecordSet
+from tarsus.identify.walk_prediction import missed, prediction_check, reliance_of
 from tarsus.identify.walk_step import noise_of, unknowns_of
 from tarsus.identify.walk_symmetry import untold
 from tarsus.identify.walking import WalkRecord, _joined, identify_walk
 from tarsus.model.scene import Provenance, Scene, Source
 from tarsus.model.structure import Walker
+from tarsus.records.purpose import Purpose
 from tarsus.solve.outputs import Output
 
 GROUND = {
@@ -151,6 +155,30 @@ def test_records_that_are_none_are_refused() -> None:
         WalkRecord(ts.load_scene("cantilever"), times, BODY, np.zeros((4, 19)), np.ones(4))
     with pytest.raises(InputError, match="got none"):
         identify_walk([], {"ground.restitution.coefficient": 1.0})
+
+
+def test_a_set_to_be_compared_is_of_a_walker_where_it_states_a_gait() -> None:
+    gait = ts.load_scene("millipede").gait
+    sets = [RecordSet(purpose=one, files="a.h5") for one in (Purpose.WALKING, Purpose.VALIDATION, Purpose.MODAL)]
+    assert [one.walks for one in sets] == [True, False, False]
+    assert RecordSet(purpose=Purpose.VALIDATION, files="a.h5", gait=gait).walks
+
+
+@pytest.mark.parametrize(("friction", "least", "most"), [(1.0, 0.0, 0.01), (0.8, 0.02, 1.0)])
+def test_a_walk_that_was_left_out_says_how_far_a_prediction_is_off(
+    friction: float, least: float, most: float, tmp_path: Path
+) -> None:
+    scene, path = ts.load_scene("millipede", hz=50, volts=14), "ground.friction.coefficient"
+    record = body_record(scene, 0.065, np.random.default_rng(2))
+    draws = friction * float(get_value(scene, path)) * np.linspace(0.999, 1.001, 5)[:, None]
+    check = prediction_check([path], draws, [record])
+    assert least <= check.value <= most
+    currents = tuple(Output(Quantity.CURRENT, drive) for drive in ("L1", "R1", "L1", "R1"))
+    assert missed([path], draws, [replace(record, outputs=currents)]) == 0.0  # which show no way
+    reliance = reliance_of([check, replace(check, name="jump", value=3.0, limit=2.5, cause="feet jump")])
+    assert reliance.missed == check.value and "feet jump (jump 3, 2.5 at most)" in reliance.doubts
+    write_draws(tmp_path / "draws.npz", [path], draws[0], draws, reliance)
+    assert read_reliance(tmp_path / "draws.npz") == reliance
 
 
 @pytest.mark.slow

@@ -52,9 +52,10 @@ class Candidate:
     any of them; worst_ground: values by path of the ground where the first objective that depends on the ground is
     worst; energy [J]: plain, a drive period, and recovered: with charge recovery (NaN where nothing of the front needs
     energy); intervals: between which 95 % of what it does lies with 95 % confidence, by objective: over grounds
-    and starts drawn by chance, over starts without grounds (NaN where fewer than 93 were tried); beyond: share of its
-    runs that do not keep the limits; motion: what it is on the scene's own ground. nominal is the mean of starts that
-    it was not searched by; from rest, of the one start.
+    and starts drawn by chance, over starts without grounds (NaN where fewer than 93 were tried), wider by what draws
+    are known to miss (NaN where they are in doubt, and by what is not known); beyond: share of its runs that do not
+    keep the limits; motion: what it is on the scene's own ground. nominal is the mean of starts that it was not
+    searched by; from rest, of the one start.
     """
 
     row: Floats
@@ -179,8 +180,9 @@ class Design(DesignResult):
 
     @property
     def remarks(self) -> list[str]:
-        """Sentences on the limits, and on gaits that leave them or the range of their model."""
-        said = [f"limit: {one}" + f", for {one.reason}" * bool(one.reason) for one in self.request.limits]
+        """Sentences on draws in doubt, on the limits, and on gaits that leave them or the range of their model."""
+        said = self.request.reliance.sentences()
+        said += [f"limit: {one}" + f", for {one.reason}" * bool(one.reason) for one in self.request.limits]
         for names, one in self.once:
             none = [
                 about.name

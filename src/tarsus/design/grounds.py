@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import by_path, get_value, with_values
-from tarsus.files.draws import read_draws
+from tarsus.files.draws import SURE, Reliance, read_draws, read_reliance
 from tarsus.fit.unknowns import Unknown, Unknowns
 from tarsus.model.scene import Scene
 
@@ -32,13 +32,15 @@ CORNERS = 4
 
 @dataclass(frozen=True)
 class Grounds:
-    """ng grounds, the same for all candidates: values (ng,) by path [SI], weights (ng,) of sum 1, equal unless given.
+    """ng grounds, the same for all candidates: values (ng,) by path [SI], weights (ng,) of sum 1, equal unless given;
+    reliance: how far they can be relied on.
 
     Of those that candidates are judged on the first is the scene as it is.
     """
 
     values: Mapping[str, Floats]
     weights: Floats = field(default_factory=lambda: np.zeros(0))
+    reliance: Reliance = SURE
 
     def __post_init__(self) -> None:
         own = {path: np.asarray(one, dtype=float) for path, one in self.values.items()}
@@ -56,9 +58,9 @@ class Grounds:
         return tuple(self.values)
 
     @classmethod
-    def of_points(cls, paths: Sequence[str], points: Floats) -> Grounds:
+    def of_points(cls, paths: Sequence[str], points: Floats, reliance: Reliance = SURE) -> Grounds:
         """Of values (ng, np), all of equal weight."""
-        return cls({path: points[:, i] for i, path in enumerate(paths)})
+        return cls({path: points[:, i] for i, path in enumerate(paths)}, reliance=reliance)
 
     @classmethod
     def nominal(cls, scene: Scene, paths: Sequence[str] = ()) -> Grounds:
@@ -144,7 +146,7 @@ def over_of(scene: Scene, given: Any) -> Over | None:
     if given is None or (isinstance(given, Mapping) and not given):
         return None
     if isinstance(given, (str, Path)):
-        given = Grounds(read_draws(Path(given)))
+        given = Grounds(read_draws(Path(given)), reliance=read_reliance(Path(given)))
     over = given if isinstance(given, (Unknowns, Grounds)) else _box(scene, by_path(scene, given))
     ends = (over.low, over.high) if isinstance(over, Unknowns) else _ends(over)
     problems: list[str] = []

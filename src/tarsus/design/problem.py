@@ -29,6 +29,7 @@ from tarsus.design.measures import (
 from tarsus.design.problems import Problems
 from tarsus.design.request import OVER, RISK, SEED, Count, Seed, Settings, bearing, setting
 from tarsus.design.runs import Runs
+from tarsus.files.draws import SURE, Reliance
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 from tarsus.orbits.motion import Motion, SettledMotion, motion_asked
@@ -124,6 +125,11 @@ class DesignProblem:
     motion: Motion | LastPeriod
     limits: tuple[DesignLimit, ...] = ()
     threads: Workers = None
+
+    @property
+    def reliance(self) -> Reliance:
+        """How far its grounds can be relied on."""
+        return self.over.reliance if isinstance(self.over, Grounds) else SURE
 
     @property
     def noun(self) -> str:

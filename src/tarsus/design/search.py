@@ -377,7 +377,9 @@ class DesignSearch:
             return tuple(float(one.value(cost)) for one, cost in zip(objectives, costs, strict=False))
 
         def intervals(costs: Floats) -> tuple[tuple[float, float], ...]:
-            return tuple(tolerance_interval(one.value(costs[:, j])) for j, one in enumerate(objectives))
+            ends = (tolerance_interval(one.value(costs[:, j])) for j, one in enumerate(objectives))
+            pairs = zip(objectives, ends, strict=True)
+            return tuple(request.reliance.widened(own) if one.grounded else own for one, own in pairs)
 
         none = tuple(np.nan for _ in objectives)
         made = [

@@ -40,6 +40,10 @@ AT_END = 0.25
 """Part of both that is left in the end: a twentieth of a standard error, half of what a descent ends at."""
 
 
+MISLED = 0.75
+"""Share of what the cost of a step is off its prediction that is made good at a time: what is left shrinks fourfold."""
+
+
 @dataclass(frozen=True)
 class Knowledge:
     """What is known of the numbers: centre (np,) and information (np, np), in their standard deviations beforehand."""
@@ -180,9 +184,9 @@ class TiedWindows:
             settled = system.length(information, right) < small or 0.0 < gain < small * system.scale
             if new is not None and gain > 0.0:
                 at, damping = new, 0.1 * damping
-            elif not settled and not self._renew(segments, at):
+            elif not settled and not self._differentiated(segments, at, self._misled(segments, at, new)):
                 damping *= 10.0
-            if settled and exact and self._renew(segments, at, exact=True):
+            if settled and exact and self._differentiated(segments, at, self._bent(segments, at, exact=True)):
                 settled = False
             elif settled or damping > STUCK:
                 break
@@ -293,28 +297,42 @@ class TiedWindows:
     def _bent(self, segments: Sequence[Segment], at: _Place, *, exact: bool = False) -> list[int]:
         """Windows without slopes that predict what they leave at a place."""
         old = [self._kept.get(_key(one)) for one in segments]
-        states = [np.asarray(one.state, dtype=float) for one in at.flown.batch.starts]
-        pairs = zip(old, states, at.off, segments, strict=True)
+        pairs = zip(old, _states(at), at.off, segments, strict=True)
         return [
             k for k, (one, state, off, segment) in enumerate(pairs)
             if one is None or not one.predict(state, at.moved, off, segment.spread, exact)
         ]  # fmt: skip
 
-    def _renew(self, segments: Sequence[Segment], at: _Place, *, exact: bool = False) -> bool:
-        """Form the slopes of windows anew that are of another place; in the end of those that do not predict this one;
-        whether there were any."""
-        states = [np.asarray(one.state, dtype=float) for one in at.flown.batch.starts]
+    def _misled(self, segments: Sequence[Segment], at: _Place, new: _Place | None) -> list[int]:
+        """Windows whose slopes are of another place, and made a step gain nothing: those by which its cost is off what
+        was predicted most, to a share `MISLED` of all that it is off; all of them where the step led nowhere."""
         kept = [self._kept[_key(one)] for one in segments]
-        which = self._bent(segments, at, exact=True) if exact else [
-            k for k, (one, state) in enumerate(zip(kept, states, strict=True))
-            if not (np.array_equal(one.moved, at.moved) and np.array_equal(one.state, state))
-        ]  # fmt: skip
-        self._differentiated(segments, at, which)
-        return bool(which)
+        states = _states(at)
+        elsewhere = np.array([
+            not (np.array_equal(one.moved, at.moved) and np.array_equal(one.state, state))
+            for one, state in zip(kept, states, strict=True)
+        ])  # fmt: skip
+        if new is None:
+            return np.flatnonzero(elsewhere).tolist()
+        apart = [b - a for a, b in zip(states, _states(new), strict=True)]
+        off, steps = np.zeros(len(segments)), list[Floats]()
+        for k, (one, segment) in enumerate(zip(kept, segments, strict=True)):
+            steps.append(np.concatenate([apart[k] / segment.spread, new.moved - at.moved]))
+            same = new.off[k].size == at.off[k].size
+            told = _tailed(at.off[k] + one.by @ steps[k])[0] if same else np.inf
+            off[k] = abs(_tailed(new.off[k])[0] - told)
+        for before, k in _tied(segments):
+            gap = at.gaps[k] + (apart[k] - kept[before].end @ steps[before]) / self.ties
+            off[before] += abs(float(new.gaps[k] @ new.gaps[k] - gap @ gap))
+        order = np.argsort(off)[::-1]
+        reached = np.cumsum(np.minimum(off, np.finfo(float).max / len(off))[order])
+        count = int(np.searchsorted(reached, MISLED * reached[-1])) + 1
+        return [int(k) for k in order[:count] if elsewhere[k]]
 
-    def _differentiated(self, segments: Sequence[Segment], at: _Place, which: Sequence[int]) -> None:
+    def _differentiated(self, segments: Sequence[Segment], at: _Place, which: Sequence[int]) -> bool:
+        """Form slopes of some windows anew; whether there were any."""
         if not which:
-            return
+            return False
         some = [segments[k] for k in which]
         flown = self.problem.flown(some, at.own[list(which)], at.moved, self.names)
         by = self.problem.slopes_of(some, flown, self.names)
@@ -323,6 +341,7 @@ class TiedWindows:
             state = np.asarray(flown.batch.starts[j].state, dtype=float)
             end = np.hstack(self.problem.end_slopes(some, flown, j, self.names))
             self._kept[_key(one)] = _Slopes(state, at.moved, np.concatenate(left[j]), by[j], end)
+        return True
 
     def _fit(self, segments: Sequence[Segment], at: _Place, known: Knowledge, settled: bool) -> RecordFit:
         left = self.equations(segments, at).eliminated()
@@ -332,6 +351,11 @@ class TiedWindows:
 
     def _jumps(self, segments: Sequence[Segment], at: _Place) -> Floats:
         return np.concatenate([np.zeros(0), *(at.gaps[k] for _, k in _tied(segments))])
+
+
+def _states(at: _Place) -> list[Floats]:
+    """Starts (2n,) of windows."""
+    return [np.asarray(one.state, dtype=float) for one in at.flown.batch.starts]
 
 
 def _key(one: Segment) -> object:

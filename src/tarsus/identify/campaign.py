@@ -93,6 +93,12 @@ class RecordSet(Defaults):
         description="whether a bridge took the current of the capacitance off the recorded currents",
     )
 
+    @property
+    def walks(self) -> bool:
+        """Whether a walker was recorded, walks that are left out among them."""
+        unseen = self.purpose is Purpose.VALIDATION and bool(self.gait or self.signals)
+        return unseen or self.purpose is Purpose.WALKING
+
     @field_validator("files", mode="before")
     @classmethod
     def _listed(cls, value: Any) -> Any:
@@ -243,7 +249,7 @@ def _missing(campaign: Campaign, folder: Path) -> list[str]:
 
 def _unknown(campaign: Campaign, scene: Scene) -> list[str]:
     said: list[str] = []
-    walks = all(one.purpose is Purpose.WALKING for one in campaign.records.values())
+    walks = all(one.walks for one in campaign.records.values())
     for word, given, known in (
         ("foot", campaign.foot, tuple(scene.robot.feet)),
         ("drive", campaign.drive, tuple(scene.robot.drives)),

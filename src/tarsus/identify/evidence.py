@@ -98,7 +98,7 @@ class Evidence:
         self.instruments, self.traces = instruments, {}
         self.left_out = [one for r in self.readings for one in r.problems]
         for name, one in self.opened.campaign.records.items():
-            if one.purpose in (Purpose.MODAL, Purpose.WALKING):
+            if one.purpose is Purpose.MODAL or one.walks:
                 continue
             traces = [trace for r in self.readings if r.set == name for trace in self._trace(r)]
             if one.purpose in _REPEATED:

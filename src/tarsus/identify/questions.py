@@ -199,7 +199,7 @@ def _volts(one: RecordSet) -> float:
 
 
 def _purposes(found: Identification, step: StepResult) -> str:
-    """Purposes of the records that a step used."""
+    """Purposes of the records that a step used, beside those that it left out."""
     sets = dict.fromkeys(one.set for one in found.readings if one.file in step.files)
-    records = found.opened.campaign.records
-    return ", ".join(dict.fromkeys(f"'{records[name].purpose.value}'" for name in sets))
+    purposes = dict.fromkeys(found.opened.campaign.records[name].purpose for name in sets)
+    return ", ".join(f"'{one.value}'" for one in purposes if one is not Purpose.VALIDATION)

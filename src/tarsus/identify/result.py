@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tarsus.base.spec import FrozenDict, float_paths, with_values
-from tarsus.files.draws import write_draws
+from tarsus.files.draws import Reliance, write_draws
 from tarsus.files.jsontext import json_text
 from tarsus.files.toml import scene_text
 from tarsus.files.whole import write_text
@@ -24,6 +24,7 @@ from tarsus.identify.tables import (
     words_of,
 )
 from tarsus.identify.verdict import Assessment
+from tarsus.identify.walk_prediction import reliance_of
 from tarsus.model.scene import Provenance, Scene, Source
 from tarsus.records.excluded import Excluded
 from tarsus.tables.table import Table, Tabled
@@ -85,6 +86,11 @@ class Identification(Tabled):
     def model(self) -> FootModel:
         """The device as identified."""
         return self.known.model()
+
+    @property
+    def reliance(self) -> Reliance:
+        """How far its draws can be relied on."""
+        return reliance_of(checks_of(self))
 
     @property
     def files_used(self) -> int:
@@ -220,5 +226,5 @@ def write_identification(found: Identification, folder: Path) -> list[Path]:
     device, numbers, draws = (folder / name for name in RESULT_FILES[:3])
     write_text(device, scene_text(identified_device(found)))
     write_text(numbers, json_text(summary_of(found)) + "\n")
-    write_draws(draws, found.known.paths, found.known.values, found.known.samples)
+    write_draws(draws, found.known.paths, found.known.values, found.known.samples, found.reliance)
     return [device, numbers, draws]

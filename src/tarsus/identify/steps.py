@@ -264,16 +264,20 @@ def _adhesion(chain: StepRunner) -> StepResult:
 def _walking(chain: StepRunner) -> StepResult:
     """The ground from walks on it."""
     from tarsus.identify.walk_step import identify_walking, walk_records
+    from tarsus.identify.walking import WalkRecord
 
-    records, files, scene = [], set[str](), chain.known.model().scene
-    for name, one in chain.opened.sets(Purpose.WALKING):
-        mine = [r for r in chain.files_of(Purpose.WALKING) if r.set == name and r.record is not None]
-        records += walk_records(scene, name, one, [r.record for r in mine if r.record is not None])
-        files |= {r.file for r in mine}
-    if not records:
+    purposes = Purpose.WALKING, Purpose.VALIDATION
+    records, files, scene = {one: list[WalkRecord]() for one in purposes}, set[str](), chain.known.model().scene
+    for purpose in purposes:
+        for name, one in chain.opened.sets(purpose):
+            mine = [r for r in chain.files_of(purpose) if r.set == name and r.record is not None]
+            records[purpose] += walk_records(scene, name, one, [r.record for r in mine if r.record is not None])
+            files |= {r.file for r in mine}
+    if not records[Purpose.WALKING]:
         raise InputError(chain.nothing_for(Purpose.WALKING, "walks"))
     by_foot = chain.opened.campaign.ground_by_foot
-    return replace(identify_walking(scene, records, chain.seed + 7, by_foot), files=frozenset(files))
+    found = identify_walking(scene, records[Purpose.WALKING], chain.seed + 7, by_foot, records[Purpose.VALIDATION])
+    return replace(found, files=frozenset(files))
 
 
 def _straighter(chain: StepRunner) -> bool:

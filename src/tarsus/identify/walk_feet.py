@@ -16,11 +16,16 @@ from tarsus.base.arrays import Floats
 from tarsus.fit.record_problem import UNDER, RecordFit, RecordProblem
 from tarsus.fit.record_ties import TiedWindows
 from tarsus.fit.unknowns import Prior
+from tarsus.identify.covariance import FEWEST
+from tarsus.identify.draws import by_group
 
 APART, LEAST_APART = 0.1, 0.003
 """Spread of logarithms from foot to foot at first, and at least, where it is less than any interval."""
-CHANCE = 0.01
-"""Probability that of ground which is the same under all feet some number is taken to differ."""
+SAME = 0.2
+"""Logarithm of the ratio of two spreads that are the same: a spread of six feet is known to 0.3."""
+CHANCE = 0.001
+"""Probability that of ground which is the same under all feet some number is taken to differ: a trial costs as much as
+all before it, and friction that is a fifth lower under one foot asks for tens of times more."""
 
 
 def with_feet(problem: RecordProblem, paths: Sequence[str], apart: float = APART) -> RecordProblem:
@@ -32,7 +37,8 @@ def with_feet(problem: RecordProblem, paths: Sequence[str], apart: float = APART
 
 def asked_of_feet(windows: TiedWindows, fit: RecordFit, paths: Sequence[str]) -> dict[str, float]:
     """By how many times the limit of `CHANCE` the cost would fall if the ground's number at a path differed from foot
-    to foot, by path, of those beyond it."""
+    to foot, by path, of those beyond it. Windows that pull apart more than their noise does raise the limit: one that
+    went another way than all others shows no foot."""
     scene = windows.problem.scenes[0]
     if not paths or len(scene.robot.feet) < 2 or scene.grounds:  # feet that have grounds of their own differ already
         return {}
@@ -40,16 +46,32 @@ def asked_of_feet(windows: TiedWindows, fit: RecordFit, paths: Sequence[str]) ->
     count = len(windows.names)
     there = replace(fit, moved=np.append(fit.moved, np.zeros(len(wider.priors) - count)))
     pulls = TiedWindows(wider, windows.ties, windows).pulls(there)
-    known = np.eye(len(wider.priors))
-    whole, score = pulls.information.sum(axis=0) + known, pulls.score.sum(axis=0) - there.moved
-    names, before, out = list(wider.priors), slice(count), dict[str, float]()
+    information, score = by_group(pulls.window, pulls.information, pulls.score)
+    known, names = np.eye(len(wider.priors)), list(wider.priors)
+    whole, before, out = information.sum(axis=0) + known, slice(count), dict[str, float]()
+    beforehand = known[before, before] @ there.moved[before]
     for path in paths:
         own = np.array([k for k in range(count, len(names)) if wider.feet[names[k]][1] == path])
-        taken = np.linalg.solve(whole[before, before], whole[before, own])
-        left = score[own] - taken.T @ score[before]
-        gain = float(left @ np.linalg.solve(whole[np.ix_(own, own)] - whole[own, before] @ taken, left))
-        out[path] = gain / float(chi2.isf(CHANCE / len(paths), len(own) - 1))
+        way = np.zeros((len(names), len(own)))
+        way[own, range(len(own))] = 1.0
+        way[before] = -np.linalg.solve(whole[before, before], whole[before][:, own])
+        left, inverse = score @ way, np.linalg.inv(way.T @ whole @ way)
+        found = inverse @ (left.sum(axis=0) - beforehand @ way[before])
+        gain = float(found @ np.linalg.solve(inverse, found))
+        limit = float(chi2.isf(CHANCE / len(paths), len(own) - 1))
+        out[path] = gain / (limit * _scatter(way.T @ information @ way, left, inverse, found))
     return {path: gain for path, gain in out.items() if gain > 1.0}
+
+
+def _scatter(information: Floats, score: Floats, inverse: Floats, found: Floats) -> float:
+    """By how many times more than noise windows pull numbers (k,) apart, at least 1, from what each knows (n, k, k) and
+    its score (n, k)."""
+    share = inverse @ information
+    freedom = float(np.trace(share.sum(axis=0)) - np.einsum("nab,nba->", share, share))
+    if freedom < (1.0 - 1.0 / FEWEST) * len(found):
+        return 1.0
+    off = score - information @ found
+    return max(float(np.einsum("na,ab,nb->", off, inverse, off)) / freedom, 1.0)
 
 
 def respread(problem: RecordProblem, fit: RecordFit) -> tuple[RecordProblem, Floats]:
@@ -64,6 +86,12 @@ def respread(problem: RecordProblem, fit: RecordFit) -> tuple[RecordProblem, Flo
             priors[names[j]] = Prior(1.0, factor=float(np.exp(after)))
             moved[j] *= before / after
     return replace(problem, priors=priors), moved
+
+
+def alike(one: RecordProblem, other: RecordProblem) -> bool:
+    """Whether spreads from foot to foot of two problems are the same to what so few feet tell of them."""
+    factors = [(one.priors[name].factor or 1.0, other.priors[name].factor or 1.0) for name in one.feet]
+    return all(abs(np.log(np.log(b) / np.log(a))) < SAME for a, b in factors)
 
 
 def numbers_of_feet(

@@ -13,11 +13,11 @@ from tarsus.base.quantities import Quantity
 from tarsus.base.spec import float_paths, with_values
 from tarsus.fit.verdict import Verdict
 from tarsus.identify.campaign import RecordSet
-from tarsus.identify.checks import MISFITS
 from tarsus.identify.draws import DRAWS, NORMAL
 from tarsus.identify.step import Check, Panel, Residual, StepResult, Used, measured_and_fitted, over_noise
 from tarsus.identify.walk_feet import odd_feet
-from tarsus.identify.walking import JUMP, WalkFit, WalkRecord, identify_walk
+from tarsus.identify.walk_prediction import prediction_check
+from tarsus.identify.walking import ALL, JUMP, WalkFit, WalkRecord, identify_walk
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 from tarsus.records.measurement import Measurement
@@ -112,10 +112,14 @@ def _walk_record(scene: Scene, name: str, one: RecordSet, record: Measurement) -
 
 
 def identify_walking(
-    scene: Scene, records: Sequence[WalkRecord], seed: int, by_foot: bool = False
+    scene: Scene,
+    records: Sequence[WalkRecord],
+    seed: int,
+    by_foot: bool = False,
+    left_out: Sequence[WalkRecord] = (),
 ) -> StepResult:
     """Ground and legs of a walker from its walks. That the ground differs from foot to foot is tried; where it does,
-    numbers of feet are combinations of the step; by_foot: whether it is known to.
+    numbers of feet are combinations of the step; by_foot: whether it is known to; left_out: walks that are predicted.
 
     Raises
     ------
@@ -133,7 +137,7 @@ def identify_walking(
         [path.startswith("ground.restitution.") for path in fit.paths], np.minimum(samples, 1.0), samples
     )
     share = Check(
-        "share of samples that are not followed", 1.0 - fit.followed, MISFITS, paths=fit.paths,
+        "share of samples that are not followed", 1.0 - fit.followed, 1.0 - ALL, paths=fit.paths,
         cause="walks move otherwise than the model between some contacts",
     )  # fmt: skip
     jump = Check(
@@ -147,6 +151,7 @@ def identify_walking(
         )
         for path, gain in fit.asked.items()
     ]  # fmt: skip
+    predicted = (prediction_check(fit.paths, samples, left_out),) if left_out else ()
     contacts = f"{len(fit.good)} windows between contacts, {1e3 * _median_length(fit):.3g} ms at the median"
     own = np.random.default_rng([seed, 29]).standard_normal((len(fit.feet), DRAWS))
     feet = {
@@ -161,7 +166,7 @@ def identify_walking(
         "walking", fit.paths, fit.values, samples,
         taken=tuple(path for path in fit.paths if told[path] is Verdict.ASSUMED),
         residuals=tuple(_residual(r, off, k) for r, off in seen for k in range(len(r.outputs))),
-        used=(Used("windows", int(fit.good.sum()), len(fit.good)),), checks=(share, jump, *uneven),
+        used=(Used("windows", int(fit.good.sum()), len(fit.good)),), checks=(share, jump, *uneven, *predicted),
         notes=(f"Found in {contacts}.", *(f"{said}." for said in spreads)), combinations=feet,
         panels=tuple(_panel(r, off) for r, off in seen[:2]), influence=fit.influence,
     )  # fmt: skip

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +26,7 @@ from tarsus.fit.unknowns import Prior
 from tarsus.fit.verdict import Verdict, verdict_of
 from tarsus.identify.covariance import scatter_over_noise
 from tarsus.identify.influence import Influence
-from tarsus.identify.walk_feet import asked_of_feet, numbers_of_feet, respread, with_feet
+from tarsus.identify.walk_feet import alike, asked_of_feet, numbers_of_feet, respread, with_feet
 from tarsus.identify.walk_horizon import MOST, WalkFollower, left_of, most_of, samples_of
 from tarsus.identify.walk_influence import RecordOrigin, influence_of
 from tarsus.identify.walk_symmetry import arms_of, untold
@@ -58,9 +59,12 @@ ALL = 0.9
 TIES = 40
 """Steps of a descent of all windows together."""
 JOINED = 3
-"""Times that windows which are not followed in the end are joined to those before them."""
+"""Times that windows which are not followed in the end, or jump, are joined to those before them."""
 ROUNDS = 4
 """How often windows are tied and the spread from foot to foot is estimated again."""
+STARTS = 2
+"""How often records are taken up, each time from other numbers that are drawn, where windows are not followed or jump:
+of seven robots one ended in another minimum at its first start."""
 FEW = 12
 """Samples of a record below which nothing is found of it."""
 
@@ -259,6 +263,10 @@ def identify_walk(
     problem = _with_noise(problem, segments, moved, records)
     ties, asked = _of_start(_walker(records), TIED), dict[str, float]()
     joint = _together(TiedWindows(problem, ties, windows), segments, moved)
+    for seed in range(1, STARTS):  # before anything is asked of the ground: another start is the simpler answer
+        if not joint.missing(records) and joint.jump <= JUMP:
+            break
+        joint = _again(joint, records, begun, seed)
     if differ and differing:
         joint = _by_foot(joint, records, differing)
     while not differ:
@@ -268,7 +276,7 @@ def identify_walk(
         path = max(told, key=lambda one: told[one])
         other = _by_foot(joint, records, [path])
         # named where what is left is noise: a window that went another way asks for many things, and none mends it
-        if _lost(records, *other) > _lost(records, *joint) or np.abs(other.fit.jumps).max(initial=0.0) > JUMP:
+        if other.missing(records) > joint.missing(records) or other.jump > JUMP:
             break
         joint, asked = other, {**asked, path: told[path]}
     return _found(records, spread, joint, asked)
@@ -285,16 +293,39 @@ class _Joint(NamedTuple):
         """Windows (nw,) that are followed to their noise."""
         return left_of(self.fit) < most_of(self.windows.problem, self.fit.segments, FOLLOWED)
 
+    @property
+    def followed(self) -> float:
+        """Samples in windows that are followed to their noise."""
+        return float(samples_of(self.windows.problem, self.fit.segments) @ self.good)
+
+    @property
+    def tied(self) -> NDArray[np.bool_]:
+        """Windows (nw,) that start where the one before ended, within `JUMP`."""
+        of = [None, *(one.record for one in self.fit.segments)]
+        later = [before == own for before, own in pairwise(of)]
+        out = np.ones(len(later), dtype=np.bool_)
+        out[later] = np.abs(self.fit.jumps).reshape(-1, len(self.windows.ties)).max(axis=1) <= JUMP
+        return out
+
+    @property
+    def jump(self) -> float:
+        """By how many standard deviations of its tie the start of a window is off the end before, at most."""
+        return float(np.abs(self.fit.jumps).max(initial=0.0))
+
+    def missing(self, records: Sequence[WalkRecord]) -> float:
+        """Samples that would have to be followed for all to be taken to be."""
+        return max(ALL * sum(len(one.times) for one in records) - self.followed, 0.0)
+
 
 def _together(windows: TiedWindows, segments: Sequence[Segment], moved: Floats) -> _Joint:
-    """All windows after a descent; those that are not followed are joined to the ones before them."""
+    """All windows after a descent; those that are not followed, or jump, are joined to the ones before them."""
     joint = _Joint(windows, windows.solve(segments, moved, rounds=TIES, exact=True))
     for _ in range(JOINED):
-        joined = _joined(joint.fit.segments, joint.good)
+        joined = _joined(joint.fit.segments, joint.good & joint.tied)
         if len(joined) == len(joint.fit.segments):
             break
         other = _Joint(windows, windows.solve(joined, joint.fit.moved, rounds=TIES, exact=True))
-        if _followed(*other) <= _followed(*joint):
+        if (-other.followed, other.jump) >= (-joint.followed, joint.jump):
             break
         joint = other
     return joint
@@ -303,29 +334,25 @@ def _together(windows: TiedWindows, segments: Sequence[Segment], moved: Floats) 
 def _by_foot(joint: _Joint, records: Sequence[WalkRecord], paths: Sequence[str]) -> _Joint:
     """The same where the ground's numbers at paths differ from foot to foot, as far as they are found to; records that
     were not followed to their ends are taken up again."""
-    problem, before = with_feet(joint.windows.problem, paths), joint.fit
-    moved = np.append(before.moved, np.zeros(len(problem.priors) - len(before.moved)))
-    segments: Sequence[Segment] = before.segments
-    fit = None
-    for _ in range(ROUNDS):
-        if fit is not None:
-            problem, moved = respread(problem, fit)
-        joint = _together(TiedWindows(problem, joint.windows.ties, joint.windows), segments, moved)
-        fit = joint.fit
-        segments, moved = fit.segments, fit.moved
-        if _lost(records, *joint) > (1.0 - ALL) * sum(len(one.times) for one in records):
-            segments, moved, _ = _taken_up(problem, records, moved)
+    problem = with_feet(joint.windows.problem, paths)
+    moved = np.append(joint.fit.moved, np.zeros(len(problem.priors) - len(joint.fit.moved)))
+    joint = _together(TiedWindows(problem, joint.windows.ties, joint.windows), joint.fit.segments, moved)
+    if joint.missing(records) > 0.0:
+        joint = _again(joint, records, joint.fit.moved)
+    for _ in range(ROUNDS - 1):
+        other, moved = respread(joint.windows.problem, joint.fit)
+        if alike(joint.windows.problem, other):
+            break
+        joint = _together(TiedWindows(other, joint.windows.ties, joint.windows), joint.fit.segments, moved)
     return joint
 
 
-def _lost(records: Sequence[WalkRecord], windows: TiedWindows, fit: RecordFit) -> float:
-    """Samples that are in no window which is followed."""
-    return sum(len(one.times) for one in records) - _followed(windows, fit)
-
-
-def _followed(windows: TiedWindows, fit: RecordFit) -> float:
-    """Samples in windows that are followed to their noise."""
-    return float(samples_of(windows.problem, fit.segments) @ _Joint(windows, fit).good)
+def _again(joint: _Joint, records: Sequence[WalkRecord], moved: Floats, seed: int = 0) -> _Joint:
+    """Records taken up again from numbers (np,), or the joint descent as it is, whichever leaves less in doubt."""
+    problem, ties = joint.windows.problem, joint.windows.ties
+    segments, moved, windows = _taken_up(problem, records, moved, seed)
+    other = _together(TiedWindows(problem, ties, windows), segments, moved)
+    return min(joint, other, key=lambda one: (one.missing(records), one.jump))
 
 
 def _found(
@@ -345,14 +372,14 @@ def _found(
     return WalkFit(
         paths, np.array(list(values.values())), covariance, prior, influence,
         tuple(np.array([one[0][0], *(end for _, end in one)]) for one in ends),
-        _residuals(problem, fit.segments, fit.moved), joint.good, _followed(*joint) / count, fit.settled, asked,
-        *numbers_of_feet(problem, fit, spread), float(np.abs(fit.jumps).max(initial=0.0)),
+        _residuals(problem, fit.segments, fit.moved), joint.good, joint.followed / count, fit.settled, asked,
+        *numbers_of_feet(problem, fit, spread), joint.jump,
     )  # fmt: skip
 
 
 def _joined(segments: Sequence[Segment], good: NDArray[np.bool_]) -> list[Segment]:
-    """The windows, each that is not followed as part of the one before it in its record: with numbers that all others
-    tell, what comes before predicts it better than a start of its own, from which a foot goes another way."""
+    """The windows, each that is not good as part of the one before it in its record: with numbers that all others tell,
+    what comes before predicts it better than a start of its own, from which a foot goes another way."""
     out = list[Segment]()
     for one, followed in zip(segments, good, strict=True):
         if not followed and out and out[-1].record == one.record:
@@ -363,17 +390,17 @@ def _joined(segments: Sequence[Segment], good: NDArray[np.bool_]) -> list[Segmen
 
 
 def _taken_up(
-    problem: RecordProblem, records: Sequence[WalkRecord], moved: Floats
+    problem: RecordProblem, records: Sequence[WalkRecord], moved: Floats, seed: int = 0
 ) -> tuple[list[Segment], Floats, TiedWindows]:
     """Windows of all records, taken up one after the other, each from the numbers that those before leave, the first
-    from some (np,); numbers; and what ties them."""
+    from some (np,) or what is drawn about them; numbers; and what ties them."""
     walker = _walker(records)
     rest, near, ties = (_of_start(walker, one) for one in (REST, NEAR, TIED))
     known, windows = Knowledge.beforehand(len(problem.priors)), TiedWindows(problem, SLACK * ties)
     segments = list[Segment]()
     for number in range(len(records)):
         most = FOLLOWED if records[number].estimated else MOST
-        at = WalkFollower(windows, number, rest, near, most).follow(moved, known)
+        at = WalkFollower(windows, number, rest, near, most, seed).follow(moved, known)
         moved, known = at.moved, Knowledge.of(at.moved, at.covariance)
         segments += at.segments
     return segments, moved, windows
