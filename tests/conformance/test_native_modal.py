@@ -94,7 +94,6 @@ SCENES_OF: dict[str, Callable[[], ts.Scene]] = {
     "hexapod": lambda: device("hexapod", 0.15),
     "hexapod of the table": lambda: device("hexapod-table", 0.15),
     "quadruped": lambda: device("quadruped", 0.1),
-    "hexapod bench": lambda: ts.load_scene(BENCH / "hexapod.toml").model_copy(update={"duration": 0.3}),
     "hysteresis bench": lambda: ts.load_scene(
         BENCH / "hysteresis.toml", volts=8.0, hz=50.0, wave="sine"
     ).model_copy(update={"duration": 0.1}),

@@ -15,9 +15,8 @@ from tarsus.model.ground import Ground
 from tarsus.model.profile import Relief
 from tarsus.model.profile.random_ground import _coherence, _shares
 from tarsus.model.scene import Scene
+from tarsus.report.drawing import drawing_of
 from tarsus.report.motion import motion_of
-from tarsus.report.player import payload
-from tarsus.report.stage import drawn, facets, stage_of
 from walking_scenes import sticky, trotter
 
 TEETH = {"kind": "sawtooth", "length": 9e-5, "height": 2e-7, "rising": 0.4, "start": 1.3e-5}
@@ -95,11 +94,13 @@ def test_standing_robots_and_their_pictures() -> None:
         on(trotter(4, turning=False), level(0.0), STEP), {"signals": {}, "initial": {"standing": {}}}
     )
     motion = motion_of(ts.simulate(scene, "1 ms"))
-    stage, frame = stage_of(motion), len(motion.time) - 1
-    assert (motion.state[:, frame] > 0).all() and payload(motion, stage)["line"] == [0, 1, 0, 1]
-    for piece, foot in zip(facets(motion, stage, frame), drawn(motion, stage, frame).feet, strict=True):
-        nearest = piece[:, 1][np.argsort(np.abs(piece[:, 0] - foot[0]))[:2]]
-        assert foot[1] == pytest.approx(nearest[0], abs=1e-9 * stage.leg)
+    drawing, frame = drawing_of(motion), len(motion.time) - 1
+    assert (motion.state[:, frame] > 0).all() and [one.line for one in drawing.pieces] == [0, 1, 0, 1]
+    seen = drawing.seen(motion)[:, :, frame]
+    for piece, (x, z) in zip(drawing.pieces, drawing.ground_below(motion, seen, frame), strict=True):
+        along, up = seen[:, piece.point]
+        nearest = z[np.argsort(np.abs(x - along))[:2]]
+        assert up == pytest.approx(nearest[0], abs=1e-9 * drawing.leg)
 
 
 def test_surfaces_are_alike_in_all_directions() -> None:

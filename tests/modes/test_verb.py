@@ -84,7 +84,7 @@ def test_a_step_of_few_digits_widens_the_intervals(tmp_path, step):
     assert mode.frequency.low < 40.0 < mode.frequency.high
     few = step != "9.765625E-4"
     assert few is (mode.frequency.half_width(40.0) > 5e-4)
-    assert few is any("all frequencies may be off together by 0.051 %" in said for said in fit.remarks)
+    assert few is any("all frequencies may be wrong together by 0.051 %" in said for said in fit.remarks)
 
 
 def test_decays_of_different_rates():
