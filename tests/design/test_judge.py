@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -45,6 +47,18 @@ def test_risks_are_what_they_say():
     for word in ("cvar", {"cvar": 1.0}, {"cvar": "x"}, "cvar:0.9", "best"):
         with pytest.raises(InputError, match="risk"):
             risk_of(word)
+
+
+@pytest.mark.parametrize("risk", [MEAN, WORST, cvar(0.5), cvar(0.9)], ids=lambda one: one.name)
+def test_limits_are_kept_by_every_run_or_not_at_all(risk):
+    """A mean of ones is not one by its last bit: candidates that kept all limits were barred."""
+    judge = replace(judge_of(hills, box("a", "b", low=0.1, high=0.7)), limited=True)
+    for count in range(2, 40):
+        costs, grounds = np.ones((2, count, 2)), Grounds({"a": np.zeros(count)}, np.ones(count))
+        costs[:, :, 0], costs[1, count // 2, 1] = np.linspace(1.0, 2.0, count), 3.0
+        risked = judge.risked(costs, grounds, risk)
+        assert risked[:, -1].tolist() == [1.0, 3.0]
+        assert risked[0, 0] == pytest.approx(risk(costs[:1, :, 0], grounds.weights)[0])
 
 
 def hills(rows, grounds):

@@ -156,7 +156,8 @@ class Judge:
 
     each: see `Each`; own: the scene's own ground, once for every start that its walks have; grounds of candidates begin
     with it; over, risk, seed: of the request; grounded: numbers of the objectives
-    that depend on the ground at all; one: whether one candidate is wanted, not a front: its gap alone has to be closed.
+    that depend on the ground at all; one: whether one candidate is wanted, not a front: its gap alone has to be closed;
+    limited: whether the last column of costs is that of limits, which every run has to keep, whatever the risk.
     """
 
     each: Each
@@ -166,6 +167,7 @@ class Judge:
     seed: int
     grounded: tuple[int, ...] = (0,)
     one: bool = False
+    limited: bool = False
     looks: int = 0
 
     @property
@@ -188,7 +190,10 @@ class Judge:
         if (risk or self.risk).tail is None:
             return self.nominal(costs)
         each = np.moveaxis(costs, 2, 0)
-        return finite(np.stack([(risk or self.risk)(one, grounds.weights) for one in each], axis=1))
+        out = np.stack([(risk or self.risk)(one, grounds.weights) for one in each], axis=1)
+        if self.limited:
+            out[:, -1] = costs[:, :, -1].max(axis=1)
+        return finite(out)
 
     def nominal(self, costs: Floats) -> Floats:
         """Of costs (n, ng, no) those (n, no) on the scene's own ground, the mean of its starts: of the motions that

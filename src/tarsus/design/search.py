@@ -166,7 +166,10 @@ class DesignSearch:
         if over is not None and request.starts is not None:
             over = with_starts(over, request.starts, options.seed, MEAN_GROUNDS)
         self.quick, self.sure = (
-            Judge(self._kept(runs), self._own(number), over, request.risk, options.seed, grounded)
+            Judge(
+                self._kept(runs), self._own(number), over, request.risk, options.seed, grounded,
+                limited=bool(request.limits),
+            )  # fmt: skip
             for number, runs in enumerate((request.runs(SEARCHED), self.runs))
         )
         self.tried = self.asked = 0
