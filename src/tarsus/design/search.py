@@ -169,7 +169,7 @@ class DesignSearch:
             Judge(
                 self._kept(runs), self._own(number), over, request.risk, options.seed, grounded,
                 limited=bool(request.limits),
-            )  # fmt: skip
+            )
             for number, runs in enumerate((request.runs(SEARCHED), self.runs))
         )
         self.tried = self.asked = 0
