@@ -18,7 +18,7 @@ CLAIMS = {
     "experimentalist": (
         "assert verdicts['ground.restitution.coefficient'].word == 'determined'\n"
         "assert abs(restitution / ts.get_value(hidden, 'ground.restitution.coefficient') - 1.0) < 0.03\n"
-        "assert abs(error) < 0.02 and peaks.mean() < 0.03 and len(repr(found)) < 200"
+        "assert abs(error) < 0.02 and np.median(missed) < 0.02 and len(repr(found)) < 200"
     ),
     "designer": (
         "assert 0.5 < far.measures['mean_speed'].value < 0.7 and run.ledger.closure < 1e-8\n"
