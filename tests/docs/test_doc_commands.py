@@ -27,7 +27,7 @@ SMALLER = {
     " --request from_rest=50ms -o",
     "objective=speed,transport -o gaits": "objective=speed,transport --request from_rest=50ms"
     " --request candidates=64 --request look=2 -o gaits",
-    "from_rest=150ms": "from_rest=50ms",
+    "from_rest=100ms": "from_rest=50ms",
     "candidates=72 --request look=24 -o faster": "candidates=64 --request look=2 -o faster",
     'um/s" -o out': 'um/s" --robots 4 --draws 2 --from-rest 50ms -o out',
     'adhesion.rate --budget "2 s"': 'adhesion.rate --budget "2 s" --vary hz=50',
