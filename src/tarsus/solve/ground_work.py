@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import counted
 from tarsus.base.errors import InputError
 from tarsus.base.linear import product
 from tarsus.model.motion import Base
@@ -53,9 +54,7 @@ def _integrated(run: Run, time: Floats, channels: list[Pieces]) -> Floats:
     edges = edges[edges <= end]
     width = max(TURN / plan.rate, end / MOST)
     counts = np.ceil(np.diff(edges) / width).astype(np.intp)
-    share = (np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)) / np.repeat(
-        counts, counts
-    )
+    share = counted(counts) / np.repeat(counts, counts)
     step = np.repeat(np.diff(edges) / counts, counts)
     begin = np.repeat(edges[:-1], counts) + share * np.repeat(np.diff(edges), counts)
     nodes = (begin[:, None] + 0.5 * step[:, None] * (_NODES + 1.0)).ravel()

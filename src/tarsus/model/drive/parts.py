@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.arrays import counted
 from tarsus.base.errors import InputError
 from tarsus.base.linear import product
 from tarsus.model.drive.pieces import TERMS, Channels
@@ -187,7 +188,7 @@ def _fitted(
             raise InputError(
                 f"the drive needs more than {_MOST_PIECES} pieces: shorten it or lower its frequency"
             )
-        rank = np.arange(int(cuts.sum())) - np.repeat(np.cumsum(cuts) - cuts, cuts)
+        rank = counted(cuts)
         many = np.repeat(cuts, cuts)
         left, width = np.repeat(low, cuts), np.repeat(high - low, cuts)
         end = np.repeat(high, cuts)

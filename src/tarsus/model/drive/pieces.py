@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tarsus.base.arrays import counted
 from tarsus.base.errors import InputError
 
 TERMS = 12
@@ -105,8 +106,7 @@ class Channels(Sequence[Pieces]):
     def picked(self, which: NDArray[np.intp]) -> Channels:
         """Some of the channels, one after the other."""
         counts = self.counts[which]
-        place = np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)
-        own = place + np.repeat(self.first[which], counts)
+        own = counted(counts) + np.repeat(self.first[which], counts)
         return Channels(
             counts, self.loops[which], self.begin[own], self.end[own], self.coef[own], self.kink[own],
             self.periods[which],

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from tarsus.base.arrays import Floats
+from tarsus.base.arrays import Floats, counted
 from tarsus.base.errors import InputError
 from tarsus.base.linear import product
 from tarsus.model.drive.crossings import turns
@@ -84,7 +84,7 @@ class _Parts:
 
     def cut(self, counts: Ints) -> _Parts:
         """Each cut into so many (Q,) of one length."""
-        rank = np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)
+        rank = counted(counts)
         low, width, high = (np.repeat(one, counts) for one in (self.low, self.high - self.low, self.high))
         many = np.repeat(counts, counts)
         begin = np.where(rank == 0, low, low + width * (rank / many))
@@ -157,7 +157,7 @@ class _Pass:
         self.lag, self.span, self.counts = lag, span, rounds * command.counts
         runs = np.arange(len(lag))
         self.piece_run = np.repeat(runs, self.counts)
-        place = np.arange(len(self.piece_run)) - np.repeat(np.cumsum(self.counts) - self.counts, self.counts)
+        place = counted(self.counts)
         own = command.counts[self.piece_run]
         source = command.first[self.piece_run] + place % own
         self.round, self.source = place // own, source
@@ -177,7 +177,7 @@ class _Pass:
         two = np.maximum(np.searchsorted(_CUTS, since + width - _NEAR, side="left"), one)
         counts = two - one + 1
         piece = np.repeat(np.arange(len(lag)), counts)
-        rank = np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)
+        rank = counted(counts)
         cut = np.append(_CUTS, np.inf)[one[piece] + rank]
         high = np.where(rank == counts[piece] - 1, 1.0, 2.0 * (cut - since[piece]) / width[piece] - 1.0)
         return _Parts(piece, np.where(rank == 0, -1.0, np.roll(high, 1)), high)
