@@ -154,9 +154,7 @@ def scored(folder: Path) -> Outcome:
                 continue
             word = judged[path].word if judged is not None and path in judged.names else ""
             numbers.append(Number(path, value, true[path], std, "" if path in step.taken else word))
-    return Outcome(
-        tuple(numbers), tuple(_sentences(found)), tuple(one.name for one in found.not_done), seconds
-    )
+    return Outcome(tuple(numbers), tuple(_sentences(found)), tuple(one.name for one in found.not_done), seconds)
 
 
 def _sentences(found: Identification) -> list[str]:
@@ -198,9 +196,7 @@ def _relative(one: Number) -> float:
 
 def summary(outcomes: dict[str, list[Outcome]], sound: Outcome | None) -> str:
     """By world: determined, wrong, undone, named."""
-    lines = [
-        f"{'world':32s} {'numbers':>7s} {'determined':>10s} {'wrong':>6s} {'not done':>8s} {'named':>7s}  CPU"
-    ]
+    lines = [f"{'world':32s} {'numbers':>7s} {'determined':>10s} {'wrong':>6s} {'not done':>8s} {'named':>7s}  CPU"]
     for world, those in outcomes.items():
         numbers = [one for outcome in those for one in outcome.numbers]
         sure = [one for one in numbers if one.verdict == "determined"]
@@ -224,17 +220,13 @@ def together(outcomes: Sequence[Outcome]) -> tuple[str, bool]:
 
 
 def main(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path, help="of the campaigns")
     parser.add_argument("--worlds", nargs="+", default=list(WORLDS), choices=list(WORLDS), metavar="NAME")
     parser.add_argument("--devices", type=int, default=1, help="campaigns of each world")
     parser.add_argument("--first", type=int, default=1, help="seed of the first of them")
     parser.add_argument("--decibels", type=float, default=40.0, help="noise below each channel's motion")
-    parser.add_argument(
-        "--spread", type=float, default=0.0, help="of drawn devices; 0 is the one of the paper"
-    )
+    parser.add_argument("--spread", type=float, default=0.0, help="of drawn devices; 0 is the one of the paper")
     parser.add_argument("--make", action="store_true", help="only make the campaigns")
     options = parser.parse_args(arguments)
     outcomes: dict[str, list[Outcome]] = {}

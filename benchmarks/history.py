@@ -39,11 +39,7 @@ def machine() -> str:
 def commit() -> str:
     """The commit of this checkout; empty outside one."""
     told = subprocess.run(
-        ["git", "describe", "--always", "--dirty"],
-        cwd=HISTORY.parent,
-        capture_output=True,
-        text=True,
-        check=False,
+        ["git", "describe", "--always", "--dirty"], cwd=HISTORY.parent, capture_output=True, text=True, check=False
     )
     return told.stdout.strip()
 
@@ -51,9 +47,7 @@ def commit() -> str:
 def add(file: Path, history: Path) -> dict[str, Any]:
     """Append the figures of one run of `benchmarks/run.py`: the median of each problem and solver that was right."""
     rows = json.loads(file.read_text(encoding="utf-8"))["rows"]
-    figures = {
-        f"{row['problem']} {row['solver']} [{row['unit']}]": row["median"] for row in rows if not row["wrong"]
-    }
+    figures = {f"{row['problem']} {row['solver']} [{row['unit']}]": row["median"] for row in rows if not row["wrong"]}
     entry = {"version": version("tarsus"), "commit": commit(), "machine": machine(), "figures": figures}
     with history.open("a", encoding="utf-8") as stream:
         stream.write(json.dumps(entry) + "\n")
@@ -62,9 +56,7 @@ def add(file: Path, history: Path) -> dict[str, Any]:
 
 def compare(history: Path) -> list[str]:
     """For each machine and figure the median of each version, over that of the first version there."""
-    found: dict[str, dict[str, dict[str, list[float]]]] = defaultdict(
-        lambda: defaultdict(lambda: defaultdict(list))
-    )
+    found: dict[str, dict[str, dict[str, list[float]]]] = defaultdict(lambda: defaultdict(lambda: defaultdict(list)))
     lines = history.read_text(encoding="utf-8").splitlines() if history.exists() else []
     for entry in map(json.loads, lines):
         for name, value in entry["figures"].items():
@@ -75,16 +67,12 @@ def compare(history: Path) -> list[str]:
         for name, versions in figures.items():
             medians = {one: statistics.median(values) for one, values in versions.items()}
             first = next(iter(medians.values()))
-            told.append(
-                f"  {name}: " + ", ".join(f"{one} {value / first:.2f}" for one, value in medians.items())
-            )
+            told.append(f"  {name}: " + ", ".join(f"{one} {value / first:.2f}" for one, value in medians.items()))
     return told
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     verbs = parser.add_subparsers(dest="verb", required=True)
     verbs.add_parser("add").add_argument("file", type=Path)
     verbs.add_parser("compare")

@@ -73,9 +73,7 @@ def summary(rows: list[dict]) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("kind", choices=["edges", "falling-friction"])
     parser.add_argument("file", type=Path)
     parser.add_argument("--count", type=int, default=60)
@@ -91,9 +89,7 @@ def main() -> None:
         if given.kind == "edges":
             found = compared(lambda seed=seed: edge_scene(seed), (), given.limit)
         else:
-            found = compared(
-                lambda seed=seed: on_falling_friction(seed, given.legged), (LEAST, STOPS), given.limit
-            )
+            found = compared(lambda seed=seed: on_falling_friction(seed, given.legged), (LEAST, STOPS), given.limit)
         rows.append({"seed": seed, **found})
         with given.file.open("a") as file:
             file.write(json.dumps(rows[-1]) + "\n")

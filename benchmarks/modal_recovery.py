@@ -50,11 +50,7 @@ class Structure:
 
     @staticmethod
     def draw(
-        random: Random,
-        frequencies: Array,
-        ratios: Array,
-        local: float = 0.0,
-        shapes: Array | None = None,
+        random: Random, frequencies: Array, ratios: Array, local: float = 0.0, shapes: Array | None = None
     ) -> Structure:
         """Modes of given frequencies [Hz] and damping ratios, with orthogonal shapes that are drawn unless given; local
         dashpots between drawn coordinates multiply the damping by about ``1 + local``, and couple the modes."""
@@ -139,9 +135,7 @@ def shown_in(structure: Structure, poles: Array, level: Array, points: int, driv
     return np.any(peak > 3.0 * np.reshape(level, (-1, 1)), axis=0)
 
 
-def from_responses(
-    random: Random, structure: Structure, decibels: float, points: int = 4, tilt: float = 0.0
-) -> Case:
+def from_responses(random: Random, structure: Structure, decibels: float, points: int = 4, tilt: float = 0.0) -> Case:
     """Responses with noise on every line; its power changes with frequency by ``tilt``."""
     exact = structure.responses(LINES, points)
     level = 10.0 ** (-decibels / 20.0) * np.sqrt(np.mean(np.abs(exact) ** 2, axis=1, keepdims=True))
@@ -162,9 +156,7 @@ def forced(structure: Structure, force: Array, points: int, cubic: float = 0.0) 
     drive = np.fft.rfft(force, count)
     total = drive
     for _ in range(60 if cubic else 0):
-        total = 0.5 * total + 0.5 * (
-            drive - np.fft.rfft(cubic * np.fft.irfft(total * to_displacement, count) ** 3)
-        )
+        total = 0.5 * total + 0.5 * (drive - np.fft.rfft(cubic * np.fft.irfft(total * to_displacement, count) ** 3))
     return np.fft.irfft(total * unit, count)[:, : len(force)]
 
 
@@ -221,9 +213,7 @@ def wide(random: Random, decibels: float, repeats: int = 1) -> Case:
     level = 10.0 ** (-decibels / 20.0) * np.sqrt(np.mean(np.abs(exact) ** 2, axis=-1, keepdims=True) / 2.0)
     parts = random.standard_normal((2, repeats, *exact.shape))
     single = exact + level * (parts[0] + 1.0j * parts[1])
-    frf = Frf(
-        lines, single.mean(axis=0), names(8), ("p1",), Quantity.DISPLACEMENT, single if repeats > 1 else None
-    )
+    frf = Frf(lines, single.mean(axis=0), names(8), ("p1",), Quantity.DISPLACEMENT, single if repeats > 1 else None)
     poles = own[:, 0] * (-ratios + 1.0j * np.sqrt(1.0 - ratios**2))
     peak = np.abs(shapes * shapes[:, :1]).T / (2.0 * ratios * own[:, 0] ** 2)
     return Case((frf,), poles, np.any(peak > 3.0 * level[:, 0], axis=0), (lines[0], lines[-1]))
@@ -306,9 +296,7 @@ def roving(random: Random, decibels: float) -> Case:
         channel = Channel(names(points)[k], Quantity.VELOCITY, point=names(points)[k])
         values = (exact + parts[0] + 1.0j * parts[1])[None, None]
         sources.append(
-            FrequencyResponse(
-                (channel,), (Channel("force", Quantity.FORCE),), LINES, values, None, f"file{k}"
-            )
+            FrequencyResponse((channel,), (Channel("force", Quantity.FORCE),), LINES, values, None, f"file{k}")
         )
     size = level * np.sqrt(np.mean(np.abs(bare.responses(LINES, points)) ** 2, axis=1))
     mean = np.mean(poles, axis=0)
@@ -326,9 +314,7 @@ def hysteretic(random: Random, decibels: float) -> Case:
     parts = random.standard_normal((2, *exact.shape)) * (LINES / 400.0) ** 0.5 / np.sqrt(2.0)
     values = exact + level * (parts[0] + 1.0j * parts[1])
     frf = Frf(LINES, values[:, None], names(4), ("force",), Quantity.VELOCITY)
-    poles = (
-        1.0j * w * np.sqrt(1.0 + 2.0j * ratios)
-    )  # of the response itself, whose mirrored pole is no conjugate
+    poles = 1.0j * w * np.sqrt(1.0 + 2.0j * ratios)  # of the response itself, whose mirrored pole is no conjugate
     viscous = Structure.draw(random, f, ratios, shapes=shapes)
     return Case((frf,), poles, shown_in(viscous, poles, level, 4))
 
@@ -344,9 +330,7 @@ def decay(random: Random, decibels: float) -> Case:
     rows = noisy(random, rows, decibels, 1.0) + rows.std() * random.normal(0.0, 0.1, (3, 1))
     channels = tuple(Channel(n, Quantity.VELOCITY) for n in names(3))
     inside, seen = own.poles(), hardly(own.poles(), own, decibels, 3, 1.0)
-    return Case(
-        (Measurement(channels, rows, 1.0 / RATE, source="decay"),), inside, seen, words={"decay": True}
-    )
+    return Case((Measurement(channels, rows, 1.0 / RATE, source="decay"),), inside, seen, words={"decay": True})
 
 
 DEVELOPED = (wide, nonproportional, weak, windowed, cubic, hum, roving, hysteretic, decay)
@@ -522,9 +506,7 @@ class Score:
         )
 
 
-HEAD = (
-    " " * 25 + "shown found sure   f 0.1% zeta 10% bias   intervals f zeta   extra double\n" + " " * 25 + "%"
-)
+HEAD = " " * 25 + "shown found sure   f 0.1% zeta 10% bias   intervals f zeta   extra double\n" + " " * 25 + "%"
 
 
 def scored(case: Case, fit: ModalFit | None) -> Score:
@@ -547,9 +529,7 @@ def scored(case: Case, fit: ModalFit | None) -> Score:
         taken.add(k)
         f, ratio = np.abs(case.poles[k]) / (2.0 * np.pi), -case.poles[k].real / np.abs(case.poles[k])
         a, b = mode.frequency, mode.damping
-        table[k] = (
-            a.value / f - 1.0, b.value / ratio - 1.0, a.low <= f <= a.high, b.low <= ratio <= b.high, good,
-        )  # fmt: skip
+        table[k] = (a.value / f - 1.0, b.value / ratio - 1.0, a.low <= f <= a.high, b.low <= ratio <= b.high, good)
     return Score(*table[case.shown].T, extra, double)
 
 

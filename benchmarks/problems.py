@@ -202,9 +202,7 @@ class PairCheck:
     worst: float
 
 
-def check_pairs(
-    counts: NDArray[np.int64], first: FloatArray, tenth: FloatArray, reference: PairReference
-) -> PairCheck:
+def check_pairs(counts: NDArray[np.int64], first: FloatArray, tenth: FloatArray, reference: PairReference) -> PairCheck:
     """Wrong counts, and members whose first or tenth impact is off by more than ``TIME_TOLERANCE``."""
     if len(counts) != len(reference):
         raise ValueError(f"expected {len(reference)} members, got {len(counts)}")
@@ -221,7 +219,4 @@ def check_pairs(
 
 def first_and_tenth(times: FloatArray) -> tuple[float, float]:
     """First and tenth impact time, NaN where there are fewer."""
-    return (
-        float(times[0]) if len(times) > 0 else float("nan"),
-        float(times[9]) if len(times) > 9 else float("nan"),
-    )
+    return (float(times[0]) if len(times) > 0 else float("nan"), float(times[9]) if len(times) > 9 else float("nan"))

@@ -261,9 +261,7 @@ def _offenders(trials: list[Trial]) -> list[str]:
 
 
 def main(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("file", type=Path, help="of the trials, JSON lines")
     parser.add_argument("--kind", choices=list(KINDS), default="campaign")
     parser.add_argument("--device", help="packaged device that campaigns are drawn about")
@@ -273,9 +271,7 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--decibels", type=float, default=40.0, help="noise below the motion")
     options = parser.parse_args(arguments)
     usual = Setting() if options.kind == "campaign" else Setting("impacts", "printed hexapod", 200e3)
-    setting = Setting(
-        usual.kind, options.device or usual.device, options.rate or usual.rate, options.decibels
-    )
+    setting = Setting(usual.kind, options.device or usual.device, options.rate or usual.rate, options.decibels)
     run(options.file, setting, range(options.first, options.first + options.devices))
     settings = saved(options.file)
     for one, trials in settings.items():

@@ -46,7 +46,7 @@ from tarsus.study import bench
 OWN = "tarsus"
 # peer -> (module for P1, module for P2, sizes it does in reasonable time, longest P1 [ms], members of P2)
 PEERS: dict[str, tuple[str, str, tuple[int, ...], float, int]] = {
-    "heyoka": ("peers.heyoka_peer", "peers.heyoka_batch", (2, 6, 32), 1000.0, 256),
+    "heyoka": ("peers.heyoka_peer", "peers.heyoka_batch", (2, 6, 32), 1000.0, 256)
 }
 
 
@@ -112,13 +112,7 @@ def _entries_p1(n: int, names: Sequence[str]) -> list[Entry]:
         span = horizon(n)
         chain = bench.TimedChain(n, span * 1e-3)
         entries.append(
-            Entry(
-                OWN,
-                lambda: _timed(lambda: chain.impacts() * 1e3),
-                checker(span),
-                lambda s: s * 1e6 / span,
-                [],
-            )
+            Entry(OWN, lambda: _timed(lambda: chain.impacts() * 1e3), checker(span), lambda s: s * 1e6 / span, [])
         )
     for name in names:
         if name == OWN or n not in PEERS[name][2]:
@@ -152,13 +146,7 @@ def _entries_p2(names: Sequence[str], members: int | None) -> list[Entry]:
     if OWN in names:
         reference = pair_reference().take(subset(members or 4096))
         entries.append(
-            Entry(
-                OWN,
-                lambda r=reference: _own_pairs(r),
-                checker(reference),
-                lambda s, r=reference: len(r) / s,
-                [],
-            )
+            Entry(OWN, lambda r=reference: _own_pairs(r), checker(reference), lambda s, r=reference: len(r) / s, [])
         )
     for name in names:
         if name == OWN:
@@ -203,9 +191,7 @@ def measure(problem: str, unit: str, entries: list[Entry], repeats: int, block: 
     for entry in entries:
         checked, wrong, worst = entry.verdict
         best, median = min(entry.seconds), statistics.median(entry.seconds)
-        rows.append(
-            Row(problem, entry.name, entry.scale(best), entry.scale(median), unit, checked, wrong, worst)
-        )
+        rows.append(Row(problem, entry.name, entry.scale(best), entry.scale(median), unit, checked, wrong, worst))
     own = next((row for row in rows if row.solver == OWN), None)
     if own is not None:
         for row in rows:

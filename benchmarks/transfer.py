@@ -85,10 +85,13 @@ def drawing(seed: int) -> Scene:
         legs[name] = {
             "x": 0.0 if count == 2 else HALF * (1.0 - 2.0 * (i // 2) / pairs),
             "y": 0.0 if count % 2 and i == count - 1 else HALF * (-1) ** i,
-            "z": 0.0, "mass": foot, "stiffness_v": up, "stiffness_l": along,
+            "z": 0.0,
+            "mass": foot,
+            "stiffness_v": up,
+            "stiffness_l": along,
             "damping_v": 0.2 * np.sqrt(up * foot) * between(0.9, 1.1),
             "damping_l": 0.4 * np.sqrt(along * foot) * between(0.9, 1.1),
-        }  # fmt: skip
+        }
         weights = {name: -1.0, f"{name}_hip": 1.0, f"{name}_x": -0.4, f"{name}_hip_x": 0.4}
         drives[name] = {
             "load": {"kind": "point", "weights": weights},
@@ -96,21 +99,32 @@ def drawing(seed: int) -> Scene:
         }
     turning = {"roll_inertia": 4e-7 * mass, "pitch_inertia": 1e-6 * mass} if count > 2 else {}
     ground = {
-        "gravity": {"acceleration": 9.81}, "landing": {"kind": "restitute_first", "speed": 5e-4},
-        "restitution": {"coefficient": between(0.2, 0.7)}, "friction": {"coefficient": between(0.25, 0.7)},
+        "gravity": {"acceleration": 9.81},
+        "landing": {"kind": "restitute_first", "speed": 5e-4},
+        "restitution": {"coefficient": between(0.2, 0.7)},
+        "friction": {"coefficient": between(0.25, 0.7)},
         "adhesion": {"initial": factor(5e-8, 5e-7), "rate": factor(1e-6, 1e-5)},
         "film": {"coefficient": factor(1e-24, 1e-23), "thickness": 2e-7},
-    }  # fmt: skip
+    }
     gait = {
-        "kind": "free", "frequency": between(40.0, 80.0), "high": 12.0,
+        "kind": "free",
+        "frequency": between(40.0, 80.0),
+        "high": 12.0,
         "phases": {name: 0.5 * ((i // 2 + i) % 2) for i, name in enumerate(legs)},
-    }  # fmt: skip
+    }
     structure = {"kind": "walker", "body": {"mass": mass, "length": 3e-3, **turning}, "legs": legs}
     feet = {name: {"point": name, "gap": 0.0} for name in legs}
-    return validate(Scene, {
-        "name": f"walker {seed}", "duration": WALKED, "ground": ground, "gait": gait, "initial": {"standing": {}},
-        "robot": {"structure": structure, "drives": drives, "feet": feet},
-    })  # fmt: skip
+    return validate(
+        Scene,
+        {
+            "name": f"walker {seed}",
+            "duration": WALKED,
+            "ground": ground,
+            "gait": gait,
+            "initial": {"standing": {}},
+            "robot": {"structure": structure, "drives": drives, "feet": feet},
+        },
+    )
 
 
 def driven(scene: Scene, seconds: float) -> Scene:
@@ -119,12 +133,15 @@ def driven(scene: Scene, seconds: float) -> Scene:
     gait, robot = scene.gait, robot_of(scene)
     waves = {
         name: {
-            "kind": "square", "amplitude": 0.5 * (gait.high - gait.low), "offset": 0.5 * (gait.high + gait.low),
-            "frequency": gait.frequency, "duty": gait.duty,
+            "kind": "square",
+            "amplitude": 0.5 * (gait.high - gait.low),
+            "offset": 0.5 * (gait.high + gait.low),
+            "frequency": gait.frequency,
+            "duty": gait.duty,
             "phase": 2.0 * np.pi * (-gait.phases[name] % 1.0),
         }
         for name in scene.robot.drives
-    }  # fmt: skip
+    }
     rows = np.hstack([robot.normals, robot.tangents])
     n, held = rows.shape
     both = np.block([[robot.stiffness, rows], [rows.T, np.zeros((held, held))]])
@@ -171,9 +188,7 @@ def recorded(truth: Scene, seed: int, seconds: float = RECORDED) -> Measurement:
     values = values + noise[:, None] * np.random.default_rng([seed, 41]).standard_normal(values.shape)
     digit = 0.01 * noise[:, None]
     seen = zip([*ways, *rates], ["body_x", "body", *turns] * 2, noise.tolist(), strict=True)
-    channels = [
-        Channel(f"{at} {kind.name.lower().replace('_', ' ')}", kind, at, own) for kind, at, own in seen
-    ]
+    channels = [Channel(f"{at} {kind.name.lower().replace('_', ' ')}", kind, at, own) for kind, at, own in seen]
     channels.append(Channel("trigger volts", Quantity.VOLTAGE))  # of the first leg, which begins at once
     volts = np.where(times * truth.gait.frequency % 1.0 < truth.gait.duty, truth.gait.high, truth.gait.low)
     values = np.vstack([digit * np.rint(values / digit), volts])
@@ -198,10 +213,17 @@ def row_of(seed: int) -> dict[str, object]:
     true = np.array([get_value(truth, found.paths[j]) for j in told])
     device = ts.with_values(known, dict(zip(found.paths, found.values.tolist(), strict=True)))
     front = ts.design.gait(
-        device, FREE, "speed", over=Grounds.of_points(found.paths, found.samples, reliance),
-        risk="mean", from_rest=WALKED,
-        candidates=CANDIDATES, look=LOOK, seed=seed, threads=1,
-    )  # fmt: skip
+        device,
+        FREE,
+        "speed",
+        over=Grounds.of_points(found.paths, found.samples, reliance),
+        risk="mean",
+        from_rest=WALKED,
+        candidates=CANDIDATES,
+        look=LOOK,
+        seed=seed,
+        threads=1,
+    )
     gait = front.robust
     designing, begun = time.process_time() - begun, time.process_time()
     low, high = gait.intervals[0]
@@ -210,14 +232,18 @@ def row_of(seed: int) -> dict[str, object]:
     speeds = {"first": first, "stated": gait.risk[0], "low": low, "high": high, "achieved": achieved}
     costs = {"recording": recording, "identifying": identifying, "designing": designing, "walking": walking}
     return {
-        "seed": seed, "legs": len(nominal.robot.feet), "told": len(told), "numbers": len(found.paths),
+        "seed": seed,
+        "legs": len(nominal.robot.feet),
+        "told": len(told),
+        "numbers": len(found.paths),
         "inside": int(((ends[0] <= true) & (true <= ends[1])).sum()),
         "doubts": " and ".join(one.name.partition(",")[0] for one in found.checks if not one.passed),
         "missed": _round(reliance.missed),
         **{name: _round(1e6 * value) for name, value in speeds.items()},
-        "holds": int(low <= achieved <= high), "beats": int(achieved > first),
+        "holds": int(low <= achieved <= high),
+        "beats": int(achieved > first),
         **{f"{name}_s": _round(value) for name, value in costs.items()},
-    }  # fmt: skip
+    }
 
 
 def write_record(seed: int, folder: Path) -> None:
@@ -241,9 +267,7 @@ def together(file: Path) -> tuple[str, bool]:
     with file.open(newline="", encoding="utf-8") as lines:
         rows = list(csv.DictReader(lines))
     count = len(rows)
-    holds, beats, inside, told = (
-        sum(int(row[name]) for row in rows) for name in ("holds", "beats", "inside", "told")
-    )
+    holds, beats, inside, told = (sum(int(row[name]) for row in rows) for name in ("holds", "beats", "inside", "told"))
     said = (
         f"of {count} robots {holds} walk at a speed within the stated interval and {beats} faster than at first; "
         f"{inside} of {told} intervals of what was identified hold"

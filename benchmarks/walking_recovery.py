@@ -44,10 +44,13 @@ NOISE = 0.01
 SPREAD = 0.1
 LEGS = (2, 4, 6)
 NAMED = {
-    "restitution": "ground.restitution.coefficient", "friction": "ground.friction.coefficient",
-    "adhesion": "ground.adhesion.initial", "film": "ground.film.coefficient", "thickness": "ground.film.thickness",
+    "restitution": "ground.restitution.coefficient",
+    "friction": "ground.friction.coefficient",
+    "adhesion": "ground.adhesion.initial",
+    "film": "ground.film.coefficient",
+    "thickness": "ground.film.thickness",
     "growth": "ground.adhesion.rate",
-}  # fmt: skip
+}
 
 
 def design(legs: int) -> Scene:
@@ -67,11 +70,7 @@ def design(legs: int) -> Scene:
         for side in "LR"
     }
     mass = robot["structure"]["body"]["mass"] * pairs
-    robot["structure"]["body"] |= {
-        "mass": mass,
-        "roll_inertia": mass * HALF**2,
-        "pitch_inertia": mass * HALF**2,
-    }
+    robot["structure"]["body"] |= {"mass": mass, "roll_inertia": mass * HALF**2, "pitch_inertia": mass * HALF**2}
     for what in ("drives", "feet"):
         robot[what] = {
             f"{side}{k + 1}": _renamed(robot[what][f"{side}1"], f"{side}1", f"{side}{k + 1}")
@@ -97,9 +96,7 @@ def outputs_of(scene: Scene, seen: str) -> tuple[Output, ...]:
     if seen in _ELECTRICAL:
         return tuple(Output(_ELECTRICAL[seen], drive, motional=True) for drive in scene.robot.drives)
     turns = [name for name in scene.robot.structure.body_coordinates if name in ("roll", "pitch")]
-    out = [
-        Output(kind, at) for kind in (Quantity.DISPLACEMENT, Quantity.VELOCITY) for at in ("body_x", "body")
-    ]
+    out = [Output(kind, at) for kind in (Quantity.DISPLACEMENT, Quantity.VELOCITY) for at in ("body_x", "body")]
     out += [Output(kind, at) for kind in (Quantity.ANGLE, Quantity.ANGULAR_VELOCITY) for at in turns]
     return tuple(out)
 
@@ -116,14 +113,14 @@ def record_of(
     run = ts.simulate(truth, seconds)
     values = run.outputs(list(outputs), times)
     units = {
-        Quantity.DISPLACEMENT: LENGTH, Quantity.ANGLE: LENGTH / HALF, Quantity.VELOCITY: SPEED,
+        Quantity.DISPLACEMENT: LENGTH,
+        Quantity.ANGLE: LENGTH / HALF,
+        Quantity.VELOCITY: SPEED,
         Quantity.ANGULAR_VELOCITY: SPEED / HALF,
-    }  # fmt: skip
+    }
     shares = NOISE * np.sqrt((values**2).mean(axis=1))
     noise = np.array([units.get(one.quantity, share) for one, share in zip(outputs, shares.tolist(), strict=True)])
-    return WalkRecord(
-        known, times, outputs, values + noise[:, None] * random.standard_normal(values.shape), noise
-    )
+    return WalkRecord(known, times, outputs, values + noise[:, None] * random.standard_normal(values.shape), noise)
 
 
 def row_of(seed: int, seen: str) -> dict[str, object]:
@@ -147,18 +144,18 @@ def _judged(fit: WalkFit, truth: Scene) -> dict[str, object]:
     told = np.array([word is not Verdict.ASSUMED for word in words])
     inside = np.abs(error) <= 1.96 * sd
     row: dict[str, object] = {
-        "windows": len(fit.good), "followed": int(fit.good.sum()), "numbers": len(true),
-        "determined": int(sure.sum()), "inside": int((inside & sure).sum()),
+        "windows": len(fit.good),
+        "followed": int(fit.good.sum()),
+        "numbers": len(true),
+        "determined": int(sure.sum()),
+        "inside": int((inside & sure).sum()),
         "worst_sd": _round(np.abs(error / sd)[sure].max(initial=0.0)),
-        "told": int(told.sum()), "inside_told": int((inside & told).sum()),
-    }  # fmt: skip
+        "told": int(told.sum()),
+        "inside_told": int((inside & told).sum()),
+    }
     for name, path in NAMED.items():
         j = fit.paths.index(path)
-        row |= {
-            name: _round(100 * error[j]),
-            f"{name}_sd": _round(100 * sd[j]),
-            f"{name}_word": words[j].value,
-        }
+        row |= {name: _round(100 * error[j]), f"{name}_sd": _round(100 * sd[j]), f"{name}_word": words[j].value}
     return row
 
 
@@ -191,9 +188,7 @@ def together(file: Path) -> tuple[str, bool]:
     inside, sure, followed, windows = (
         sum(int(row[name]) for row in rows) for name in ("inside", "determined", "followed", "windows")
     )
-    said = (
-        f"{inside} of {sure} intervals of determined numbers hold; {followed} of {windows} windows followed"
-    )
+    said = f"{inside} of {sure} intervals of determined numbers hold; {followed} of {windows} windows followed"
     return said, sure > 0 and binomtest(inside, sure).proportion_ci(0.95).high >= 0.95
 
 

@@ -57,10 +57,7 @@ def _compiles(compiler: str) -> bool:
         source.write_text(PROGRAM)
         command = [compiler, "-std=c++17", str(source), "-o", str(Path(folder, "probe"))]
         try:
-            return (
-                subprocess.run(command, capture_output=True, timeout=60, stdin=subprocess.DEVNULL).returncode
-                == 0
-            )
+            return subprocess.run(command, capture_output=True, timeout=60, stdin=subprocess.DEVNULL).returncode == 0
         except (OSError, subprocess.TimeoutExpired):
             return False
 
@@ -130,16 +127,12 @@ def get_requires_for_build_editable(config_settings: Any = None) -> list[str]:
     return _with_compiler(_build.get_requires_for_build_editable(config_settings))
 
 
-def build_wheel(
-    wheel_directory: str, config_settings: Any = None, metadata_directory: str | None = None
-) -> str:
+def build_wheel(wheel_directory: str, config_settings: Any = None, metadata_directory: str | None = None) -> str:
     _use_compiler()
     return _build.build_wheel(wheel_directory, config_settings, metadata_directory)
 
 
-def build_editable(
-    wheel_directory: str, config_settings: Any = None, metadata_directory: str | None = None
-) -> str:
+def build_editable(wheel_directory: str, config_settings: Any = None, metadata_directory: str | None = None) -> str:
     """The module is put beside its sources by CMake; the wheel holds the metadata and one line that names ``src``."""
     _use_compiler()
     _keep_objects()
@@ -169,11 +162,7 @@ def _keep_objects() -> None:
 def _name_sources(wheel: Path) -> None:
     """Replace what scikit-build-core puts beside the metadata, a finder that goes before PYTHONPATH, by a path file."""
     with zipfile.ZipFile(wheel) as old:
-        files = {
-            name: old.read(name)
-            for name in old.namelist()
-            if ".dist-info/" in name and not name.endswith("/")
-        }
+        files = {name: old.read(name) for name in old.namelist() if ".dist-info/" in name and not name.endswith("/")}
     record = next(name for name in files if name.endswith(".dist-info/RECORD"))
     del files[record]
     files = {"tarsus.pth": f"{ROOT / 'src'}\n".encode(), **files}

@@ -61,11 +61,7 @@ def broken(folder: Path) -> list[str]:
                 target /= "index.html"
             if not target.exists():
                 found.append(f"{name} points to {link}, which is not there")
-            elif (
-                parts.fragment
-                and target.suffix == ".html"
-                and unquote(parts.fragment) not in page(target).places
-            ):
+            elif parts.fragment and target.suffix == ".html" and unquote(parts.fragment) not in page(target).places:
                 found.append(f"{name} points to {link}, a place that is not there")
     return found
 

@@ -18,9 +18,16 @@ author = "The Tarsus developers"
 version = release = installed_version("tarsus")
 
 extensions = [
-    "myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon", "mathml", "fields", "names",
-    "reference", "explorers",
-]  # fmt: skip
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+    "mathml",
+    "fields",
+    "names",
+    "reference",
+    "explorers",
+]
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_update_mathjax = False
 html_math_renderer = "mathml"

@@ -22,12 +22,7 @@ ASIDE = 0.16
 def drawing() -> str:
     """The picture's text: states as boxes, changes as numbered arrows, their conditions below."""
     rows = len(TRANSITIONS)
-    style = {
-        "svg.fonttype": "none",
-        "svg.hashsalt": "flowchart",
-        "font.size": 9.0,
-        "font.family": "sans-serif",
-    }
+    style = {"svg.fonttype": "none", "svg.hashsalt": "flowchart", "font.size": 9.0, "font.family": "sans-serif"}
     with matplotlib.rc_context(style):
         figure = Figure(figsize=(9.2, 4.3 + 0.24 * rows), facecolor="white")
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))

@@ -35,8 +35,12 @@ def example(name: str) -> ModuleType:
 
 
 def ball(axes: Axes) -> None:
-    run = ts.simulate(ts.with_values(ts.read_scene(EXAMPLES / "scenes" / "bouncing_ball.toml"),
-                                     {"ground.restitution.coefficient": 0.7}), 2.7)  # fmt: skip
+    run = ts.simulate(
+        ts.with_values(
+            ts.read_scene(EXAMPLES / "scenes" / "bouncing_ball.toml"), {"ground.restitution.coefficient": 0.7}
+        ),
+        2.7,
+    )
     found = run.variables(np.linspace(0.0, 2.7, 2001))
     axes.plot(found["time"].values, found["gap"].values[0], color=CYCLE[0], lw=1.2)
     axes.axvline(example("bouncing_ball").time_of_rest(0.7), color=MUTED, lw=0.8, ls="--")
@@ -62,9 +66,14 @@ def film(axes: Axes) -> None:
 def thirty_legs(axes: Axes) -> None:
     own = example("thirty_legs")
     for (label, run), color in zip(
-        {"all alike": own.walk(), "scattered by 10 %": own.walk(scatter=0.1),
-         "and three dead": own.walk(scatter=0.1, dead=own.DEAD)}.items(), CYCLE, strict=False
-    ):  # fmt: skip
+        {
+            "all alike": own.walk(),
+            "scattered by 10 %": own.walk(scatter=0.1),
+            "and three dead": own.walk(scatter=0.1, dead=own.DEAD),
+        }.items(),
+        CYCLE,
+        strict=False,
+    ):
         found = run.variables()
         axes.plot(found["time"].values * 1e3, found["body"].values[0] * 1e6, color=color, lw=1.2, label=label)
     axes.set(xlabel="time (ms)", ylabel="travel (µm)")
@@ -83,25 +92,15 @@ def millipede_ground(axes: Axes) -> None:
     own, rates = example("millipede_ground"), np.geomspace(1e-5, 1e-1, 33)
     for coefficient, color in zip((1e-19, 1e-17, 1e-16), CYCLE, strict=False):
         stride = own.strides(rates, np.array([coefficient]))[:, 0]
-        axes.semilogx(
-            rates * 1e3, stride * 1e6, ".-", lw=0.9, color=color, label=f"$C_e$ = {coefficient:.0e} N m²/V²"
-        )
-    axes.axvline(
-        own.expected_rate(ts.load_scene("millipede-table")) * 1e3, color=INK, lw=0.8, ls="--", label="by hand"
-    )
+        axes.semilogx(rates * 1e3, stride * 1e6, ".-", lw=0.9, color=color, label=f"$C_e$ = {coefficient:.0e} N m²/V²")
+    axes.axvline(own.expected_rate(ts.load_scene("millipede-table")) * 1e3, color=INK, lw=0.8, ls="--", label="by hand")
     axes.set(xlabel="growth of adhesion (mN/s)", ylabel="stride (µm)")
     axes.legend(frameon=False)
 
 
 def switch(axes: Axes) -> None:
     design = ts.design.landing(
-        ts.load_scene("mems-switch"),
-        "beam",
-        pairs=1,
-        levels="0 V, 90 V",
-        tick=10e-9,
-        shortest=1e-6,
-        effort=0.4,
+        ts.load_scene("mems-switch"), "beam", pairs=1, levels="0 V, 90 V", tick=10e-9, shortest=1e-6, effort=0.4
     )
     ts.plot.landing(design, axes=axes)
     axes.set(title="", xlim=(0.0, 60e-6))
@@ -113,9 +112,15 @@ def cantilever(axes: Axes) -> None:
 
 
 PICTURES: dict[str, Picture] = {
-    "bouncing-ball": ball, "own-law": magnet, "film-sweep": film, "thirty-legs": thirty_legs,
-    "quadruped": quadruped, "millipede-ground": millipede_ground, "switch": switch, "cantilever": cantilever,
-}  # fmt: skip
+    "bouncing-ball": ball,
+    "own-law": magnet,
+    "film-sweep": film,
+    "thirty-legs": thirty_legs,
+    "quadruped": quadruped,
+    "millipede-ground": millipede_ground,
+    "switch": switch,
+    "cantilever": cantilever,
+}
 """Pictures by the names of their files."""
 
 
@@ -139,15 +144,12 @@ def own_bouncing() -> ts.Run:
     return ts.simulate(ts.with_values(table, own), 4.0)
 
 
-ROUGH = {
-    "kind": "random", "seed": 3, "rms": "0.5 um", "correlation_length": "300 um", "hurst": 0.8, "spacing": "40 um",
-}  # fmt: skip
+ROUGH = {"kind": "random", "seed": 3, "rms": "0.5 um", "correlation_length": "300 um", "hurst": 0.8, "spacing": "40 um"}
 MOVIES: dict[str, Callable[[], ts.Run]] = {
     "experimentalist": lambda: ts.simulate("cantilever", "0.1 s"),
     "designer": lambda: ts.simulate("hamr-like", "0.4 s"),
     "walker": lambda: ts.simulate(
-        ts.with_values(ts.load_scene("millipede-30"), {"ground.profile": ROUGH, "initial": {"standing": {}}}),
-        "80 ms",
+        ts.with_values(ts.load_scene("millipede-30"), {"ground.profile": ROUGH, "initial": {"standing": {}}}), "80 ms"
     ),
     "theorist": own_bouncing,
 }

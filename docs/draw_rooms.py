@@ -84,9 +84,7 @@ def drawing() -> str:
                 )
         y += tall + GAP
     parts += _arrows(places)
-    start = (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH:.0f} {y - GAP + 12:.0f}" role="img">'
-    )
+    start = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH:.0f} {y - GAP + 12:.0f}" role="img">'
     title = "<title>Rooms of the native engine, each above those it knows, and their headers</title>"
     return "\n".join([start, title, STYLE, *parts, "</svg>", ""])
 

@@ -50,9 +50,7 @@ def kept_calibration(found: Table, folder: Path) -> dict[str, Any]:
         {key: value for key, value in one.items() if key not in ("correlations", "constraints", "found")}
         for one in found["branches"]
     ]
-    files = {
-        f"{name}_sha256": folder / file for name, file in (("study", "study.toml"), ("table", "table.csv"))
-    }
+    files = {f"{name}_sha256": folder / file for name, file in (("study", "study.toml"), ("table", "table.csv"))}
     return {
         **{key: found[key] for key in ("tarsus", "study", "seed", "sets", "summary", "choices")},
         **{key: hashlib.sha256(file.read_bytes()).hexdigest() for key, file in files.items()},
@@ -67,14 +65,7 @@ def kept_rows(found: Table, folder: Path) -> dict[str, Any]:
 
 def kept_millipede(found: Table, folder: Path) -> dict[str, Any]:
     """Scores of the devices and of the random readings."""
-    counts = (
-        "agree",
-        "contradict",
-        "insensitive",
-        "not_determined",
-        "directional_agree",
-        "directional_total",
-    )
+    counts = ("agree", "contradict", "insensitive", "not_determined", "directional_agree", "directional_total")
     readings = found["readings"]
     return {
         "variants": {
@@ -82,10 +73,11 @@ def kept_millipede(found: Table, folder: Path) -> dict[str, Any]:
             for name, one in found["variants"].items()
         },
         "readings": {
-            "judged": readings["judged"], "seed": readings["seed"],
+            "judged": readings["judged"],
+            "seed": readings["seed"],
             **{key: {k: readings[key][k] for k in ("mean", "quantile_95")} for key in counts[:-1]},
         },
-    }  # fmt: skip
+    }
 
 
 def kept_validation(found: Table, folder: Path) -> dict[str, Any]:
@@ -95,7 +87,8 @@ def kept_validation(found: Table, folder: Path) -> dict[str, Any]:
         "numbers": found["numbers"],
         "experiments": {
             name: {
-                "title": one["title"], "fitted": len(one["parameters"]["fitted"]),
+                "title": one["title"],
+                "fitted": len(one["parameters"]["fitted"]),
                 "claims": [
                     {"of": one["columns"][claim["column"]]["words"], **{key: claim[key] for key in keys}}
                     for claim in one["claims"]
@@ -103,7 +96,7 @@ def kept_validation(found: Table, folder: Path) -> dict[str, Any]:
             }
             for name, one in found["experiments"].items()
         },
-    }  # fmt: skip
+    }
 
 
 def kept_speed(found: Table, folder: Path) -> dict[str, Any]:
@@ -112,9 +105,14 @@ def kept_speed(found: Table, folder: Path) -> dict[str, Any]:
 
 
 KEPT: dict[str, Callable[[Table, Path], dict[str, Any]]] = {
-    "cantilever": kept_calibration, "cantilever-1": kept_calibration, "cantilever-1-rows": kept_rows,
-    "hexapod": kept_calibration, "millipede": kept_millipede, "validation": kept_validation, "speed": kept_speed,
-}  # fmt: skip
+    "cantilever": kept_calibration,
+    "cantilever-1": kept_calibration,
+    "cantilever-1-rows": kept_rows,
+    "hexapod": kept_calibration,
+    "millipede": kept_millipede,
+    "validation": kept_validation,
+    "speed": kept_speed,
+}
 
 
 def rounded(value: Any) -> Any:
@@ -159,8 +157,12 @@ def brier(score: float | None) -> str:
 
 def lines(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A table of Markdown."""
-    return "\n".join(f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *rows)).replace(
-        "| --- |", "|---|").replace("--- |", "---|").replace("| ---", "|---")  # fmt: skip
+    return (
+        "\n".join(f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *rows))
+        .replace("| --- |", "|---|")
+        .replace("--- |", "---|")
+        .replace("| ---", "|---")
+    )
 
 
 def joined(words: Sequence[str]) -> str:
@@ -223,8 +225,11 @@ def cantilever() -> str:
         name: f" (best device {percent(best[name]['mean_relative_error'])})" if best else ""
         for name in ("peak", "contact")
     }
-    existence = "" if best is None else (
-        f" (best device: {best['bounces']['existence_right']} of {best['bounces']['cells']} right)")  # fmt: skip
+    existence = (
+        ""
+        if best is None
+        else (f" (best device: {best['bounces']['existence_right']} of {best['bounces']['cells']} right)")
+    )
     rows = [
         [
             f"{words}, mean absolute error",
@@ -254,9 +259,7 @@ def cantilever() -> str:
             "–" if left is None else f"{left['bounces']['mean_absolute_error']:.1f}",
         ]
     )
-    held = [
-        None if one is None else one["held"] for one in map(found["summary"].get, ("training", "left_out"))
-    ]
+    held = [None if one is None else one["held"] for one in map(found["summary"].get, ("training", "left_out"))]
     rows.append(["values in the 80 % interval", "", *map(whole, held)])
     head = ["against the measurement", "source's model", "`cantilever`, calibrated on", "left out"]
     choice = sentence_of_choice("which landing rule holds", found["choices"]["landing"], LANDINGS)
@@ -334,8 +337,8 @@ def hexapod() -> str:
 
     said = [
         sentence_of_choice("the polarity", found["choices"]["polarity"], POLARITIES),
-        sentence_of_choice("the meaning of \"average height\"", found["choices"]["average"], AVERAGES),
-    ]  # fmt: skip
+        sentence_of_choice('the meaning of "average height"', found["choices"]["average"], AVERAGES),
+    ]
     text = f"{'. '.join(said)}; {kept} of {len(found['branches'])} branches fit."
     text += f" Mean errors of the mixture's medians: {each(fitted)}"
     if best is not None:
@@ -368,19 +371,27 @@ def millipede() -> str:
     found = result("millipede")
     counts = ("agree", "contradict", "insensitive", "not_determined")
     rows = [
-        [DEVICES.get(name, f"`{name}`"), motion, *(str(one[key]) for key in counts),
-         f"{one['directional_agree']} of {one['directional_total']}"]
-        for name, each in found["variants"].items() for motion, one in each.items()
-    ]  # fmt: skip
+        [
+            DEVICES.get(name, f"`{name}`"),
+            motion,
+            *(str(one[key]) for key in counts),
+            f"{one['directional_agree']} of {one['directional_total']}",
+        ]
+        for name, each in found["variants"].items()
+        for motion, one in each.items()
+    ]
     first = next(iter(found["variants"].values()))
     readings, total = found["readings"], next(iter(first.values()))["directional_total"]
     at_most = f"{readings['agree']['quantile_95']:g}"
     rows.append(
-        [f"{readings['judged']} random interpretations of what is not printed, mean (95 % agree with at most "
-         f"{at_most})", "from rest, 10 periods",
-         *(f"{readings[key]['mean']:.1f}" for key in counts),
-         f"{readings['directional_agree']['mean']:.1f} of {total}"]
-    )  # fmt: skip
+        [
+            f"{readings['judged']} random interpretations of what is not printed, mean (95 % agree with at most "
+            f"{at_most})",
+            "from rest, 10 periods",
+            *(f"{readings[key]['mean']:.1f}" for key in counts),
+            f"{readings['directional_agree']['mean']:.1f} of {total}",
+        ]
+    )
     head = [
         "device",
         "measured over",
@@ -400,10 +411,19 @@ def validation() -> str:
     """A row a claim: how many rows, how well they agree, and what became of it."""
     found = result("validation")
     rows = [
-        [f"`{name}`", claim["name"].replace("_", " "), claim["of"], str(claim["rows"]), tiny(claim["median_error"]),
-         tiny(claim["bias"]), claim["seen"] + "; written after a run" * claim["after_run"], claim["outcome"]]
-        for name, one in found["experiments"].items() for claim in one["claims"]
-    ]  # fmt: skip
+        [
+            f"`{name}`",
+            claim["name"].replace("_", " "),
+            claim["of"],
+            str(claim["rows"]),
+            tiny(claim["median_error"]),
+            tiny(claim["bias"]),
+            claim["seen"] + "; written after a run" * claim["after_run"],
+            claim["outcome"],
+        ]
+        for name, one in found["experiments"].items()
+        for claim in one["claims"]
+    ]
     fitted = sum(one["fitted"] for one in found["experiments"].values())
     head = ["experiment", "claim", "of", "rows", "median error", "bias", "rows seen before", "verdict"]
     count = f"{len(found['experiments'])} experiments, {found['numbers']} measured numbers"
@@ -441,35 +461,27 @@ def speed() -> str:
     rows, met, missed = [], [], []
     for problem in dict.fromkeys(one["problem"] for one in found["rows"]):
         own, peer = (
-            next(
-                one
-                for one in found["rows"]
-                if one["problem"] == problem and (one["solver"] == "tarsus") is mine
-            )
+            next(one for one in found["rows"] if one["problem"] == problem and (one["solver"] == "tarsus") is mine)
             for mine in (True, False)
         )
         kind, _, size = problem.partition(" n=")
         unit = "ms" if own["unit"] == "ms/s" else "runs/s"
-        name = (
-            f"{kind}, {size} masses"
-            if size
-            else f"{kind}, {own['checked'].replace('members', 'runs')} of 200 ms"
-        )
+        name = f"{kind}, {size} masses" if size else f"{kind}, {own['checked'].replace('members', 'runs')} of 200 ms"
         wrong = [one["wrong"] for one in (own, peer)]
         rows.append(
-            [f"{name}, {wrong[0]} wrong" if wrong[0] == wrong[1] else f"{name}, {wrong[0]} and {wrong[1]} wrong",
-             *(f"{one['median']:.3g} {unit}" if one["median"] < 1000.0 else f"{one['median']:.0f} {unit}"
-               for one in (own, peer)),
-             f"{peer['ratio']:.1f}"]
-        )  # fmt: skip
+            [
+                f"{name}, {wrong[0]} wrong" if wrong[0] == wrong[1] else f"{name}, {wrong[0]} and {wrong[1]} wrong",
+                *(
+                    f"{one['median']:.3g} {unit}" if one["median"] < 1000.0 else f"{one['median']:.0f} {unit}"
+                    for one in (own, peer)
+                ),
+                f"{peer['ratio']:.1f}",
+            ]
+        )
         of_kind = f"{size} masses" if size else f"{own['checked'].split()[0]} runs"
         (met if peer["ratio"] >= GOALS[kind] else missed).append(f"{kind} with {of_kind}")
     load = found["environment"]["load"]
-    where = (
-        f"{found['environment']['cores']} processors, load {load[0]:.1f}"
-        if load
-        else "a machine of unknown load"
-    )
+    where = f"{found['environment']['cores']} processors, load {load[0]:.1f}" if load else "a machine of unknown load"
     goals = f"Our goals are {GOALS['P1']:g} times heyoka on P1 and {GOALS['P2']:g} times on P2:"
     said = [f"{word} on {joined(names)}" for word, names in (("met", met), ("missed", missed)) if names]
     goals += f" {', '.join(said)}."
@@ -534,9 +546,7 @@ def mixture_differences() -> list[str]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write, check, or take a result; the exit code."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true", help="write nothing; say what differs")
     verbs = parser.add_subparsers(dest="verb")
     taking = verbs.add_parser("take", help="keep what the tables need of a verb's result")

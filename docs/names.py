@@ -27,12 +27,8 @@ def names_of(words: str) -> list[str]:
         block = stub[stub.index(f"# {part}") :].split("\n\n")[0]
         found = []
         for home, names in re.findall(r"^from (\S+) import (.*)$", block, re.MULTILINE):
-            for own, name in re.findall(
-                r"(\w+) as (\w+)", names
-            ):  # a verb that is a room too is its function
-                found.append(
-                    f"{home}.{own}" if home.startswith(f"{package}.{name}.") else f"{package}.{name}"
-                )
+            for own, name in re.findall(r"(\w+) as (\w+)", names):  # a verb that is a room too is its function
+                found.append(f"{home}.{own}" if home.startswith(f"{package}.{name}.") else f"{package}.{name}")
         return found
     module, top = package_of(package), import_module("tarsus")
     offered = {name: getattr(module, name) for name in module.__all__}

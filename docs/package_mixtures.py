@@ -40,6 +40,7 @@ MOST = 24
 """Members of a branch that are kept, the best and a draw of the others: with sixteen of the cantilever's the median of
 contact durations is off by a percent more than with all, and a page takes a minute."""
 
+
 def mixture_file(folder: str | Path) -> dict[str, Any]:
     """A calibration's ensemble as plain data (`ensemble_table`), with its errors over the fitted rows and over each row
     left out.
@@ -150,13 +151,9 @@ def fitted_device(device: str, folder: str | Path) -> Scene:
             continue
         each = [one for one in run.driven if one == path or one.rpartition(".")[0] == path]
         ends = tuple(_interval([member[one] for member in members], best.weights) for one in each)
-        note = re.sub(
-            r"weight [0-9.]+", f"weight {_weight(whole, best.hypothesis.run, path):.2f}", origin.note
-        )
+        note = re.sub(r"weight [0-9.]+", f"weight {_weight(whole, best.hypothesis.run, path):.2f}", origin.note)
         told = origin.interval is not None and ends
-        origins[path] = origin.model_copy(
-            update={"interval": ends if told else origin.interval, "note": note}
-        )
+        origins[path] = origin.model_copy(update={"interval": ends if told else origin.interval, "note": note})
     fixed = whole.lowered.settings()[best.hypothesis.run]
     values = {path: float(f"{members[0][path]:.6g}") for path in run.driven}
     return with_values(with_values(scene, fixed), {**values, "provenance": origins})
@@ -193,9 +190,7 @@ def _weight(whole: WeightedEnsemble, run: int, path: str) -> float:
     return float(whole.weights[own].sum())
 
 
-def package(
-    folder: Path, studies: Sequence[str], say: Callable[[int, int, str], None] | None = None
-) -> list[Path]:
+def package(folder: Path, studies: Sequence[str], say: Callable[[int, int, str], None] | None = None) -> list[Path]:
     """Calibrate packaged studies into folders of a folder, and write their mixtures and devices into this package."""
     home, written = Path(str(files("tarsus_reproduce"))), []
     for name in studies:
@@ -223,9 +218,7 @@ def main(words: list[str]) -> int:
     names = words[1:] or STUDIES
     strange = [name for name in names if name not in STUDIES]
     if not words or strange:
-        raise InputError(
-            f"expected a folder and any of {', '.join(STUDIES)}; got {' '.join(words) or 'nothing'}"
-        )
+        raise InputError(f"expected a folder and any of {', '.join(STUDIES)}; got {' '.join(words) or 'nothing'}")
     for file in package(Path(words[0]), names):
         print(file)
     return 0

@@ -16,9 +16,7 @@ import tarsus as ts
 SCENE = Path(__file__).parent / "scenes" / "bouncing_ball.toml"
 
 
-def impact_times(
-    restitution: float, height: float = 1.0, gravity: float = 9.81, count: int = 6
-) -> np.ndarray:
+def impact_times(restitution: float, height: float = 1.0, gravity: float = 9.81, count: int = 6) -> np.ndarray:
     """Closed-form impact times [s], shape [count]."""
     fall = math.sqrt(2.0 * height / gravity)
     flights = 2.0 * fall * restitution ** np.arange(1, count)

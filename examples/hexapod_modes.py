@@ -73,13 +73,9 @@ def report(model: PrintedModel, form: ModalForm, spread: Rounding) -> None:
     e = -float(model.restitution_column[0])
     low, high = interval(impact_columns(spread.shapes, e))
     print(f"first column of R_CoR by mode 6, e = {e:.2f} (printed; 95 % of the rounding):")
-    for one, printed, a, b in zip(
-        impact_columns(form.shapes, e), model.restitution_column, low, high, strict=True
-    ):
+    for one, printed, a, b in zip(impact_columns(form.shapes, e), model.restitution_column, low, high, strict=True):
         print(f"  {one:6.2f}  ({printed:5.2f}; {a:5.2f} to {b:5.2f})")
-    print(
-        f"largest coupling of modes by damping: {form.coupling:.2f} of the geometric mean of the two modes'"
-    )
+    print(f"largest coupling of modes by damping: {form.coupling:.2f} of the geometric mean of the two modes'")
     felt = unit_mass(model) / np.square(form.shapes[0]).sum()
     print(f"unit of mass {unit_mass(model):.4g} kg, mass felt at foot1 {felt:.3g} kg")
 

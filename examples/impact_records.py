@@ -16,13 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import tarsus as ts
-from tarsus.impacts import (
-    ImpactMapEstimate,
-    compare_with_modes,
-    detect_impacts,
-    estimate_impact_map,
-    subtract,
-)
+from tarsus.impacts import ImpactMapEstimate, compare_with_modes, detect_impacts, estimate_impact_map, subtract
 from tarsus.model.structure import Structure
 from tarsus.records.measurement import Measurement
 from tarsus.synthesis import Vibrometer
@@ -43,9 +37,7 @@ class Result:
     column: np.ndarray
 
 
-def made_records(
-    near: ts.Scene, repeats: int, duration: float = 0.06
-) -> tuple[list[Measurement], list[Measurement]]:
+def made_records(near: ts.Scene, repeats: int, duration: float = 0.06) -> tuple[list[Measurement], list[Measurement]]:
     """Repeats of records near the ground and in the air (3 cm away)."""
     far = ts.with_values(near, {f"robot.feet.{FOOT}.gap": 0.03})
     close, in_air = ts.simulate(near, duration), ts.simulate(far, duration)

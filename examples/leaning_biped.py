@@ -39,9 +39,13 @@ def scene(lean: float = 0.4, tied: float = 0.2, **laws: Any) -> ts.Scene:
             damping += damper * np.outer(way, way)
         mass += side * tied * FOOT * (np.outer(x, z) + np.outer(z, x))
     structure = ts.Lumped(
-        coordinates=("x", "z", "pitch", "ax", "az", "bx", "bz"), mass=mass.tolist(), stiffness=stiffness.tolist(),
-        damping=damping.tolist(), weights=points, upward=(0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0),
-    )  # fmt: skip
+        coordinates=("x", "z", "pitch", "ax", "az", "bx", "bz"),
+        mass=mass.tolist(),
+        stiffness=stiffness.tolist(),
+        damping=damping.tolist(),
+        weights=points,
+        upward=(0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0),
+    )
     shares = {"z": -1.0, "_hip": 1.0, "x": -0.7, "_hip_x": 0.7}
     ground = {
         "gravity": ts.Gravity(acceleration=9.81),
@@ -64,8 +68,7 @@ def scene(lean: float = 0.4, tied: float = 0.2, **laws: Any) -> ts.Scene:
         ),
         ground=ts.Ground(**ground),
         signals={
-            leg: ts.Sine(amplitude=7.0, offset=7.0, frequency=200.0, phase=math.pi * i)
-            for i, leg in enumerate("ab")
+            leg: ts.Sine(amplitude=7.0, offset=7.0, frequency=200.0, phase=math.pi * i) for i, leg in enumerate("ab")
         },
         duration=0.01,
     )

@@ -49,9 +49,16 @@ class Gaits:
         """The environment of all."""
         learn.register()
         return gymnasium.make_vec(
-            "tarsus/Walker-v0", num_envs=self.policies * self.grounds, vectorization_mode="vector_entry_point",
-            scene="hexapod-walker", actions=ACTIONS, sensors=SENSORS, ground=self.drawn, dt=PERIOD, steps=PERIODS + 1,
-        )  # fmt: skip
+            "tarsus/Walker-v0",
+            num_envs=self.policies * self.grounds,
+            vectorization_mode="vector_entry_point",
+            scene="hexapod-walker",
+            actions=ACTIONS,
+            sensors=SENSORS,
+            ground=self.drawn,
+            dt=PERIOD,
+            steps=PERIODS + 1,
+        )
 
     def ways(self, world: gymnasium.vector.VectorEnv, numbers: Floats, seed: int) -> Floats:
         """Ways (policies, grounds) [um] of the body in an episode; numbers (policies, np) of the policies."""
@@ -102,9 +109,7 @@ def waves(count: int, seed: int) -> Floats:
     place = {leg: (i, side) for side, legs in enumerate(layout.sides) for i, leg in enumerate(legs)}
     drawn = np.random.default_rng(seed).random((count, 4))
     late = [(drawn[:, :2] @ np.array(place[group[0]])) % 1.0 for group in layout.groups]
-    return np.concatenate(
-        [2.0 * np.stack([*late, *drawn.T[2:]], axis=1) - 1.0, np.zeros((count, 2 * FELT))], axis=1
-    )
+    return np.concatenate([2.0 * np.stack([*late, *drawn.T[2:]], axis=1) - 1.0, np.zeros((count, 2 * FELT))], axis=1)
 
 
 def best_wave(count: int = 64, grounds: int = 6, seed: int = 1) -> Floats:
@@ -144,8 +149,6 @@ def judged(numbers: Floats, wave: Floats, grounds: int = 200, seed: int = 10**6)
 
 if __name__ == "__main__":
     learnt, numb, wave, own = judged(trained(), best_wave()) / (PERIODS * PERIOD)
-    print(
-        f"on {len(own)} grounds never met: {learnt.mean():.0f} um/s, where it feels nothing {numb.mean():.0f} um/s"
-    )
+    print(f"on {len(own)} grounds never met: {learnt.mean():.0f} um/s, where it feels nothing {numb.mean():.0f} um/s")
     print(f"the best of 64 waves: {wave.mean():.0f} um/s, the device's gait {own.mean():.0f} um/s")
     print(f"faster than the wave on {100.0 * np.mean(learnt > wave):.0f} % of them")

@@ -56,9 +56,7 @@ if __name__ == "__main__":
     leg = millipede_leg().leg
     found = compare(leg)
     mode, motion = found.mode, found.motion
-    print(
-        f"single mode: {mode.frequency:.1f} Hz, damping ratio {mode.damping_ratio:.3f}, gain {mode.gain:.3g} N/V"
-    )
+    print(f"single mode: {mode.frequency:.1f} Hz, damping ratio {mode.damping_ratio:.3f}, gain {mode.gain:.3g} N/V")
     for name, lift in (("multi-body", motion.lift), ("single mode", found.single)):
         peak = int(np.argmax(lift))
         when, end = motion.time[peak] * 1e3, lift[-1] * 1e6

@@ -43,12 +43,8 @@ if __name__ == "__main__":
     print("stride [um] over growth of adhesion [N/s] (down) and C_e [N m^2/V^2] (across)")
     print("          " + "".join(f"{one:>10.0e}" for one in coefficients))
     for rate, row in zip(rates, found, strict=True):
-        print(
-            f"{rate:>10.1e}" + "".join(f"{one * 1e6:>10.3f}" for one in np.where(abs(row) < 1e-10, 0.0, row))
-        )
+        print(f"{rate:>10.1e}" + "".join(f"{one * 1e6:>10.3f}" for one in np.where(abs(row) < 1e-10, 0.0, row)))
     print(
         "electrostatics press driven feet down: more friction, longer strides; adhesion hardly matters until it holds"
     )
-    print(
-        f"the feet no longer come off beyond {critical_rate(scene):.2e} N/s; by hand {expected_rate(scene):.2e} N/s"
-    )
+    print(f"the feet no longer come off beyond {critical_rate(scene):.2e} N/s; by hand {expected_rate(scene):.2e} N/s")

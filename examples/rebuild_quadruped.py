@@ -37,13 +37,7 @@ from tarsus.files.toml import write_scene
 from tarsus.measure.mac import mac
 from tarsus.model.scene import Provenance, Source
 from tarsus.model.structure.base import Matrices
-from tarsus_reproduce.printed import (
-    ModalForm,
-    PrintedModel,
-    interval,
-    modal_structure,
-    printed_model,
-)
+from tarsus_reproduce.printed import ModalForm, PrintedModel, interval, modal_structure, printed_model
 
 Array = NDArray[Any]
 SYSTEM_MASS = 2.7e-3  # Table 3.3 [kg]
@@ -111,9 +105,7 @@ class Printed:
         return whole / self.halves[..., None]
 
 
-def feasible(
-    printed: Printed, rng: np.random.Generator, x: Array | None = None, margin: float = 0.95
-) -> Array | None:
+def feasible(printed: Printed, rng: np.random.Generator, x: Array | None = None, margin: float = 0.95) -> Array | None:
     """Unknowns of a model with every entry within its rounding, from a random start; None if it was not reached."""
     n, omega = printed.size, printed.omega
     if x is None:
@@ -180,9 +172,7 @@ def centre(printed: Printed, x: Array) -> tuple[float, Array]:
             value, slope = barrier(printed, x + step @ u)
             return (value if math.isfinite(value) else 1e10), step.T @ slope
 
-        found = minimize(
-            around, np.zeros_like(x), jac=True, method="BFGS", options={"maxiter": 300, "gtol": 1e-7}
-        )
+        found = minimize(around, np.zeros_like(x), jac=True, method="BFGS", options={"maxiter": 300, "gtol": 1e-7})
         x = x + step @ found.x
         if np.linalg.norm(around(found.x)[1]) < 1e-5:
             break
@@ -201,9 +191,7 @@ def wander(printed: Printed, starts: Array, steps: int, rng: np.random.Generator
 
     def one_sign(x: Array) -> Array:
         rows = x[:, :square].reshape(-1, n, n)
-        return np.hstack(
-            [(rows * np.sign(rows.mean(axis=2, keepdims=True))).reshape(-1, square), x[:, square:]]
-        )
+        return np.hstack([(rows * np.sign(rows.mean(axis=2, keepdims=True))).reshape(-1, square), x[:, square:]])
 
     def inside(x: Array) -> NDArray[np.bool_]:
         zeta = x[:, square:]
@@ -273,9 +261,7 @@ def rebuild(starts: int, steps: int, seed: int = 0) -> Rebuilt:
     centres = sorted((centre(printed, x) for x in found), key=lambda one: one[0])
     points = np.array([x for _, x in centres])
     met = wander(printed, points, steps, rng)
-    return Rebuilt(
-        printed, starts, np.array([f for f, _ in centres]), points, met.reshape(-1, points.shape[1])
-    )
+    return Rebuilt(printed, starts, np.array([f for f, _ in centres]), points, met.reshape(-1, points.shape[1]))
 
 
 def form(printed: Printed, x: Array) -> ModalForm:
@@ -310,14 +296,9 @@ def readings_held(starts: int, seed: int = 1) -> dict[float, int]:
 def report(rebuilt: Rebuilt) -> None:
     """Print the model, how well it holds the printed digits, and how far they determine it."""
     printed, best = rebuilt.printed, rebuilt.best
-    print(
-        f"{len(rebuilt.centres)} of {rebuilt.tried} starts reached a model with every entry within its rounding"
-    )
+    print(f"{len(rebuilt.centres)} of {rebuilt.tried} starts reached a model with every entry within its rounding")
     levels, counts = np.unique(np.round(rebuilt.barriers, 2), return_counts=True)
-    print(
-        "centres (barrier x times met):",
-        ", ".join(f"{f:.2f} x {n}" for f, n in zip(levels, counts, strict=True)),
-    )
+    print("centres (barrier x times met):", ", ".join(f"{f:.2f} x {n}" for f, n in zip(levels, counts, strict=True)))
     r = printed.residuals(best)
     print(f"largest distance of an entry from its printed value: {np.abs(r).max():.2f} of its half width")
     for kind, of in zip(KINDS, r, strict=True):
@@ -344,11 +325,7 @@ def report(rebuilt: Rebuilt) -> None:
     column = printed.model.restitution_column
     for alpha in (column[0], -column[0]):
         shape = np.append(1.0, column[1:] / (alpha - 1.0))
-        row(
-            f"MAC with R, {alpha:+.2f}",
-            mac(mine, shape),
-            np.array([mac(one, shape) for one in all_shapes[::7]]),
-        )
+        row(f"MAC with R, {alpha:+.2f}", mac(mine, shape), np.array([mac(one, shape) for one in all_shapes[::7]]))
 
 
 def row(what: str, values: Array, met: Array) -> None:
@@ -367,9 +344,7 @@ def described(rebuilt: Rebuilt) -> dict[str, object]:
     note = "examples/rebuild_quadruped.py: the analytic centre of all models with modal damping and the frequencies of "
     note += "Table 3.3 that hold every printed entry of M, C, K within its rounding; interval: 95 % of the models met."
     provenance = {
-        "frequencies": Provenance(
-            source=Source.PRINTED, note="Table 3.3; the printed matrices are indefinite (E9)."
-        ),
+        "frequencies": Provenance(source=Source.PRINTED, note="Table 3.3; the printed matrices are indefinite (E9)."),
         "modal_masses": Provenance(
             source=Source.ASSUMED,
             note="Shapes are mass-normalised in the unit of the printed matrices, which is not printed: one unit of "

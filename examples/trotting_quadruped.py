@@ -28,9 +28,7 @@ def trot(hz: float = 50.0, duration: float = 0.5) -> Run:
 
 def speeds(hz: NDArray[np.float64], duration: float = 1.0) -> NDArray[np.float64]:
     """Mean speeds (nf,) [m/s] at stride frequencies (nf,) [Hz]."""
-    return ts.simulate_batch(ts.load_scene("hamr-like"), {"gait.frequency": hz}, duration).measure(
-        "mean_speed"
-    )
+    return ts.simulate_batch(ts.load_scene("hamr-like"), {"gait.frequency": hz}, duration).measure("mean_speed")
 
 
 def spread(hz: float = 50.0, duration: float = 1.0) -> NDArray[np.float64]:
@@ -57,9 +55,7 @@ if __name__ == "__main__":
     for hz, speed in zip(frequencies, speeds(frequencies), strict=True):
         print(f"{hz:4.0f} Hz  {speed:6.3f} m/s")
     low, middle, high = np.quantile(spread(), (0.0, 0.5, 1.0))
-    print(
-        f"50 Hz, over all that is not known: {low:.2f} to {high:.2f} m/s, median {middle:.2f}; measured {MEASURED}"
-    )
+    print(f"50 Hz, over all that is not known: {low:.2f} to {high:.2f} m/s, median {middle:.2f}; measured {MEASURED}")
     if len(sys.argv) > 1:
         from tarsus.report import write_report
 

@@ -46,12 +46,24 @@ class Chromium:
         (asked, self._asks), (self._answers, answers) = os.pipe(), os.pipe()
         self._process = subprocess.Popen(
             [
-                sys.executable, "-ISc", _PLACED, str(asked), str(answers),
-                browser, "--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe", "--no-first-run",
-                "--host-resolver-rules=MAP * ~NOTFOUND", f"--user-data-dir={profile}", "about:blank",
+                sys.executable,
+                "-ISc",
+                _PLACED,
+                str(asked),
+                str(answers),
+                browser,
+                "--headless",
+                "--no-sandbox",
+                "--disable-gpu",
+                "--remote-debugging-pipe",
+                "--no-first-run",
+                "--host-resolver-rules=MAP * ~NOTFOUND",
+                f"--user-data-dir={profile}",
+                "about:blank",
             ],
-            pass_fds=(asked, answers), stderr=subprocess.DEVNULL,
-        )  # fmt: skip
+            pass_fds=(asked, answers),
+            stderr=subprocess.DEVNULL,
+        )
         os.close(asked)
         os.close(answers)
         self._rest = b""
@@ -145,9 +157,12 @@ class Page:
     def run(self, script: str) -> Any:
         """What the body of an asynchronous function returns in the page, as JSON can say it."""
         done = self.ask(
-            "Runtime.evaluate", expression=f"(async () => {{ {script}\n }})()", awaitPromise=True,
-            returnByValue=True, userGesture=True,
-        )  # fmt: skip
+            "Runtime.evaluate",
+            expression=f"(async () => {{ {script}\n }})()",
+            awaitPromise=True,
+            returnByValue=True,
+            userGesture=True,
+        )
         assert "exceptionDetails" not in done, _exception(done["exceptionDetails"])
         return done["result"].get("value")
 
@@ -166,9 +181,7 @@ class Page:
         return found
 
     def resize(self, width: int, height: int = 900) -> None:
-        self.ask(
-            "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False
-        )
+        self.ask("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
 
     def darken(self, dark: bool) -> None:
         """What the system asks for; the page follows it at once."""

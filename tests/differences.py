@@ -21,11 +21,7 @@ def slope(values: Sequence[Any], step: float) -> Any:
 
 
 def runs_around(
-    scene: ts.Scene,
-    path: str,
-    step: float,
-    duration: float | None = None,
-    accuracy: ts.Accuracy | None = None,
+    scene: ts.Scene, path: str, step: float, duration: float | None = None, accuracy: ts.Accuracy | None = None
 ) -> list[ts.Run]:
     """Runs of the scene with one of its numbers moved by `AROUND` times a step."""
     at = float(get_value(scene, path))
@@ -65,7 +61,7 @@ def assert_as_differences(
     fields: Sequence[str] = FIELDS,
 ) -> ts.Run:
     """Events, states, a walker's marks and terms (measures, and of the account) of a run differ along its derivatives,
-    relative to the largest of each kind; the run."""  # fmt: skip
+    relative to the largest of each kind; the run."""
     run = ts.simulate(scene, duration, TIGHT, gradients=[*paths])
     times = np.linspace(0.0, duration, 9)[1:-1] * 0.997
     states, way = run.state_gradients(times), () if run.marks is None else ("body", "foot_x", "slipped")

@@ -127,9 +127,7 @@ class Pair:
         return self.grown > GROWN and self.folds > 5.0
 
     def __str__(self) -> str:
-        return (
-            f"{'; '.join(self.differ) or 'alike'}: {self.grown:.1e} apart by then, {self.folds:.1f} e-folds"
-        )
+        return f"{'; '.join(self.differ) or 'alike'}: {self.grown:.1e} apart by then, {self.folds:.1f} e-folds"
 
 
 def pair(scene: ts.Scene, size: float, seed: int) -> Pair:

@@ -8,17 +8,7 @@ import numpy as np
 
 from tarsus.model.drive.laws import Cubic, TwoBranch
 from tarsus.model.drive.signal import Signal
-from tarsus.model.drive.waveforms import (
-    Constant,
-    OnOff,
-    Poling,
-    Ramp,
-    RampedSquare,
-    Sampled,
-    Sine,
-    Square,
-    SweptSine,
-)
+from tarsus.model.drive.waveforms import Constant, OnOff, Poling, Ramp, RampedSquare, Sampled, Sine, Square, SweptSine
 from tarsus.model.drive.waveforms.sampled import Interpolation
 
 RISING = Cubic(constant=1.4796e-6, linear=-0.7057e-6, quadratic=-0.0255e-6, cubic=0.0016e-6)
@@ -35,9 +25,7 @@ WAVEFORMS: dict[str, Signal] = {
     "triangle": RampedSquare(amplitude=2.0, frequency=3.0, duty=1.0, phase=0.3),
     "ramp": Ramp(start=-8.0, stop=8.0, duration=0.02),
     "chirp": SweptSine(amplitude=8.0, start_frequency=1.0, stop_frequency=40.0, duration=0.5),
-    "chirp-down": SweptSine(
-        amplitude=2.0, start_frequency=90.0, stop_frequency=3.0, duration=0.4, offset=1.0
-    ),
+    "chirp-down": SweptSine(amplitude=2.0, start_frequency=90.0, stop_frequency=3.0, duration=0.4, offset=1.0),
     "on-off": OnOff(levels=(8.0, 0.0, -3.0), durations=(0.01, 0.02, 0.005)),
     "on-off-repeat": OnOff(levels=(8.0, 0.0, -3.0), durations=(0.01, 0.02, 0.005), repeat=True),
     "poling": Poling(level=10.0, hold=0.3, fall=0.1),
@@ -45,9 +33,7 @@ WAVEFORMS: dict[str, Signal] = {
     "constant": Constant(level=5.0),
     "samples": Sampled(times=(0.01, 0.02, 0.05, 0.06), levels=(1.0, 5.0, 5.0, -7.0)),
     "spline": Sampled(
-        times=(0.0, 0.02, 0.03, 0.06, 0.07),
-        levels=(1.0, 5.0, 5.0, -7.0, 0.0),
-        interpolation=Interpolation.CUBIC,
+        times=(0.0, 0.02, 0.03, 0.06, 0.07), levels=(1.0, 5.0, 5.0, -7.0, 0.0), interpolation=Interpolation.CUBIC
     ),
 }
 

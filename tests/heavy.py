@@ -29,9 +29,7 @@ def declared() -> list[str]:
     return [one.split(":")[0] for one in options["markers"]]
 
 
-FIRST = (
-    "core/test_page_engine.py", "report/", "docs/test_doc_commands.py", "examples/", "lint/test_reference.py",
-)  # fmt: skip
+FIRST = ("core/test_page_engine.py", "report/", "docs/test_doc_commands.py", "examples/", "lint/test_reference.py")
 """Files whose cases take ten seconds and more: begun first, so that at the end no core waits for them. Those that
 need the engine for pages are side by side: one process has them all, and compiles it once."""
 
@@ -100,9 +98,11 @@ def main(file: str) -> None:
     for line in Path(file).read_text(encoding="utf-8").splitlines():
         weight, case = line.split(" ", 1)
         weights[case] = max(float(weight), weights.get(case, 0.0))
-    kept = [line for line in LIST.read_text(encoding="utf-8").splitlines() if line not in weights and not any(
-        function_of(case) == line for case in weights
-    )]  # fmt: skip
+    kept = [
+        line
+        for line in LIST.read_text(encoding="utf-8").splitlines()
+        if line not in weights and not any(function_of(case) == line for case in weights)
+    ]
     lines = sorted({*heavy_of(weights), *kept})
     LIST.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
     left = sum(weight for case, weight in weights.items() if not {case, function_of(case)} & set(lines))

@@ -16,11 +16,7 @@ import platform
 import sys
 from pathlib import Path
 
-KERNELS = {
-    "Haswell": {"avx2", "fma"},
-    "SkylakeX": {"avx512f", "avx512dq", "avx512bw", "avx512vl"},
-    "Prescott": {"pni"},
-}
+KERNELS = {"Haswell": {"avx2", "fma"}, "SkylakeX": {"avx512f", "avx512dq", "avx512bw", "avx512vl"}, "Prescott": {"pni"}}
 """Kernels that the tests ask for -> instructions a processor must have, as Linux names them."""
 _ALSO_CALLED = {"Katmai": "Prescott"}  # wheels hold no Katmai: its name stands for the oldest that they hold
 _SYMBOLS = [

@@ -23,15 +23,7 @@ import numpy as np
 
 EPS = float(np.finfo(float).eps)
 PRODUCT = "product_with_another_last_bit"
-_STAY = (
-    "norm",
-    "LinAlgError",
-    "LinAlgWarning",
-    "test",
-    "get_blas_funcs",
-    "get_lapack_funcs",
-    "find_best_blas_type",
-)
+_STAY = ("norm", "LinAlgError", "LinAlgWarning", "test", "get_blas_funcs", "get_lapack_funcs", "find_best_blas_type")
 
 
 _LINEAR = ("solve", "inverse", "cholesky", "eigh", "svd", "eig", "pseudoinverse", "modes_of")

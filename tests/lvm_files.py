@@ -25,13 +25,20 @@ def _segment(x_columns: str, mark: str, decimal: str, start: float, comments: bo
         return mark.join((key, *cells)) if wide == 1 else key + mark + (mark + mark).join(cells)
 
     lines = [
-        mark.join(["Channels", "2", *[""] * (2 * wide)]), row("Samples", "30", "30"),
+        mark.join(["Channels", "2", *[""] * (2 * wide)]),
+        row("Samples", "30", "30"),
         row("Date", "2026/01/01", "2026/01/01"),
-        row("Y_Unit_Label", "Volts", "mm/s"), row("X_Dimension", "Time", "Time"),
-        row("X0", *2 * [f"{start:.16E}"]), row("Delta_X", *2 * [f"{STEP:.6E}"]), "***End_of_Header***" + gap + gap,
-    ]  # fmt: skip
-    names = {"No": ["X_Value", "drive", "tip"], "One": ["X_Value", "drive", "tip"],
-             "Multi": ["X_Value", "drive", "X_Value", "tip"]}[x_columns]  # fmt: skip
+        row("Y_Unit_Label", "Volts", "mm/s"),
+        row("X_Dimension", "Time", "Time"),
+        row("X0", *2 * [f"{start:.16E}"]),
+        row("Delta_X", *2 * [f"{STEP:.6E}"]),
+        "***End_of_Header***" + gap + gap,
+    ]
+    names = {
+        "No": ["X_Value", "drive", "tip"],
+        "One": ["X_Value", "drive", "tip"],
+        "Multi": ["X_Value", "drive", "X_Value", "tip"],
+    }[x_columns]
     lines.append(mark.join([*names, *["Comment"] * comments]))
     for i, (u, v) in enumerate(zip(DRIVE, TIP, strict=True)):
         time = f"{start + STEP * i:.15f}"
@@ -42,18 +49,30 @@ def _segment(x_columns: str, mark: str, decimal: str, start: float, comments: bo
 
 
 def _file(
-    x_columns: str = "No", mark: str = "\t", decimal: str = ".", start: float = 0.0, comments: bool = False,
-    segments: Sequence[float] = (1.0,), take: int = 0, special: bool = False,
-) -> Callable[[Path], Held]:  # fmt: skip
+    x_columns: str = "No",
+    mark: str = "\t",
+    decimal: str = ".",
+    start: float = 0.0,
+    comments: bool = False,
+    segments: Sequence[float] = (1.0,),
+    take: int = 0,
+    special: bool = False,
+) -> Callable[[Path], Held]:
     """A file with some options; take: the segment that is read."""
 
     def write(path: Path) -> Held:
-        lines = ["LabVIEW Measurement" + mark, mark.join(("Writer_Version", "2")), mark.join(("Reader_Version", "2")),
-                 mark.join(("Separator", "Tab" if mark == "\t" else "Comma")),
-                 mark.join(("Decimal_Separator", decimal)),
-                 mark.join(("Multi_Headings", "Yes" if len(segments) > 1 else "No")),
-                 mark.join(("X_Columns", x_columns)), mark.join(("Time_Pref", "Relative")),
-                 mark.join(("Date", "2026/01/01")), "***End_of_Header***" + mark]  # fmt: skip
+        lines = [
+            "LabVIEW Measurement" + mark,
+            mark.join(("Writer_Version", "2")),
+            mark.join(("Reader_Version", "2")),
+            mark.join(("Separator", "Tab" if mark == "\t" else "Comma")),
+            mark.join(("Decimal_Separator", decimal)),
+            mark.join(("Multi_Headings", "Yes" if len(segments) > 1 else "No")),
+            mark.join(("X_Columns", x_columns)),
+            mark.join(("Time_Pref", "Relative")),
+            mark.join(("Date", "2026/01/01")),
+            "***End_of_Header***" + mark,
+        ]
         if special:
             lines += [mark, "***Start_Special***", "Kind" + mark + "Hit", "***End_Special***"]
         for first in segments:

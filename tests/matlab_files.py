@@ -20,11 +20,18 @@ TIMES = N * STEP
 TIP = 0.2 * np.cos(0.3 * N) + 0.01 * np.sin(2.0 * N)
 CHOSEN = {"channels": {"v": "mm/s"}, "axis": "t"}
 BESIDE: dict[str, Any] = {
-    "words": "a remark", "lines": np.array(["one", "three"]), "on": np.array([True, False]),
-    "cells": np.array([[TIP, "x"]], dtype=object), "runs": np.array([{"a": 1.0}, {"a": 2.0}], dtype=object),
-    "one": {"deep": {"er": TIP}}, "matrix": csc_array(np.eye(3)),
-    "H": TIP * 1j, "empty": np.zeros((0, 0)), "cube": np.zeros((2, 3, 4)), "n": 3.0,
-}  # fmt: skip
+    "words": "a remark",
+    "lines": np.array(["one", "three"]),
+    "on": np.array([True, False]),
+    "cells": np.array([[TIP, "x"]], dtype=object),
+    "runs": np.array([{"a": 1.0}, {"a": 2.0}], dtype=object),
+    "one": {"deep": {"er": TIP}},
+    "matrix": csc_array(np.eye(3)),
+    "H": TIP * 1j,
+    "empty": np.zeros((0, 0)),
+    "cube": np.zeros((2, 3, 4)),
+    "n": 3.0,
+}
 
 
 def _savemat(
@@ -104,10 +111,14 @@ CASES = [
     Case("version 5, columns.mat", _savemat(column=True), CHOSEN),
     Case("version 5, long names.mat", _savemat(beside={"a": {"f" * 60: 1.0}}, long_field_names=True), CHOSEN),
     Case("version 4.mat", _savemat(beside={"words": "a remark", "H": TIP * 1j, "n": 3.0}, format="4"), CHOSEN),
-    *(Case(f"version 5, {kind}.mat", _savemat(COUNTS.astype(kind)), CHOSEN)
-      for kind in ("i1", "i2", "i4", "i8", "f4", "f8")),
-    *(Case(f"version 5, {kind}.mat", _savemat((COUNTS + 100).astype(kind)), CHOSEN)
-      for kind in ("u1", "u2", "u4", "u8")),
+    *(
+        Case(f"version 5, {kind}.mat", _savemat(COUNTS.astype(kind)), CHOSEN)
+        for kind in ("i1", "i2", "i4", "i8", "f4", "f8")
+    ),
+    *(
+        Case(f"version 5, {kind}.mat", _savemat((COUNTS + 100).astype(kind)), CHOSEN)
+        for kind in ("u1", "u2", "u4", "u8")
+    ),
     Case("version 5, most significant first.mat", _big_endian, CHOSEN),
     Case("version 5, in structures.mat", _nested, {"channels": {"runs/2.v": "mm/s"}, "axis": "runs/2.t"}),
     Case("version 5, in cells.mat", _in_cells, {"channels": {"c/2": "mm/s", "c/3": "mm/s"}, "axis": "c/1"}),
@@ -116,4 +127,4 @@ CASES = [
     Case("version 7.3, single.mat", _hdf(TIP.astype("f4"), "single"), CHOSEN),
     Case("version 7.3, int16.mat", _hdf(COUNTS.astype("i2"), "int16"), CHOSEN),
     Case("version 7.3, uint32.mat", _hdf((COUNTS + 100).astype("u4"), "uint32"), CHOSEN),
-]  # fmt: skip
+]

@@ -35,11 +35,36 @@ COLUMNS = _matrix("tip", TIP[:, None]), _matrix("drive", DRIVE[:, None])
 RANGE = ["# name: t", "# type: double_range", "# base, limit, increment", f"0 {STEP * 59:.12g} {STEP:.12g}", "", ""]
 FLAT = ["# name: t", "# type: matrix", "# ndims: 3", " 1 1 60", *[f" {STEP * n:.12g}" for n in N], "", ""]
 TEXT = ["# name: who", "# type: sq_string", "# elements: 1", "# length: 3", "lab", "", ""]
-UNITS = ["# name: units", "# type: scalar struct", "# ndims: 2", " 1 1", "# length: 2",
-         "# name: tip", "# type: string", "# elements: 1", "# length: 4", "mm/s", "",
-         "# name: drive", "# type: string", "# elements: 1", "# length: 1", "V", "", ""]  # fmt: skip
-CELL = ["# name: all", "# type: cell", "# rows: 1", "# columns: 2", *_matrix("<cell-element>", TIP),
-        *_matrix("<cell-element>", DRIVE), "", ""]  # fmt: skip
+UNITS = [
+    "# name: units",
+    "# type: scalar struct",
+    "# ndims: 2",
+    " 1 1",
+    "# length: 2",
+    "# name: tip",
+    "# type: string",
+    "# elements: 1",
+    "# length: 4",
+    "mm/s",
+    "",
+    "# name: drive",
+    "# type: string",
+    "# elements: 1",
+    "# length: 1",
+    "V",
+    "",
+    "",
+]
+CELL = [
+    "# name: all",
+    "# type: cell",
+    "# rows: 1",
+    "# columns: 2",
+    *_matrix("<cell-element>", TIP),
+    *_matrix("<cell-element>", DRIVE),
+    "",
+    "",
+]
 IN_CELL = {"channels": {"all/1": {"unit": "mm/s", "name": "tip"}, "all/2": {"unit": "V", "name": "drive"}}}
 
 CASES = [

@@ -35,16 +35,34 @@ __all__ = ["KINDS", "Kind"]
 
 _BALL = "50,1.5,14\n90,1,30\n120,,\n"
 _GAIT = (
-    "millipede-printed", "--free", "gait.duty,gait.frequency=100Hz:200Hz", "--request", "from_rest=10 ms",
-    "--request", "candidates=64",
-)  # fmt: skip
+    "millipede-printed",
+    "--free",
+    "gait.duty,gait.frequency=100Hz:200Hz",
+    "--request",
+    "from_rest=10 ms",
+    "--request",
+    "candidates=64",
+)
 _GROUNDS = ("--over", "ground.friction.coefficient=4:12")
 _BOX = ("--over", "robot.feet.tip.gap=69um:71um", "--over", "ground.restitution.coefficient=0.2:0.5")
 _YIELD = (
-    "--scatter", "robot.drives.*.law.gain=10%", "--over", "ground.friction.coefficient=0.3:0.5",
-    "--dead", "0:1", "--require", "mean_speed", "--require", "foot_slip", "--robots", "64", "--draws", "8",
-    "--set", "duration=60 ms",
-)  # fmt: skip
+    "--scatter",
+    "robot.drives.*.law.gain=10%",
+    "--over",
+    "ground.friction.coefficient=0.3:0.5",
+    "--dead",
+    "0:1",
+    "--require",
+    "mean_speed",
+    "--require",
+    "foot_slip",
+    "--robots",
+    "64",
+    "--draws",
+    "8",
+    "--set",
+    "duration=60 ms",
+)
 _STUDY = """scene = "cantilever"
 duration = "0.1 s"
 measures = ["bounces", "contact_duration"]
@@ -159,24 +177,54 @@ KINDS = {
     "identify": Kind("identify_page.py", _identification),
     "track": Kind("track_page.py", _series),
     "modes": Kind("modes_page.py", verb("modes", "{p1}", "{p2}", "{p3}", "--band", "110Hz:990Hz", **_RESPONSES)),
-    "landing": Kind("landing_page.py", verb(
-        "design", "landing", "cantilever", "--foot", "tip", "--request", "levels=free=-8V:8V", *_BOX,
-        "--set", "robot.drives.pzt.capacitance=664 pF", "--request", "effort=0.03", "--request", "learn=10")),
+    "landing": Kind(
+        "landing_page.py",
+        verb(
+            "design",
+            "landing",
+            "cantilever",
+            "--foot",
+            "tip",
+            "--request",
+            "levels=free=-8V:8V",
+            *_BOX,
+            "--set",
+            "robot.drives.pzt.capacitance=664 pF",
+            "--request",
+            "effort=0.03",
+            "--request",
+            "learn=10",
+        ),
+    ),
     "gait": Kind("gait_page.py", verb("design", "gait", *_GAIT, *_GROUNDS, "--request", "look=2")),
-    "adapt": Kind("gait_page.py", verb("design", "adapt", *_GAIT, *_GROUNDS, "--request", "hidden=8",
-                                     "--request", "training=8")),
-    "branch": Kind("branch_page.py", verb(
-        "branch", SCENES / "impact_oscillator.toml", "--along", "signals.shaker.amplitude=1 V:0.2 V")),
-    "attractors": Kind("attractors_page.py", verb(
-        "attractors", "millipede", "--starts", "6", "--over", "height=0:5um", "--no-edges")),
-    "atlas": Kind("atlas_page.py", verb(
-        "atlas", "cantilever", "--x", "robot.feet.tip.gap=80um:90um", "--y", "signals.pzt.amplitude=4V:6.5V",
-        "--depth", "5")),
+    "adapt": Kind(
+        "gait_page.py", verb("design", "adapt", *_GAIT, *_GROUNDS, "--request", "hidden=8", "--request", "training=8")
+    ),
+    "branch": Kind(
+        "branch_page.py",
+        verb("branch", SCENES / "impact_oscillator.toml", "--along", "signals.shaker.amplitude=1 V:0.2 V"),
+    ),
+    "attractors": Kind(
+        "attractors_page.py", verb("attractors", "millipede", "--starts", "6", "--over", "height=0:5um", "--no-edges")
+    ),
+    "atlas": Kind(
+        "atlas_page.py",
+        verb(
+            "atlas",
+            "cantilever",
+            "--x",
+            "robot.feet.tip.gap=80um:90um",
+            "--y",
+            "signals.pzt.amplitude=4V:6.5V",
+            "--depth",
+            "5",
+        ),
+    ),
     "validate": Kind("validation_page.py", verb("validate", "{drops}", drops=drop_folder)),
     "validations": Kind("validation_page.py", _validations),
     "reproduce-cantilever": Kind("tarsus_reproduce:reproduction.py", verb("reproduce", "cantilever")),
     "reproduce-hexapod": Kind("tarsus_reproduce:reproduction.py", verb("reproduce", "hexapod", "--seeds", "2")),
     "reproduce-millipede": Kind("tarsus_reproduce:reproduction.py", _trends),
     "index": Kind("tarsus_reproduce:index.py", _index),
-}  # fmt: skip
+}
 """Every kind of page, a row each."""

@@ -18,17 +18,13 @@ UNIT = 1e-6
 
 def printed(robot: str = "hexapod") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """M, C, K as printed."""
-    tables = tomllib.loads(
-        files("tarsus_reproduce").joinpath("data", "appendix_b.toml").read_text(encoding="utf-8")
-    )
+    tables = tomllib.loads(files("tarsus_reproduce").joinpath("data", "appendix_b.toml").read_text(encoding="utf-8"))
     return tuple(np.array(tables[robot][name]) for name in "MCK")  # type: ignore[return-value]
 
 
 def printed_map(*, passive: bool = True) -> MeasuredImpactMap:
     """The printed CoR matrix: its first column beside the identity (E7)."""
-    tables = tomllib.loads(
-        files("tarsus_reproduce").joinpath("data", "appendix_b.toml").read_text(encoding="utf-8")
-    )
+    tables = tomllib.loads(files("tarsus_reproduce").joinpath("data", "appendix_b.toml").read_text(encoding="utf-8"))
     matrix = np.eye(6)
     matrix[:, 0] = tables["hexapod"]["R_first_column"]
     return MeasuredImpactMap.from_matrix(matrix, list(POINTS), {"foot1": "foot1"}, passive=passive)
@@ -40,13 +36,7 @@ def body() -> Body:
 
 
 def hexapod(
-    *,
-    signal: Any,
-    gap: float = 1e-5,
-    restitution: float = 0.51,
-    static: float = 12e-6,
-    feet: int = 1,
-    **ground: Any,
+    *, signal: Any, gap: float = 1e-5, restitution: float = 0.51, static: float = 12e-6, feet: int = 1, **ground: Any
 ) -> ts.Scene:
     """The printed hexapod; ``static`` [m] is how far 10 V move foot 1."""
     mass, damping, stiffness = (matrix * UNIT for matrix in printed())
@@ -55,9 +45,7 @@ def hexapod(
         name="printed hexapod",
         robot=ts.Robot(
             structure=ts.Lumped(coordinates=POINTS, mass=mass, damping=damping, stiffness=stiffness),
-            drives={
-                "pzt": ts.Drive(load=ts.PointLoad(weights={"foot1": 1.0}), law=ts.LinearForce(gain=gain))
-            },
+            drives={"pzt": ts.Drive(load=ts.PointLoad(weights={"foot1": 1.0}), law=ts.LinearForce(gain=gain))},
             feet={name: ts.Foot(point=name, gap=gap, electrode="pzt") for name in POINTS[:feet]},
         ),
         ground=ts.Ground(restitution=ts.Restitution(coefficient=restitution), **ground),

@@ -57,22 +57,54 @@ class Ranges:
 
 
 PLAIN = Ranges(
-    feet=(1, 1, 2, 3), legs=(2, 3), modes=(1, 3), length=(1e-6, 1e-5), damping=(0.02, 2.0), spread=3.0,
-    film=(1e-2, 3.0), thickness=(0.3, 3.0), attraction=(1e-2, 0.3), adhesion=(1e-2, 1.0), friction=(0.1, 1.0),
-    cycles=(3.0, 6.0), odd=0.1, abrupt=0.05, relative=True,
-)  # fmt: skip
+    feet=(1, 1, 2, 3),
+    legs=(2, 3),
+    modes=(1, 3),
+    length=(1e-6, 1e-5),
+    damping=(0.02, 2.0),
+    spread=3.0,
+    film=(1e-2, 3.0),
+    thickness=(0.3, 3.0),
+    attraction=(1e-2, 0.3),
+    adhesion=(1e-2, 1.0),
+    friction=(0.1, 1.0),
+    cycles=(3.0, 6.0),
+    odd=0.1,
+    abrupt=0.05,
+    relative=True,
+)
 FEET = (*(1, 2) * 12, 1, 1, 1, *(3, 4, 5) * 3, 6, 9, 12, 24, 64)
 LEGS = (*(2, 3, 4) * 8, 6, 6, 8, 12, 24, 64)
 EDGE = Ranges(
-    feet=FEET, legs=LEGS, modes=(1, 8), length=(1e-9, 1e-4),
-    damping=(1e-6, 1e4), spread=100.0, film=(1e-4, 1e6), thickness=(1e-9, 1e-4), attraction=(1e-3, 10.0),
-    adhesion=(1e-6, 1e3), friction=(1e-6, 1e3), cycles=(0.5, 5.0), odd=0.25, abrupt=1e-12, long=0.02,
-)  # fmt: skip
+    feet=FEET,
+    legs=LEGS,
+    modes=(1, 8),
+    length=(1e-9, 1e-4),
+    damping=(1e-6, 1e4),
+    spread=100.0,
+    film=(1e-4, 1e6),
+    thickness=(1e-9, 1e-4),
+    attraction=(1e-3, 10.0),
+    adhesion=(1e-6, 1e3),
+    friction=(1e-6, 1e3),
+    cycles=(0.5, 5.0),
+    odd=0.25,
+    abrupt=1e-12,
+    long=0.02,
+)
 
 WIDE = replace(
-    EDGE, feet=(1, 1, 2, 2, 2, 3, 3, 4, 4, 5, 6, 9), legs=(2, 2, 3, 4, 4, 6, 6, 6, 8, 12),
-    together=0.25, crowd=0.1, bars=0.15, beams=0.1, bare=0.05, decades=6.0, ends=0.4,
-)  # fmt: skip
+    EDGE,
+    feet=(1, 1, 2, 2, 2, 3, 3, 4, 4, 5, 6, 9),
+    legs=(2, 2, 3, 4, 4, 6, 6, 6, 8, 12),
+    together=0.25,
+    crowd=0.1,
+    bars=0.15,
+    beams=0.1,
+    bare=0.05,
+    decades=6.0,
+    ends=0.4,
+)
 
 
 @dataclass(frozen=True)
@@ -162,14 +194,18 @@ def edge_scene(seed: int) -> Scene:
             count = int(dice.rng.integers(4, 9))
             levels, parts = dice.rng.uniform(-8.0, 8.0, count), dice.rng.dirichlet(np.full(count, 1.0))
             given: dict[str, Any] = {
-                "levels": levels.tolist(), "durations": (scene.duration * parts * 0.999).tolist(), "repeat": True
+                "levels": levels.tolist(),
+                "durations": (scene.duration * parts * 0.999).tolist(),
+                "repeat": True,
             }
         elif kind == "square":
             given = {
-                "amplitude": dice.between(2.0, 8.0), "frequency": per_run * dice.log(2.0, 40.0),
-                "phase": dice.between(0.0, 6.0), "offset": dice.one_of([0.0, 4.0, 8.0, -8.0]),
+                "amplitude": dice.between(2.0, 8.0),
+                "frequency": per_run * dice.log(2.0, 40.0),
+                "phase": dice.between(0.0, 6.0),
+                "offset": dice.one_of([0.0, 4.0, 8.0, -8.0]),
                 "duty": dice.between(0.05, 0.95),
-            }  # fmt: skip
+            }
         else:
             frequency, phase = per_run * dice.log(2.0, 15.0), dice.between(0.0, 6.0)
             given = {"amplitude": 8.0, "frequency": frequency, "phase": phase, "offset": dice.one_of([0.0, 4.0])}
@@ -180,8 +216,9 @@ def edge_scene(seed: int) -> Scene:
         laws = [drive.law for drive in scene.robot.drives.values()]
         force = 8.0 * max(abs(law.gain if isinstance(law, LinearForce) else law.linear) for law in laws)
         made["ground"]["adhesion"] = {
-            "initial": force * dice.log(1e-2, 2.0), "rate": force * per_run * dice.log(1e-2, 3.0)
-        }  # fmt: skip
+            "initial": force * dice.log(1e-2, 2.0),
+            "rate": force * per_run * dice.log(1e-2, 3.0),
+        }
     if dice.chance(0.8):  # edges that no amplifier rounds
         for drive in made["robot"]["drives"].values():
             drive.pop("amplifier", None)
@@ -194,15 +231,14 @@ def creeping_scene(seed: int, legged: bool) -> Scene:
     dice, changes = Dice([seed, int(legged), 11], PLAIN), {}
     for name, drive in scene.robot.drives.items():
         gain = drive.law.gain if isinstance(drive.law, LinearForce) else drive.law.linear
-        plays = PrandtlIshlinskii(
-            linear=gain, quadratic=0.01 * gain, thresholds=(0.5,), weights=(0.1 * gain,)
-        )
+        plays = PrandtlIshlinskii(linear=gain, quadratic=0.01 * gain, thresholds=(0.5,), weights=(0.1 * gain,))
         count = 1 + int(dice.rng.integers(3))
         changes[f"robot.drives.{name}.law"] = Creeping(
-            instant=plays, thresholds=dice.rng.uniform(0.0, 3.0, count).tolist(),
+            instant=plays,
+            thresholds=dice.rng.uniform(0.0, 3.0, count).tolist(),
             weights=(gain * dice.rng.uniform(0.05, 0.3, count)).tolist(),
             times=(scene.duration * 10.0 ** dice.rng.uniform(-2.0, 1.0, count)).tolist(),
-        )  # fmt: skip
+        )
     return ts.with_values(scene, changes)
 
 
@@ -234,17 +270,10 @@ def sliding_scene(seed: int, ranges: Ranges = PLAIN) -> Scene:
     friction = {"kind": kind, "coefficient": dice.log(*ranges.friction)}
     field = "shapes" if isinstance(structure, ts.Modal) else "weights"
     robot = scene.robot.model_copy(
-        update={
-            "structure": ts.with_values(structure, {field: {**getattr(structure, field), **ways}}),
-            "feet": feet,
-        }
+        update={"structure": ts.with_values(structure, {field: {**getattr(structure, field), **ways}}), "feet": feet}
     )
     made = scene.model_dump() | {"robot": robot.model_dump()}
-    ground = scene.ground.model_dump() | {
-        "friction": friction,
-        "impact": None,
-        "own": dict(scene.ground.laws),
-    }
+    ground = scene.ground.model_dump() | {"friction": friction, "impact": None, "own": dict(scene.ground.laws)}
     return _valid(made | {"ground": ground})
 
 
@@ -266,9 +295,7 @@ def moving_scene(seed: int) -> Scene:
     for name, needed in (("normal", normal), ("along", along)):
         if needed:
             motion[name] = _shift(dice, length, scene.duration, told=0 if stays else None)
-    return ts.with_values(
-        scene, {**changes, "ground.motion": motion, "initial.in_laboratory": dice.chance(0.5)}
-    )
+    return ts.with_values(scene, {**changes, "ground.motion": motion, "initial.in_laboratory": dice.chance(0.5)})
 
 
 def _shift(dice: Dice, length: float, duration: float, told: int | None) -> dict[str, Any]:
@@ -295,9 +322,7 @@ def wide_sliding_scene(seed: int) -> Scene:
 def _scale(dice: Dice) -> Scale:
     mass, frequency = dice.log(1e-9, 1e-5), dice.log(20.0, 2e4)
     length = dice.log(*dice.ranges.length)
-    return Scale(
-        mass, frequency, length, mass * (2.0 * math.pi * frequency) ** 2 * length * dice.log(0.5, 5.0)
-    )
+    return Scale(mass, frequency, length, mass * (2.0 * math.pi * frequency) ** 2 * length * dice.log(0.5, 5.0))
 
 
 def _modal(dice: Dice, name: str) -> Scene:
@@ -327,10 +352,13 @@ def _modal(dice: Dice, name: str) -> Scene:
         initial["velocity"] = (dice.rng.normal(size=n) * scale.length * scale.rate).tolist()
     signals = {drive: _signal(dice, scale) for drive in drives if not dice.chance(0.1)}
     made = {
-        "name": name, "duration": _duration(dice, scale),
+        "name": name,
+        "duration": _duration(dice, scale),
         "robot": {"structure": structure, "drives": drives, "feet": feet},
-        "ground": ground, "signals": signals, "initial": initial,
-    }  # fmt: skip
+        "ground": ground,
+        "signals": signals,
+        "initial": initial,
+    }
     if dice.chance(0.2) and structure["kind"] != "beam":
         made["ground"]["impact"] = _impact_map(dice, structure, feet, rows)
     if ranges.bare and dice.chance(ranges.bare):
@@ -365,8 +393,7 @@ def _structure(dice: Dice, scale: Scale) -> tuple[dict[str, Any], np.ndarray]:
         return _bar(dice, scale, n) | {"weights": places}, rows
     if dice.chance(0.5):
         return (
-            _by_modes(dice, scale, n)
-            | {"shapes": places, "upward": (rows[0] / (rows[0] @ rows[0])).tolist()},
+            _by_modes(dice, scale, n) | {"shapes": places, "upward": (rows[0] / (rows[0] @ rows[0])).tolist()},
             rows,
         )
     return _by_matrices(dice, scale, n) | {"weights": places}, rows
@@ -378,20 +405,28 @@ def _bar(dice: Dice, scale: Scale, n: int) -> dict[str, Any]:
     stiff = np.array([0.0, 0.0, scale.mass * scale.rate**2])[:n]
     damper = 2.0 * scale.mass * scale.rate * dice.log(1e-4, 1.0)
     return {
-        "kind": "lumped", "coordinates": ["height", "turn", "bend"][:n], "mass": np.diag(mass).tolist(),
-        "stiffness": np.diag(stiff).tolist(), "upward": [1.0, 0.0, 0.0][:n],
+        "kind": "lumped",
+        "coordinates": ["height", "turn", "bend"][:n],
+        "mass": np.diag(mass).tolist(),
+        "stiffness": np.diag(stiff).tolist(),
+        "upward": [1.0, 0.0, 0.0][:n],
         "damping": np.diag(np.full(n, 0.0 if dice.odd() else damper)).tolist(),
-    }  # fmt: skip
+    }
 
 
 def _beam(dice: Dice, scale: Scale) -> dict[str, Any]:
     """A cantilever of three modes, as long and heavy as the mass and frequency ask for."""
     side = (scale.mass / 2e3 / 20.0) ** (1.0 / 3.0)
     return {
-        "kind": "beam", "frequencies": [scale.frequency, scale.frequency * dice.between(6.5, 9.0)],
-        "damping_ratios": [_ratio(dice) for _ in range(3)], "length": 20.0 * side, "tip_length": 2.0 * side,
-        "tip_width": side, "tip_thickness": 0.5 * side, "tip_density": 2e3,
-    }  # fmt: skip
+        "kind": "beam",
+        "frequencies": [scale.frequency, scale.frequency * dice.between(6.5, 9.0)],
+        "damping_ratios": [_ratio(dice) for _ in range(3)],
+        "length": 20.0 * side,
+        "tip_length": 2.0 * side,
+        "tip_width": side,
+        "tip_thickness": 0.5 * side,
+        "tip_density": 2e3,
+    }
 
 
 def _valid(made: dict[str, Any]) -> Scene:
@@ -400,9 +435,7 @@ def _valid(made: dict[str, Any]) -> Scene:
     try:
         return validate(Scene, made)
     except ts.InputError:
-        made["ground"] = {
-            slot: law for slot, law in made["ground"].items() if slot not in ("landing", "impact")
-        }
+        made["ground"] = {slot: law for slot, law in made["ground"].items() if slot not in ("landing", "impact")}
         return validate(Scene, made)
 
 
@@ -410,9 +443,11 @@ def _by_modes(dice: Dice, scale: Scale, n: int) -> dict[str, Any]:
     frequencies = [scale.frequency * dice.log(1.0, dice.ranges.spread) for _ in range(n)]
     frequencies[0] = 0.0 if dice.odd() else scale.frequency
     return {
-        "kind": "modal", "frequencies": frequencies, "damping_ratios": [_ratio(dice) for _ in range(n)],
+        "kind": "modal",
+        "frequencies": frequencies,
+        "damping_ratios": [_ratio(dice) for _ in range(n)],
         "modal_masses": [scale.mass * dice.log(0.3, 3.0) for _ in range(n)],
-    }  # fmt: skip
+    }
 
 
 def _ratio(dice: Dice) -> float:
@@ -428,9 +463,11 @@ def _by_matrices(dice: Dice, scale: Scale, n: int) -> dict[str, Any]:
         springs[0] = 0.0
     ties = np.eye(n) - np.eye(n, k=-1)  # stretch of spring i: from mass i - 1 to mass i
     out: dict[str, Any] = {
-        "kind": "lumped", "coordinates": [f"x{i}" for i in range(n)], "mass": np.diag(mass).tolist(),
+        "kind": "lumped",
+        "coordinates": [f"x{i}" for i in range(n)],
+        "mass": np.diag(mass).tolist(),
         "stiffness": (ties.T @ np.diag(springs) @ ties).tolist(),
-    }  # fmt: skip
+    }
     if dice.chance(0.5):
         return out | {"damping_ratios": [_ratio(dice) for _ in range(n)]}
     dashpots = [2.0 * scale.mass * scale.rate * _ratio(dice) for _ in range(n)]
@@ -477,12 +514,7 @@ def _signal(dice: Dice, scale: Scale) -> dict[str, Any]:
     f = scale.frequency * dice.log(0.2, 2.0)
     short = dice.log(dice.ranges.abrupt, 0.5) / f
     volts = dice.rng.uniform(-8.0, 8.0, 4).tolist()
-    cycle = {
-        "amplitude": 8.0,
-        "frequency": f,
-        "phase": dice.between(0.0, 6.0),
-        "offset": dice.one_of([0.0, 4.0, 8.0]),
-    }
+    cycle = {"amplitude": 8.0, "frequency": f, "phase": dice.between(0.0, 6.0), "offset": dice.one_of([0.0, 4.0, 8.0])}
     sweep = {"amplitude": 8.0, "start_frequency": 0.5 * f, "stop_frequency": 2.0 * f, "duration": 4.0 / f}
     cubic = dice.chance(0.5)  # a spline through steps would swing far beyond them
     times = np.cumsum([0.1 / f, 0.6 / f if cubic else short, 1.3 / f, 0.7 / f]).tolist()
@@ -496,12 +528,7 @@ def _signal(dice: Dice, scale: Scale) -> dict[str, Any]:
             {"kind": "on_off", "levels": volts, "durations": [0.5 / f, short, 0.3 / f, 1.1 / f]},
             {"kind": "poling", "level": 8.0, "hold": 1.0 / f, "fall": dice.one_of([0.0, short])},
             {"kind": "swept_sine", **sweep},
-            {
-                "kind": "sampled",
-                "times": times,
-                "levels": volts,
-                "interpolation": "cubic" if cubic else "linear",
-            },
+            {"kind": "sampled", "times": times, "levels": volts, "interpolation": "cubic" if cubic else "linear"},
         ]
     )
 
@@ -523,29 +550,12 @@ def _ground(dice: Dice, scale: Scale, legged: bool = False, heavy: bool = False)
     damper = 2.0 * scale.mass * scale.rate
     thickness = dice.log(*ranges.thickness) * (scale.length if ranges.relative else 1.0)
     offset = scale.length * dice.log(0.3, 3.0)
-    law(
-        0.9,
-        "restitution",
-        "own_rebound",
-        coefficient=_restitution(dice),
-    )
-    law(
-        0.4,
-        "film",
-        "own_film",
-        coefficient=damper * thickness**3 * dice.log(*ranges.film),
-        thickness=thickness,
-    )
+    law(0.9, "restitution", "own_rebound", coefficient=_restitution(dice))
+    law(0.4, "film", "own_film", coefficient=damper * thickness**3 * dice.log(*ranges.film), thickness=thickness)
     attraction = dice.log(*ranges.attraction) * scale.force * offset**2 / 64.0
     law(0.3, "electrostatic", "own_electrostatic", coefficient=attraction, offset=offset)
     strength = 0.0 if dice.odd() else dice.log(*ranges.adhesion) * scale.force
-    law(
-        0.5,
-        "adhesion",
-        "own_latch",
-        initial=strength,
-        rate=dice.log(*ranges.adhesion) * scale.force * scale.frequency,
-    )
+    law(0.5, "adhesion", "own_latch", initial=strength, rate=dice.log(*ranges.adhesion) * scale.force * scale.frequency)
     if dice.chance(0.1):
         own["magnet"] = OWN["magnet"](strength=attraction * 64.0 * offset**2, depth=offset)
     if dice.chance(0.1):
@@ -553,9 +563,7 @@ def _ground(dice: Dice, scale: Scale, legged: bool = False, heavy: bool = False)
     if dice.chance(0.2) and "electrostatic" in out:
         out["leg_electrostatic"] = {"coefficient": 0.3 * attraction, "offset": offset, "rest": scale.length}
     if dice.chance(0.4) or legged or heavy:
-        out["gravity"] = {
-            "acceleration": 9.81 if ranges.long else scale.rate**2 * scale.length * dice.log(0.05, 0.5)
-        }
+        out["gravity"] = {"acceleration": 9.81 if ranges.long else scale.rate**2 * scale.length * dice.log(0.05, 0.5)}
     if dice.chance(0.3):
         first = {"kind": "restitute_first", "speed": scale.length * scale.rate * dice.log(1e-2, 1.0)}
         out["landing"] = dice.one_of([first, {"kind": "pull_as_printed"}])
@@ -573,18 +581,14 @@ def _restitution(dice: Dice) -> float:
     return dice.one_of([0.0, 1.0, 0.5]) if dice.odd() else dice.between(0.1, 0.9)
 
 
-def _impact_map(
-    dice: Dice, structure: dict[str, Any], feet: dict[str, Any], rows: np.ndarray
-) -> dict[str, Any]:
+def _impact_map(dice: Dice, structure: dict[str, Any], feet: dict[str, Any], rows: np.ndarray) -> dict[str, Any]:
     """A map that is not mass-weighted: of one mode, or where coordinates are points any."""
     if structure["kind"] == "modal" or dice.chance(0.5):
         return {"kind": "dominant_mode"}
     columns = {}
     for (name, foot), row in zip(feet.items(), rows, strict=True):
         way = row + 0.3 * dice.rng.normal(size=len(row))
-        columns[name] = dict(
-            zip(structure["coordinates"], (foot["normal"] * way / (row @ way)).tolist(), strict=True)
-        )
+        columns[name] = dict(zip(structure["coordinates"], (foot["normal"] * way / (row @ way)).tolist(), strict=True))
     return {"kind": "given", "columns": columns}
 
 
@@ -605,10 +609,7 @@ def _legged(dice: Dice, name: str) -> Scene:
         vertical = {"stiffness_v": k, "damping_v": 2.0 * math.sqrt(k * scale.mass) * _ratio(dice)}
         k *= size
         loose = dice.chance(0.3 * ranges.odd)
-        lateral = {
-            "stiffness_l": 0.0 if loose else k,
-            "damping_l": 2.0 * math.sqrt(k * scale.mass) * _ratio(dice),
-        }
+        lateral = {"stiffness_l": 0.0 if loose else k, "damping_l": 2.0 * math.sqrt(k * scale.mass) * _ratio(dice)}
         return vertical | lateral
 
     gaps = _gaps(dice, scale, count)
@@ -616,9 +617,12 @@ def _legged(dice: Dice, name: str) -> Scene:
     for i in range(count):
         leg = f"l{i}"
         legs[leg] = {
-            "x": reach * (i // 2 - (count - 1) / 4), "y": 0.4 * reach * (-1) ** i, "z": -0.1 * reach,
-            "mass": scale.mass * dice.log(0.5, 2.0), **(alike or spring(dice.log(0.3, 3.0))),
-        }  # fmt: skip
+            "x": reach * (i // 2 - (count - 1) / 4),
+            "y": 0.4 * reach * (-1) ** i,
+            "z": -0.1 * reach,
+            "mass": scale.mass * dice.log(0.5, 2.0),
+            **(alike or spring(dice.log(0.3, 3.0))),
+        }
         if dice.chance(0.1):
             continue  # a leg that just swings, or stands
         weights = {leg: 1.0, f"{leg}_hip": -1.0}
@@ -633,10 +637,7 @@ def _legged(dice: Dice, name: str) -> Scene:
     heavy = scale.mass * count * dice.log(0.5, 20.0)
     body: dict[str, float] = {"mass": heavy}
     if dice.chance(0.6):
-        body |= {
-            "roll_inertia": 0.1 * heavy * reach**2,
-            "pitch_inertia": 0.2 * heavy * (reach * count / 4) ** 2,
-        }
+        body |= {"roll_inertia": 0.1 * heavy * reach**2, "pitch_inertia": 0.2 * heavy * (reach * count / 4) ** 2}
     ground = _ground(dice, scale, legged=True)
     if ground.get("electrostatic") and drives:
         for leg, foot in feet.items():
@@ -645,7 +646,10 @@ def _legged(dice: Dice, name: str) -> Scene:
         ground.pop("electrostatic", None)
         ground.pop("leg_electrostatic", None)
     made = {
-        "name": name, "duration": _duration(dice, scale), "ground": ground, "signals": signals,
+        "name": name,
+        "duration": _duration(dice, scale),
+        "ground": ground,
+        "signals": signals,
         "robot": {"structure": {"kind": "walker", "body": body, "legs": legs}, "drives": drives, "feet": feet},
-    }  # fmt: skip
+    }
     return _valid(made)

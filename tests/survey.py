@@ -81,13 +81,16 @@ def _seen(scene: Scene) -> dict[str, Any]:
 
 def cycles(scene: Scene) -> float:
     """Periods of the fastest drive that a run lasts: times its own length, of a signal that does not repeat."""
-    lengths = {"on_off": lambda wave: sum(wave.durations), "sampled": lambda wave: wave.times[-1],
-               "poling": lambda wave: wave.hold, "swept_sine": lambda wave: 1.0 / wave.start_frequency,
-               "constant": lambda wave: np.inf, "ramp": lambda wave: np.inf}  # fmt: skip
+    lengths = {
+        "on_off": lambda wave: sum(wave.durations),
+        "sampled": lambda wave: wave.times[-1],
+        "poling": lambda wave: wave.hold,
+        "swept_sine": lambda wave: 1.0 / wave.start_frequency,
+        "constant": lambda wave: np.inf,
+        "ramp": lambda wave: np.inf,
+    }
     waves = scene.signals.values()
-    shortest = min(
-        (lengths.get(wave.kind, lambda wave: 1.0 / wave.frequency)(wave) for wave in waves), default=np.inf
-    )
+    shortest = min((lengths.get(wave.kind, lambda wave: 1.0 / wave.frequency)(wave) for wave in waves), default=np.inf)
     return float(scene.duration / shortest)
 
 
@@ -210,9 +213,7 @@ def compare(found: dict[str, Found], scene: Callable[[int], Scene]) -> bool:
         two = max((pair(scene(seed), size, seed) for size in (1e-15, 1e-13)), key=lambda two: two.grown)
         chaotic, unexplained = chaotic + two.chaotic, unexplained + (not two.chaotic)
         print(f"{seed} {'chaotic' if two.chaotic else 'DIFFERS'}: {facts}; moved by 1e-13: {two}")
-    print(
-        f"{chaotic} chaotic scenes differ between kernels, {unexplained} others (from {GROWN:g} on runs have parted)"
-    )
+    print(f"{chaotic} chaotic scenes differ between kernels, {unexplained} others (from {GROWN:g} on runs have parted)")
     return not unexplained
 
 
@@ -222,9 +223,7 @@ def _verdict(one: dict[str, Any]) -> tuple[Any, ...]:
 
 def main() -> int:
     kind = sys.argv[6] if sys.argv[1:2] == ["--part"] else ""
-    part_of_a_survey(
-        lambda seed: look_at(SCENES[kind](seed)), lambda seed: {"periods": cycles(SCENES[kind](seed))}
-    )
+    part_of_a_survey(lambda seed: look_at(SCENES[kind](seed)), lambda seed: {"periods": cycles(SCENES[kind](seed))})
     parser = arguments(__doc__)
     parser.add_argument("--scenes", choices=SCENES, default="edge")
     parser.add_argument("--kernels", action="store_true", help="on every kernel, and compare")
@@ -235,9 +234,7 @@ def main() -> int:
     found = {}
     for kernel in (kernel for kernel in KERNELS if not missing(kernel)):
         os.environ["OPENBLAS_CORETYPE"] = kernel
-        here = subprocess.run(
-            [sys.executable, Path(__file__).with_name("kernels.py")], capture_output=True, text=True
-        )
+        here = subprocess.run([sys.executable, Path(__file__).with_name("kernels.py")], capture_output=True, text=True)
         assert here.stdout.count(f"{kernel} in ") == len(in_use()) > 0, here.stdout
         print(f"== {kernel}")
         found[kernel] = go(asked.file.with_name(f"{asked.file.name}-{kernel}"))

@@ -113,9 +113,7 @@ def differences(scene: ts.Scene, path: str) -> tuple[Floats, Floats]:
         noise = (np.abs(slopes - rough) * width)[-3:].max(axis=0)
         found, error = extrapolated(slopes, np.maximum(scatter, noise / width))
         kept = best[0].shape[1]
-        best = (
-            np.concatenate([best[0], found[:, kept:]], axis=1), np.concatenate([best[1], error[:, kept:]], axis=1)
-        )  # fmt: skip
+        best = (np.concatenate([best[0], found[:, kept:]], axis=1), np.concatenate([best[1], error[:, kept:]], axis=1))
     return best
 
 
@@ -137,10 +135,7 @@ def extrapolated(first: Floats, scatter: Floats) -> tuple[Floats, Floats]:
     while len(column) > 1:
         after = column[1:] + (column[1:] - column[:-1]) / (4.0**order - 1.0)
         for k in range(len(after)):
-            own = (
-                np.maximum(np.abs(after[k] - column[k + 1]), np.abs(after[k] - column[k]))
-                + scatter[k + order]
-            )
+            own = np.maximum(np.abs(after[k] - column[k + 1]), np.abs(after[k] - column[k])) + scatter[k + order]
             better = own < error
             best[better], error[better] = after[k][better], own[better]
         column, order = after, order + 1

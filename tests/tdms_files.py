@@ -31,20 +31,27 @@ def _held(path: Path, start: float = 0.0, step: float = STEP) -> Held:
 
 
 def _by_writer(
-    version: int = 4712, kind: type = np.float64, pieces: int = 1, start: float = 0.0, unit_name: str = "unit_string",
+    version: int = 4712,
+    kind: type = np.float64,
+    pieces: int = 1,
+    start: float = 0.0,
+    unit_name: str = "unit_string",
     more: Mapping[str, Any] = {},
-) -> Callable[[Path], Held]:  # fmt: skip
+) -> Callable[[Path], Held]:
     """A file of npTDMS' own writer, in one or several segments."""
 
     def write(path: Path) -> Held:
         own = {**WAVE, "wf_start_offset": start, **more}
         with TdmsWriter(path, version=version) as out:
             for tip, drive in zip(np.array_split(TIP, pieces), np.array_split(DRIVE, pieces), strict=True):
-                out.write_segment([
-                    RootObject({"author": "lab"}), GroupObject("g", {}),
-                    ChannelObject("g", "tip", (100 * tip).astype(kind), {**own, unit_name: "mm/s"}),
-                    ChannelObject("g", "drive", (100 * drive).astype(kind), {**own, unit_name: "V"}),
-                ])  # fmt: skip
+                out.write_segment(
+                    [
+                        RootObject({"author": "lab"}),
+                        GroupObject("g", {}),
+                        ChannelObject("g", "tip", (100 * tip).astype(kind), {**own, unit_name: "mm/s"}),
+                        ChannelObject("g", "drive", (100 * drive).astype(kind), {**own, unit_name: "V"}),
+                    ]
+                )
         return _held(path, start)
 
     return write
@@ -74,17 +81,23 @@ def _integer(order: str, name: str, value: int) -> bytes:
 def _linear(order: str, slope: float, offset: float) -> list[bytes]:
     """Properties of a scaling of raw numbers, as DAQmx writes it."""
     return [
-        _integer(order, "NI_Number_Of_Scales", 1), _words(order, "NI_Scale[0]_Scale_Type", "Linear"),
+        _integer(order, "NI_Number_Of_Scales", 1),
+        _words(order, "NI_Scale[0]_Scale_Type", "Linear"),
         _double(order, "NI_Scale[0]_Linear_Slope", slope),
         _double(order, "NI_Scale[0]_Linear_Y_Intercept", offset),
         _integer(order, "NI_Scale[0]_Linear_Input_Source", 0xFFFFFFFF),
-    ]  # fmt: skip
+    ]
 
 
 def _by_hand(
-    order: str = "<", interleaved: bool = False, kind: int = DOUBLE, scaled: bool = False, chunks: int = 1,
-    opened: bool = False, version: int = 4713,
-) -> Callable[[Path], Held]:  # fmt: skip
+    order: str = "<",
+    interleaved: bool = False,
+    kind: int = DOUBLE,
+    scaled: bool = False,
+    chunks: int = 1,
+    opened: bool = False,
+    version: int = 4713,
+) -> Callable[[Path], Held]:
     """One segment, byte by byte. chunks: how often its numbers are repeated below one description; opened: its length
     was never written, as after a crash."""
 
@@ -111,10 +124,13 @@ def _times_of_day(path: Path) -> Held:
     begin = datetime(2026, 1, 1, 10)
     times = np.array([begin + timedelta(microseconds=500 * int(i)) for i in N], dtype="datetime64[us]")
     with TdmsWriter(path) as out:
-        out.write_segment([
-            ChannelObject("g", "time", times), ChannelObject("g", "tip", TIP, {"unit_string": "mm/s"}),
-            ChannelObject("g", "drive", DRIVE, {"unit_string": "V"}),
-        ])  # fmt: skip
+        out.write_segment(
+            [
+                ChannelObject("g", "time", times),
+                ChannelObject("g", "tip", TIP, {"unit_string": "mm/s"}),
+                ChannelObject("g", "drive", DRIVE, {"unit_string": "V"}),
+            ]
+        )
     return _held(path, step=5e-4)
 
 

@@ -41,11 +41,7 @@ def puck(spin: float, surge: float = 0.0, mass: float = 1e-6, foot: float = 1e-8
         slows = np.array([slowing - y * turning, x * turning])
         friction = -FRICTION * press * rates / max(float(np.hypot(*rates)), 1e-300)
         for point, rate, what, key in zip(
-            (f"{name}_x", f"{name}_y"),
-            rates,
-            foot * slows - friction,
-            ("stiffness_l", "stiffness_t"),
-            strict=True,
+            (f"{name}_x", f"{name}_y"), rates, foot * slows - friction, ("stiffness_l", "stiffness_t"), strict=True
         ):
             row = walker.row(point)
             speed += row * rate
@@ -71,9 +67,16 @@ def dragged(share: float, angle: float, speed: float = 0.02, ahead: float = 0.7,
     [m/s] at an angle [rad] from that."""
     foot, mass = 1e-8, 1e-6
     leg = WalkerLeg(
-        x=0.0, y=0.0, mass=foot, stiffness_v=50.0, damping_v=1e-4, stiffness_l=1e-12, damping_l=0.0,
-        stiffness_t=1e-12, damping_t=0.0,
-    )  # fmt: skip
+        x=0.0,
+        y=0.0,
+        mass=foot,
+        stiffness_v=50.0,
+        damping_v=1e-4,
+        stiffness_l=1e-12,
+        damping_l=0.0,
+        stiffness_t=1e-12,
+        damping_t=0.0,
+    )
     walker = Walker(body=WalkerBody(mass=mass), legs={"leg": leg})
     start, points = np.zeros(walker.size), (walker.row("leg_x"), walker.row("leg_y"))
     start[walker.body_coordinates.index("heave")] = -mass * GRAVITY / leg.stiffness_v
@@ -84,9 +87,7 @@ def dragged(share: float, angle: float, speed: float = 0.02, ahead: float = 0.7,
     return Scene(
         name="dragged",
         robot=Robot(
-            structure=walker,
-            feet={"leg": Foot(point="leg", gap=0.0)},
-            drives={"pull": Drive(load=pull, law=law)},
+            structure=walker, feet={"leg": Foot(point="leg", gap=0.0)}, drives={"pull": Drive(load=pull, law=law)}
         ),
         ground=Ground(**laws),
         signals={"pull": ts.Constant(level=1.0)},
@@ -102,18 +103,13 @@ def across(scene: Scene, dice: Dice | None = None, inertia: float = 2e-6) -> Sce
     share = dice.log if dice is not None else lambda low, high: 1.0
     legs = {
         name: one.model_copy(
-            update={
-                "stiffness_t": one.stiffness_l * share(0.3, 10.0),
-                "damping_t": one.damping_l * share(0.3, 3.0),
-            }
+            update={"stiffness_t": one.stiffness_l * share(0.3, 10.0), "damping_t": one.damping_l * share(0.3, 3.0)}
         )
         for name, one in walker.legs.items()
     }
     body = walker.body.model_copy(update={"yaw_inertia": walker.body.mass * inertia * share(0.5, 2.0)})
     robot = scene.robot.model_copy(update={"structure": Walker(body=body, legs=legs)})
-    return Scene(
-        name=scene.name, robot=robot, ground=scene.ground, signals=scene.signals, duration=scene.duration
-    )
+    return Scene(name=scene.name, robot=robot, ground=scene.ground, signals=scene.signals, duration=scene.duration)
 
 
 def turning_walk(seed: int) -> Scene:
@@ -131,12 +127,9 @@ def turning_walk(seed: int) -> Scene:
     drives = dict(scene.robot.drives)
     for name, one in drives.items():
         drives[name] = one.model_copy(update={"law": LinearForce(gain=2e-6 * dice.log(0.3, 6.0))})
-    push = Drive(
-        load=PointLoad(weights={"body_y": 1.0, "leg0_y": dice.between(-0.5, 0.5)}), law=LinearForce(gain=1e-6)
-    )
+    push = Drive(load=PointLoad(weights={"body_y": 1.0, "leg0_y": dice.between(-0.5, 0.5)}), law=LinearForce(gain=1e-6))
     robot = scene.robot.model_copy(update={"drives": drives | {"push": push}})
     sine = ts.Sine(amplitude=dice.log(0.1, 2.0), offset=0.0, frequency=dice.log(50.0, 500.0), phase=0.3)
     return Scene(
-        name=f"turning {seed}", robot=robot, ground=scene.ground, signals={**scene.signals, "push": sine},
-        duration=0.02,
-    )  # fmt: skip
+        name=f"turning {seed}", robot=robot, ground=scene.ground, signals={**scene.signals, "push": sine}, duration=0.02
+    )

@@ -39,10 +39,20 @@ def _text(table: NDArray[Any], double: bool, uneven: bool) -> list[str]:
 
 
 def function58(
-    values: NDArray[Any], node: int, direction: int, *, kind: int = 11, label: str = NONE, double: bool = False,
-    uneven: bool = False, order: str = "", entity: str = NONE, start: float = 0.0, axis_label: str = "s",
+    values: NDArray[Any],
+    node: int,
+    direction: int,
+    *,
+    kind: int = 11,
+    label: str = NONE,
+    double: bool = False,
+    uneven: bool = False,
+    order: str = "",
+    entity: str = NONE,
+    start: float = 0.0,
+    axis_label: str = "s",
     reference: tuple[int, int] | None = None,
-) -> bytes:  # fmt: skip
+) -> bytes:
     """One time response, or with a reference a frequency response; order: of the bytes of a binary one, "<" or ">"."""
     columns = [values.real, values.imag] if np.iscomplexobj(values) else [values]
     table = np.column_stack([start + STEP * N, *columns] if uneven else columns)
@@ -135,10 +145,11 @@ def _systems(*systems: tuple[str, int, float, float]) -> list[Case]:
         _case(
             f"units {name}.uff",
             [units164(code, length, force), function58(TIP, 1, 3), function58(DRIVE, 2, 3, kind=13)],
-            ("m/s", 1.0 / length), ("N", 1.0 / force),
+            ("m/s", 1.0 / length),
+            ("N", 1.0 / force),
         )
         for name, code, length, force in systems
-    ]  # fmt: skip
+    ]
 
 
 def _long_lines() -> Callable[[Path], Held]:
@@ -159,15 +170,25 @@ CASES = [
     *_forms(),
     *_directions(),
     *_labels(
-        (11, "mm/s", "m/s", 1e-3), (8, "um", "m", 1e-6), (8, "µm", "m", 1e-6), (12, "g", "m/s^2", 9.80665),
-        (12, "m/s²", "m/s^2", 1.0), (13, "mN", "N", 1e-3), (0, "mV", "V", 1e-3), (1, "V", "V", 1.0),
-        (11, "in/s", "m/s", 0.0254), (13, "lbf", "N", 4.4482216152605),
+        (11, "mm/s", "m/s", 1e-3),
+        (8, "um", "m", 1e-6),
+        (8, "µm", "m", 1e-6),
+        (12, "g", "m/s^2", 9.80665),
+        (12, "m/s²", "m/s^2", 1.0),
+        (13, "mN", "N", 1e-3),
+        (0, "mV", "V", 1e-3),
+        (1, "V", "V", 1.0),
+        (11, "in/s", "m/s", 0.0254),
+        (13, "lbf", "N", 4.4482216152605),
     ),
     *_systems(
-        ("SI", 1, 1.0, 1.0), ("MM", 5, 1000.0, 1000.0), ("CM", 6, 100.0, 100.0),
-        ("IN", 7, 39.37007874015748, 0.2248089430997105), ("own", 9, 1000.0, 1.0),
+        ("SI", 1, 1.0, 1.0),
+        ("MM", 5, 1000.0, 1000.0),
+        ("CM", 6, 100.0, 100.0),
+        ("IN", 7, 39.37007874015748, 0.2248089430997105),
+        ("own", 9, 1000.0, 1.0),
     ),
     _case("starts late.uff", [function58(TIP, 1, 3, start=0.25, double=True)], ("m/s", 1.0), start=0.25),
     _case("axis in ms.uff", [function58(TIP, 1, 3, axis_label="ms")], ("m/s", 1.0), time=1e-3),
     Case("lines of 80, CRLF.uff", _long_lines()),
-]  # fmt: skip
+]

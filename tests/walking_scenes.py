@@ -57,9 +57,15 @@ def trotter(
     for i in range(legs):
         stiff, soft, loss = 1.0 + rng.random(3)
         some[f"leg{i}"] = WalkerLeg(
-            x=1e-3 * (i - (legs - 1) / 2), y=5e-4 * (-1.0) ** i, z=-1e-4, mass=2e-9, stiffness_v=stiff,
-            damping_v=damping * loss, stiffness_l=soft, damping_l=damping,
-        )  # fmt: skip
+            x=1e-3 * (i - (legs - 1) / 2),
+            y=5e-4 * (-1.0) ** i,
+            z=-1e-4,
+            mass=2e-9,
+            stiffness_v=stiff,
+            damping_v=damping * loss,
+            stiffness_l=soft,
+            damping_l=damping,
+        )
     mass = 1e-7 * legs
     inertia = {"roll_inertia": mass * 1e-6, "pitch_inertia": mass * 2e-6} if turning else {}
     return Scene(
@@ -81,7 +87,7 @@ def trotter(
             for i, leg in enumerate(some)
         },
         duration=0.02,
-    )  # fmt: skip
+    )
 
 
 def sticky(**changes: Any) -> Ground:

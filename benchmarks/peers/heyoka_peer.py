@@ -72,9 +72,7 @@ def _flight(problem: Problem, shapes: FloatArray, speed: float, tolerance: float
         terms += [from_tip[i] * film] if from_tip[i] != 0.0 else []
         equations.append((w[i], hy.sum(terms)))
     landing = hy.t_event(r[tip] - problem.ground, direction=hy.event_direction.negative)
-    return hy.taylor_adaptive(
-        equations, np.zeros(2 * n), pars=[0.0], tol=tolerance, t_events=[landing], fast_math=True
-    )
+    return hy.taylor_adaptive(equations, np.zeros(2 * n), pars=[0.0], tol=tolerance, t_events=[landing], fast_math=True)
 
 
 def _held(problem: Problem, rate: np.ndarray, tolerance: float) -> hy.taylor_adaptive_dbl:
@@ -86,9 +84,7 @@ def _held(problem: Problem, rate: np.ndarray, tolerance: float) -> hy.taylor_ada
     equations += [(b[k], rate[k].real * b[k] + rate[k].imag * a[k]) for k in range(m)]
     margin = hy.par[0] + problem.adhesion_rate * hy.time - hy.sum(a)
     release = hy.t_event(margin, direction=hy.event_direction.negative)
-    return hy.taylor_adaptive(
-        equations, np.zeros(2 * m), pars=[0.0], tol=tolerance, t_events=[release], fast_math=True
-    )
+    return hy.taylor_adaptive(equations, np.zeros(2 * m), pars=[0.0], tol=tolerance, t_events=[release], fast_math=True)
 
 
 @lru_cache(maxsize=16)

@@ -32,9 +32,7 @@ def _homes() -> "dict[str, tuple[str, str]]":
         with open(__file__.removesuffix("c") + "i", encoding="utf-8") as stub:
             lines = [line.split() for line in stub if line.startswith(("from tarsus.", "from tarsus "))]
         for _, module, _, *words in lines:
-            for name, _, offered in (
-                " ".join(words).split(", ")[k].split() for k in range(words.count("as"))
-            ):
+            for name, _, offered in (" ".join(words).split(", ")[k].split() for k in range(words.count("as"))):
                 _HOMES[offered] = (module, name)
     return _HOMES
 
@@ -57,14 +55,10 @@ def __getattr__(name: str) -> "Any":
         globals()[name] = found
         return found
     module, own = _HOMES[name]
-    if module == __name__ or module.startswith(
-        f"{__name__}.{name}."
-    ):  # a room; one of a verb's name can be called
+    if module == __name__ or module.startswith(f"{__name__}.{name}."):  # a room; one of a verb's name can be called
         return import_module(f"{__name__}.{name}")
     found = import_module(module)
-    value = (
-        getattr(found, own) if hasattr(found, own) else import_module(f"{module}.{own}")
-    )  # one of its files
+    value = getattr(found, own) if hasattr(found, own) else import_module(f"{module}.{own}")  # one of its files
     globals()[name] = value
     return value
 

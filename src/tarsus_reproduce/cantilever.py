@@ -9,14 +9,7 @@ from typing import Any
 from tarsus.calibrate.description import TableSampling
 from tarsus.files.library import changed
 from tarsus.model.scene import Scene
-from tarsus_reproduce.compared import (
-    TableComparison,
-    compared_rows,
-    compared_section,
-    csv_columns,
-    named,
-    summary_of,
-)
+from tarsus_reproduce.compared import TableComparison, compared_rows, compared_section, csv_columns, named, summary_of
 from tarsus_reproduce.ensembles import packaged_errors
 from tarsus_reproduce.reproduction import Progress, Reproduction
 from tarsus_reproduce.rows import CANTILEVER, packaged_rows, read_rows
@@ -40,9 +33,12 @@ def _driven(scene: Scene, row: Mapping[str, Any]) -> Scene:
 
 
 PERIODS = TableComparison(
-    CANTILEVER, "cantilever", _driven,
-    TableSampling(settle=0.2, window_periods=1.0, windows=16, accuracy=1e-6), "periods with a bounce",
-)  # fmt: skip
+    CANTILEVER,
+    "cantilever",
+    _driven,
+    TableSampling(settle=0.2, window_periods=1.0, windows=16, accuracy=1e-6),
+    "periods with a bounce",
+)
 """Table A.1, by drive period: after 0.2 s the first mode of every packaged beam has decayed to a hundredth."""
 
 

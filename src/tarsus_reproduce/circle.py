@@ -111,16 +111,12 @@ def fit_mode_circle(frequency: Floats, mobility: Complexes, near: float) -> Circ
         last += 1
     lines = np.arange(first, last + 1)
     if len(lines) < _FEWEST:
-        raise InputError(
-            _unresolved(frequency[peak], f"only {len(lines)} lines reach a fifth of its peak", line)
-        )
+        raise InputError(_unresolved(frequency[peak], f"only {len(lines)} lines reach a fifth of its peak", line))
     circle = fit_circle(mobility[lines])
     angles = np.unwrap(np.angle(mobility[lines] - circle.centre))
     arc = float(np.degrees(np.ptp(angles)))
     if arc < _ARC:
-        raise InputError(
-            _unresolved(frequency[peak], f"its lines cover {arc:.0f} degrees of a circle only", line)
-        )
+        raise InputError(_unresolved(frequency[peak], f"its lines cover {arc:.0f} degrees of a circle only", line))
     if angles[-1] > angles[0]:
         raise InputError(
             f"the resonance at {frequency[peak]:g} Hz turns the wrong way: its circle is run through anticlockwise, as "
@@ -141,14 +137,11 @@ def fit_mode_circle(frequency: Floats, mobility: Complexes, near: float) -> Circ
             f"the resonance at {natural:g} Hz turns the wrong way: its damping ratio would be {damping:.3g}"
         )
     if 2.0 * damping * natural < line:
-        raise InputError(
-            _unresolved(natural, f"its half-power band is {2.0 * damping * natural:.3g} Hz", line)
-        )
+        raise InputError(_unresolved(natural, f"its half-power band is {2.0 * damping * natural:.3g} Hz", line))
     return CircleFit(natural, damping, circle, lines, angles, float(np.sqrt(np.mean(found.fun**2))))
 
 
 def _unresolved(frequency: float, why: str, line: float) -> str:
     return (
-        f"the resonance at {frequency:g} Hz is under-resolved: {why}, at a line spacing of {line:g} Hz; "
-        "measure longer"
+        f"the resonance at {frequency:g} Hz is under-resolved: {why}, at a line spacing of {line:g} Hz; measure longer"
     )

@@ -94,9 +94,13 @@ class TableComparison:
         )
         fitted = printed.origin == "packaged" and printed.measured is not None and _calibrated(scene)
         return ComparedRow(
-            printed, printed.freq_hz or (1.0 / period if period else math.nan), forecasts, found[0]["bounces"].p_bounce,
-            CALIBRATED if fitted else PREDICTED, early,
-        )  # fmt: skip
+            printed,
+            printed.freq_hz or (1.0 / period if period else math.nan),
+            forecasts,
+            found[0]["bounces"].p_bounce,
+            CALIBRATED if fitted else PREDICTED,
+            early,
+        )
 
 
 def _calibrated(scene: Scene) -> bool:
@@ -190,9 +194,7 @@ def named(device: str, ensemble: WeightedEnsemble) -> str:
 # Figures of merit
 
 
-def merits_of(
-    one: PrintedQuantity, reference: Sequence[Observed], simulated: Sequence[Observed]
-) -> dict[str, Any]:
+def merits_of(one: PrintedQuantity, reference: Sequence[Observed], simulated: Sequence[Observed]) -> dict[str, Any]:
     """Table 2.3 of a quantity: `mean_error` signed, `mean_absolute_error`, and how many of the `cases` are `close`:
     less than half a bounce off, or by less than 30 %.
 
@@ -208,11 +210,7 @@ def merits_of(
         "mean_error": None if one.count else _mean(values),
         "mean_absolute_error": _mean([abs(value) for value in values]),
         "close": sum(abs(value) < (HALF if one.count else GOOD) for value in values),
-        **(
-            {"existence_right": sum((ref >= HALF) == (sim >= HALF) for ref, sim in known)}
-            if one.count
-            else {}
-        ),
+        **({"existence_right": sum((ref >= HALF) == (sim >= HALF) for ref, sim in known)} if one.count else {}),
     }
 
 
@@ -242,9 +240,7 @@ def skill_in(
 
 def _alike(row: PrintedRow, rows: Sequence[PrintedRow]) -> dict[str, Any]:
     """Conditions of a row that all of the rows have."""
-    return {
-        name: row.conditions[name] for name in row.conditions if all(name in one.conditions for one in rows)
-    }
+    return {name: row.conditions[name] for name in row.conditions if all(name in one.conditions for one in rows)}
 
 
 def _mean(values: Sequence[float]) -> float | None:
@@ -280,9 +276,13 @@ def summary_of(table: PrintedTable, rows: Sequence[ComparedRow]) -> dict[str, An
 
 
 def compared_section(
-    how: TableComparison, title: str, rows: Sequence[ComparedRow], notes: Sequence[str],
-    calibration: Mapping[str, Any] | None, caption: str,
-) -> Section:  # fmt: skip
+    how: TableComparison,
+    title: str,
+    rows: Sequence[ComparedRow],
+    notes: Sequence[str],
+    calibration: Mapping[str, Any] | None,
+    caption: str,
+) -> Section:
     """Figures of merit, what the calibration says of each row that was excluded, every number, and their figure."""
     numbers = [one for row in rows for one in _number_rows(how, row)]
     files = dict.fromkeys(row.printed.origin for row in rows if row.printed.origin != "packaged")
@@ -305,9 +305,16 @@ def _number_rows(how: TableComparison, row: ComparedRow) -> list[NumberRow]:
 def merits_table(table: PrintedTable, summary: Mapping[str, Any]) -> Table:
     """Figures of merit with the skill beside each."""
     columns = (
-        "rows", "model", "quantity", "cases", "close", "bounces exist, right", Column("mean error", "row", 3),
-        Column("its size", "row", 3), Column("skill", digits=2),
-    )  # fmt: skip
+        "rows",
+        "model",
+        "quantity",
+        "cases",
+        "close",
+        "bounces exist, right",
+        Column("mean error", "row", 3),
+        Column("its size", "row", 3),
+        Column("skill", digits=2),
+    )
     keys = ("cases", "close", "existence_right", "mean_error", "mean_absolute_error", "skill")
     rows, units = [], []
     for words, part in summary.items():
@@ -315,9 +322,7 @@ def merits_table(table: PrintedTable, summary: Mapping[str, Any]) -> Table:
             for one in table.quantities:
                 found = part[model][one.key]
                 if found["cases"]:
-                    rows.append(
-                        (f"{words} ({part['rows']})", _MODELS[model], one.words, *map(found.get, keys))
-                    )
+                    rows.append((f"{words} ({part['rows']})", _MODELS[model], one.words, *map(found.get, keys)))
                     units.append("1" if one.count else "%")
     notes = (
         "Close: an error below 30 %, of a number of bounces below one half. Mean errors are signed, and by their size.",
@@ -333,13 +338,12 @@ def _excluded_table(table: PrintedTable, calibration: Mapping[str, Any]) -> Tabl
     parts = [("calibrated on", calibration["training"]), ("excluded", calibration["left_out"])]
     known = [(title, part) for title, part in parts if part is not None]
     keys = (
-        ("mean_relative_error", "relative error", "%"), ("skill", "skill", "1"), ("held", "in 80 %", "%"),
+        ("mean_relative_error", "relative error", "%"),
+        ("skill", "skill", "1"),
+        ("held", "in 80 %", "%"),
         ("brier", "Brier score", "1"),
-    )  # fmt: skip
-    columns = [
-        "measure",
-        *(Column(words, unit, 3, over=title) for title, _ in known for _, words, unit in keys),
-    ]
+    )
+    columns = ["measure", *(Column(words, unit, 3, over=title) for title, _ in known for _, words, unit in keys)]
     rows = []
     for one in table.quantities:
         naive, cells = known_naively(table, one), [one.studied]
@@ -366,14 +370,13 @@ def known_naively(table: PrintedTable, one: PrintedQuantity) -> dict[str, float]
 def csv_columns(table: PrintedTable, rows: Sequence[ComparedRow]) -> dict[str, tuple[str, ...]]:
     """Columns of the CSV file, and where each is in the plain data of a row."""
     conditions = [name for name in table.columns if name in ("wave", "volt_v", "gap_um", "freq_hz")]
-    columns: dict[str, tuple[str, ...]] = {
-        name: (name,) for name in (*conditions, "origin", "role", "p_bounce")
-    }
+    columns: dict[str, tuple[str, ...]] = {name: (name,) for name in (*conditions, "origin", "role", "p_bounce")}
     models = rows[0].forecasts if rows else (MINE,)
     for one in table.quantities:
         columns |= {f"{one.key}_{who}": (who, one.key) for who in ("source", "measured")}
         columns |= {
             f"{one.key}_{model}{name.removeprefix('ours')}": (model, one.key, end)
-            for model in models for name, end in OURS.items()
-        }  # fmt: skip
+            for model in models
+            for name, end in OURS.items()
+        }
     return columns

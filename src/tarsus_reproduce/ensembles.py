@@ -51,9 +51,7 @@ def packaged_ensemble(device: str) -> WeightedEnsemble | None:
     return ensemble_of_table(_packaged(device), _study(device)) if device in FILES else None
 
 
-def device_ensemble(
-    study: str, scene: Scene, driven: Callable[[Scene, Mapping[str, Any]], Scene]
-) -> WeightedEnsemble:
+def device_ensemble(study: str, scene: Scene, driven: Callable[[Scene, Mapping[str, Any]], Scene]) -> WeightedEnsemble:
     """A single device as an ensemble that predicts rows of a packaged study, without a discrepancy.
 
     driven: the device under the conditions of a row; what it changes of signals and gaps is taken.

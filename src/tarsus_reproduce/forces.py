@@ -105,9 +105,7 @@ def estimate_forces(record: Measurement, structure: Structure, names: Sequence[s
     m = point_matrices(structure, [record.channel(name).at for name in names])
     ts = record.step
     acceleration = np.diff(velocity, axis=1) / ts
-    values = (
-        m.mass @ acceleration + m.damping @ velocity[:, :-1] + m.stiffness @ integrate(velocity, ts)[:, :-1]
-    )
+    values = m.mass @ acceleration + m.damping @ velocity[:, :-1] + m.stiffness @ integrate(velocity, ts)[:, :-1]
     newest, here = _variance(m.mass / ts, noise), _variance(m.damping - m.mass / ts, noise)
     summed = _variance(m.stiffness * ts, noise)
     variance = (newest + here)[:, None] + summed[:, None] * np.arange(record.count - 1)
@@ -161,9 +159,12 @@ def impact_forces(
     ratio = np.divide(values, own, out=np.full_like(values, np.nan), where=clear)
     spread = np.diag(covariance) - 2.0 * ratio * covariance[c] + ratio**2 * covariance[c, c]
     return ImpactForces(
-        tuple(names), values, np.broadcast_to(np.sqrt(np.diag(covariance)), values.shape), ratio,
+        tuple(names),
+        values,
+        np.broadcast_to(np.sqrt(np.diag(covariance)), values.shape),
+        ratio,
         np.sqrt(spread.clip(0.0)) / np.abs(own),
-    )  # fmt: skip
+    )
 
 
 def _velocities(record: Measurement, names: Sequence[str]) -> tuple[Floats, Floats]:

@@ -25,8 +25,7 @@ def index_html(results: Mapping[str, Result]) -> str:
     chosen = [(one, results[name]) for name, one in experiments().items() if name in results]
     link = Markup('<a href="{}/reproduction.html">{}</a>')
     rows = [
-        (link.format(one.name, one.title), _calibrated(one, result), _predicted(one, result))
-        for one, result in chosen
+        (link.format(one.name, one.title), _calibrated(one, result), _predicted(one, result)) for one, result in chosen
     ]
     missed = [Section(one.title, bullets([*one.unmatched, *_missed(one, result)])) for one, result in chosen]
     about = (

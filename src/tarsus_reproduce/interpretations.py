@@ -213,9 +213,7 @@ def judged_interpretations(
     walker_of(base)
     texts = {**scene_texts(base), "judging.txt": f"{COARSE}, {PERIODS} periods, ranges {_digest()}\n"}
     place = None if folder is None else folder / STORE
-    store = RunStore.open(
-        place, texts, resume=place is not None and place.exists(), what="set of interpretations"
-    )
+    store = RunStore.open(place, texts, resume=place is not None and place.exists(), what="set of interpretations")
 
     def judge(points: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
         return {"counts": np.array([_counts(base, point) for point in points])}

@@ -209,8 +209,9 @@ class DeviceTrends:
             return None
         found = [
             (one.finding.verdict, one.trend.directional)
-            for one in self.trends if one.lasting and self.scores(one.trend)
-        ]  # fmt: skip
+            for one in self.trends
+            if one.lasting and self.scores(one.trend)
+        ]
         return Score.of([*found, (much.verdict, True)])
 
     @property
@@ -231,9 +232,8 @@ class DeviceTrends:
             f"{chosen} of its numbers were chosen within the range of random readings so that these trends come out: "
             "its score is no validation"
         )
-        return (
-            f"damping ratio of (4.3) {ratio:.2g}, film in the {self.film.value} reading, started {start}"
-            + (f"; {told}" if chosen else "")
+        return f"damping ratio of (4.3) {ratio:.2g}, film in the {self.film.value} reading, started {start}" + (
+            f"; {told}" if chosen else ""
         )
 
     @property
@@ -245,9 +245,7 @@ class DeviceTrends:
             for name, count in swept.codes.items()
             if name != "DONE"
         ]
-        return bad + [
-            f"{self.name}, Fig. 4.7({one.name}): {one.run.code}" for one in self.examples if not one.run.ok
-        ]
+        return bad + [f"{self.name}, Fig. 4.7({one.name}): {one.run.code}" for one in self.examples if not one.run.ok]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data in SI."""
@@ -279,9 +277,7 @@ class DeviceTrends:
                     "vertical_amplitude_m": one.amplitude,
                     "stride_m": one.stride,
                     **{f"settled_{name}_m": value for name, (value, _) in (one.settled or {}).items()},
-                    **{
-                        f"settled_{name}_over_starts_m": off for name, (_, off) in (one.settled or {}).items()
-                    },
+                    **{f"settled_{name}_over_starts_m": off for name, (_, off) in (one.settled or {}).items()},
                 }
                 for one in self.examples
             ],
@@ -290,8 +286,7 @@ class DeviceTrends:
                     "says": one.says,
                     "verdict": one.verdict.value,
                     "ratio": one.ratio,
-                    "settled": one.lasting
-                    and {"verdict": one.lasting.verdict.value, "ratio": one.lasting.ratio},
+                    "settled": one.lasting and {"verdict": one.lasting.verdict.value, "ratio": one.lasting.ratio},
                 }
                 for one in self.comparisons
             ],
@@ -463,10 +458,7 @@ def _fig_4_7(
         return Example(name, simulate(own, duration), _settled(own) if lasting else None)
 
     first, second = (example(name, ground) for name, ground in grounds.items())
-    causes = {
-        "electrostatics": "ground.electrostatic.coefficient",
-        "adhesion": "ground.adhesion.rate",
-    }
+    causes = {"electrostatics": "ground.electrostatic.coefficient", "adhesion": "ground.adhesion.rate"}
     alone = (
         _compare(
             f"that is because of {cause}: (a) against (a) with that of (b)",
@@ -487,9 +479,7 @@ def _settled(scene: Scene) -> dict[str, tuple[float, float]]:
     motion = motion_asked(drive_period(scene))
     found = scored(motion, scene, {}, SETTLED, Shared())
     assert found.over_starts is not None
-    return dict(
-        zip(SETTLED, zip(found.value[0].tolist(), found.over_starts[0].tolist(), strict=True), strict=True)
-    )
+    return dict(zip(SETTLED, zip(found.value[0].tolist(), found.over_starts[0].tolist(), strict=True), strict=True))
 
 
 def _compare(says: str, one: Example, other: Example) -> GroundComparison:

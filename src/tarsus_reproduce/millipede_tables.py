@@ -58,11 +58,7 @@ def reproduce_millipede(
         )
     else:
         drawn = packaged_interpretations()
-    near = {
-        one.name: scatter_table(scatter_scores(one, scatter, seed, progress=progress))
-        for one in found
-        if scatter
-    }
+    near = {one.name: scatter_table(scatter_scores(one, scatter, seed, progress=progress)) for one in found if scatter}
     return millipede_reproduction(found, drawn, near, packaged=not interpretations)
 
 
@@ -81,9 +77,19 @@ def millipede_reproduction(
     for name, table in (scatter or {}).items():
         variants[name]["scatter"] = table
     about = (
-        "figure", "quantity", "says", "directional", "scored", "measure", "motion", "unit", "verdict", "words", "first",
+        "figure",
+        "quantity",
+        "says",
+        "directional",
+        "scored",
+        "measure",
+        "motion",
+        "unit",
+        "verdict",
+        "words",
+        "first",
         "last",
-    )  # fmt: skip
+    )
     return Reproduction(
         name="millipede",
         title="The walking millipede",
@@ -180,9 +186,10 @@ OF_DRAWN = f"from rest, {PERIODS} periods"
 def _of_settled(devices: Sequence[DeviceTrends]) -> str:
     """What settled motions are, and how many of the runs had settled."""
     shares = ", ".join(
-        f"{device.name} {percent(float(np.mean(own)))}" for device in devices
+        f"{device.name} {percent(float(np.mean(own)))}"
+        for device in devices
         if (own := [one.settled for one in device.swept if one.settled is not None])
-    )  # fmt: skip
+    )
     return f"{devices[0].motions[1]}; of the starts so many repeat: {shares}" if shares else "not judged"
 
 
@@ -210,9 +217,11 @@ def _distribution(
             spans = ", ".join(
                 f"{near[key]['least']} to {near[key]['most']} {words}"
                 for key, words in (
-                    ("agree", "agree"), ("contradict", "contradict"), ("directional_agree", "directional ones agree"),
+                    ("agree", "agree"),
+                    ("contradict", "contradict"),
+                    ("directional_agree", "directional ones agree"),
                 )
-            )  # fmt: skip
+            )
             notes.append(
                 f"{name}, unprinted numbers scattered by {near['spread']:.0%} ({near['judged']} draws): {spans}."
             )
@@ -221,14 +230,18 @@ def _distribution(
         title,
         FigureCall("millipede_figures.interpretations_figure", drawn, devices),
         Table(
-            "Numbers that are not printed", ("number", Column("from, to", "row", 3), "because"), ranges, notes,
+            "Numbers that are not printed",
+            ("number", Column("from, to", "row", 3), "because"),
+            ranges,
+            notes,
             units=[one.unit or "1" for one in UNPRINTED],
         ),
         Table(
-            "Choices that are not stated", ("choice", "one of", "because"),
+            "Choices that are not stated",
+            ("choice", "one of", "because"),
             [(one.name, " or ".join(one.options), one.why) for one in CHOICES],
         ),
-    )  # fmt: skip
+    )
 
 
 def _over(devices: Sequence[DeviceTrends]) -> list[FigureCall]:
@@ -261,9 +274,7 @@ def _grounds(devices: Sequence[DeviceTrends]) -> tuple[Table, ...]:
         "attraction lowers the amplitude (erratum E15); both are computed, and only the first line is scored."
     )
     claims = list(zip(*(device.comparisons for device in devices), strict=True))
-    rows = [
-        (own[0].says, *(f"{one.verdict.value}\n{one.words}{_lasting(one)}" for one in own)) for own in claims
-    ]
+    rows = [(own[0].says, *(f"{one.verdict.value}\n{one.words}{_lasting(one)}" for one in own)) for own in claims]
     flagged = [
         (k, 1 + j)
         for k, own in enumerate(claims)
@@ -279,15 +290,11 @@ def _grounds(devices: Sequence[DeviceTrends]) -> tuple[Table, ...]:
             ("from rest", lambda one: one.amplitude, lambda one: one.stride),
             *((("settled", _of("vertical_amplitude"), _of("stride")),) * (device.lasting is not None)),
         )
-    ]  # fmt: skip
+    ]
     columns = (
         "device",
         "measured over",
-        *(
-            Column(f"({name})", "m", 3, over=what)
-            for what in ("vertical amplitude", "stride")
-            for name in "ab"
-        ),
+        *(Column(f"({name})", "m", 3, over=what) for what in ("vertical amplitude", "stride") for name in "ab"),
     )
     return (*tables, Table("Walks on both grounds", columns, swings))
 

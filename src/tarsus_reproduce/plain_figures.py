@@ -40,11 +40,7 @@ class PlainFigures:
 
 
 def plain_figures(
-    close: Measurement,
-    subtracted: Measurement,
-    foot: str,
-    impacts: Impacts,
-    names: Sequence[str] | None = None,
+    close: Measurement, subtracted: Measurement, foot: str, impacts: Impacts, names: Sequence[str] | None = None
 ) -> PlainFigures:
     """Restitution and velocity-change ratios by differences of neighbouring samples, (3.30) to (3.32).
 

@@ -64,8 +64,7 @@ class Forecast:
     def to_dict(self) -> dict[str, float | None]:
         """Plain data; None for NaN."""
         return {
-            name: value if math.isfinite(value := getattr(self, name)) else None
-            for name in ("median", "low", "high")
+            name: value if math.isfinite(value := getattr(self, name)) else None for name in ("median", "low", "high")
         }
 
 
@@ -80,9 +79,7 @@ class NumberRow:
     @classmethod
     def probability(cls, case: str, role: str, words: str, p: float | None) -> NumberRow:
         """A probability, for which nothing is printed."""
-        return cls(
-            case, role, words, "%", None, None, Forecast(math.nan if p is None else p, math.nan, math.nan)
-        )
+        return cls(case, role, words, "%", None, None, Forecast(math.nan if p is None else p, math.nan, math.nan))
 
     case: str
     role: str
@@ -133,23 +130,37 @@ def numbers_table(title: str, rows: Sequence[NumberRow], notes: Iterable[str] = 
     """Rows of numbers with the errors of the source's model and ours; the case is named where it begins."""
     whole = any(row.without is not None for row in rows)
     columns = [
-        Column("case"), Column("role"), Column("quantity"),
-        Column("measured", "row", 4), Column("source's model", "row", 4),
-        Column("Tarsus", "row", 3), Column("80 % interval", "row", 3),
+        Column("case"),
+        Column("role"),
+        Column("quantity"),
+        Column("measured", "row", 4),
+        Column("source's model", "row", 4),
+        Column("Tarsus", "row", 3),
+        Column("80 % interval", "row", 3),
         *([Column("without small forces", "row", 3), Column("80 % of those", "row", 3)] if whole else ()),
-        Column("source's error", "%", 3), Column("our error", "%", 3), Column("in the interval"),
-    ]  # fmt: skip
+        Column("source's error", "%", 3),
+        Column("our error", "%", 3),
+        Column("in the interval"),
+    ]
     cells: list[tuple[Any, ...]] = []
     for number, row in enumerate(rows):
         first = number == 0 or rows[number - 1].case != row.case
         ours, bare = row.ours, row.without or Forecast(*[float("nan")] * 3)
         cells.append(
             (
-                row.case if first else "", row.role if first else "", row.quantity, row.measured, row.source,
-                ours.median, (ours.low, ours.high), *((bare.median, (bare.low, bare.high)) if whole else ()),
-                relative_error(row.measured, row.source), relative_error(row.measured, ours.median), row.held,
+                row.case if first else "",
+                row.role if first else "",
+                row.quantity,
+                row.measured,
+                row.source,
+                ours.median,
+                (ours.low, ours.high),
+                *((bare.median, (bare.low, bare.high)) if whole else ()),
+                relative_error(row.measured, row.source),
+                relative_error(row.measured, ours.median),
+                row.held,
             )
-        )  # fmt: skip
+        )
     flagged = [(number, len(columns) - 2) for number, row in enumerate(rows) if row.notable]
     said = (
         "Error is (measured − simulated) / measured; 0 measured and something simulated has none. "
@@ -226,9 +237,7 @@ class Reproduction(Tabled):
 
         faults = [said(one, failed=True) for one in (*self.cautions, *self.problems)]
         about = [f"{self.about}.", *faults]
-        return sections_page(
-            self.title, about, self.sections, self.footer, head=f"{self.name} – reproduction"
-        )
+        return sections_page(self.title, about, self.sections, self.footer, head=f"{self.name} – reproduction")
 
     def write(self, folder: str | Path) -> list[Path]:
         """Write `PAGE_FILES` into a folder and return their paths. Raises InputError where they cannot be written."""

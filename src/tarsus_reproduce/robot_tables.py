@@ -14,16 +14,7 @@ from tarsus_reproduce.compared import compared_section, csv_columns
 from tarsus_reproduce.impacts import printed_column
 from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction
 from tarsus_reproduce.robot_runs import AIR_GAP, RobotRuns, check_device, robot_runs, share_made
-from tarsus_reproduce.robots import (
-    MEAN_HEIGHT,
-    OBSERVED,
-    SEEDS,
-    SETTLE,
-    WINDOW,
-    WINDOWS,
-    RobotRows,
-    robot_rows,
-)
+from tarsus_reproduce.robots import MEAN_HEIGHT, OBSERVED, SEEDS, SETTLE, WINDOW, WINDOWS, RobotRows, robot_rows
 from tarsus_reproduce.rows import HEIGHTS
 
 ROUNDING = 1e-9
@@ -63,13 +54,7 @@ def robot_reproduction(found: RobotRows, runs: RobotRuns) -> Reproduction:
         data=data,
         columns=csv_columns(HEIGHTS, found.rows),
         lines=data["rows"],
-        sections=(
-            _heights(found),
-            _over_ground(runs),
-            _in_air(runs),
-            _modes(found),
-            _maps(found, runs),
-        ),
+        sections=(_heights(found), _over_ground(runs), _in_air(runs), _modes(found), _maps(found, runs)),
         problems=problems,
         cautions=() if caution is None else (caution,),
         footer=FOOTER,
@@ -83,7 +68,7 @@ def _heights(found: RobotRows) -> Section:
     notes = [
         f"Every number of ours is the median over windows of {1e3 * WINDOW:g} ms, as the table's counts in multiples "
         f"of 20 suggest. There are {found.runs} runs from random initial states; the interval holds 80 % of the "
-        f"windows. {SETTLE:g} s are dropped and {OBSERVED:g} s observed. Mean height is taken as {MEAN_HEIGHT}.",
+        f"windows. {SETTLE:g} s are dropped and {OBSERVED:g} s observed. Mean height is taken as {MEAN_HEIGHT}."
     ]
     ground = found.scene.ground
     if ground.film is None and ground.electrostatic is None and ground.leg_electrostatic is None:
@@ -121,9 +106,7 @@ def _in_air(runs: RobotRuns) -> Section:
     )
     columns = ("drive", Column("frequency", "Hz"), "point", Column("peak to peak", "m"))
     shown = Table("Steady motion in the air", columns, rows, (note,))
-    return Section(
-        "Motion in the air", FigureCall("robot_figures.air_motion", runs) if ended else None, shown
-    )
+    return Section("Motion in the air", FigureCall("robot_figures.air_motion", runs) if ended else None, shown)
 
 
 def _modes(found: RobotRows) -> Section:
@@ -139,9 +122,7 @@ def _modes(found: RobotRows) -> Section:
         Column("MAC", digits=3),
         *(Column(one, digits=3, over="shape") for one in points),
     )
-    rows: list[tuple[Any, ...]] = [
-        (str(mode.number), mode.freq_hz, mode.mac, *mode.shape) for mode in found.modes
-    ]
+    rows: list[tuple[Any, ...]] = [(str(mode.number), mode.freq_hz, mode.mac, *mode.shape) for mode in found.modes]
     rows.append(("printed", None, None, *column.tolist()))
     note = (
         "MAC: likeness of the mode and the printed CoR column, 1 = the same shape; the last line is that column. "
@@ -153,12 +134,13 @@ def _modes(found: RobotRows) -> Section:
 
 def _maps(found: RobotRows, runs: RobotRuns) -> Section:
     columns = (
-        "map", Column("restitution"), Column("skew", digits=3),
-        Column("as it is", digits=3, over="worst gain"), Column("made passive", digits=3, over="worst gain"),
-    )  # fmt: skip
-    rows = [
-        (one.map, one.restitution, one.skew, one.worst_gain, one.passive_worst_gain) for one in found.maps
-    ]
+        "map",
+        Column("restitution"),
+        Column("skew", digits=3),
+        Column("as it is", digits=3, over="worst gain"),
+        Column("made passive", digits=3, over="worst gain"),
+    )
+    rows = [(one.map, one.restitution, one.skew, one.worst_gain, one.passive_worst_gain) for one in found.maps]
     flagged = [
         (k, 3 + j)
         for k, one in enumerate(found.maps)
@@ -185,12 +167,15 @@ def _maps(found: RobotRows, runs: RobotRuns) -> Section:
     histograms = FigureCall("robot_figures.impact_histograms", energies, runs.struck.title)
     lists = {"as run": energies.actual} | {f"{k}, as it is": v for k, v in energies.by_map.items()}
     columns = (
-        "energy made by", Column("sum", "J", 3), Column("mean of an impact", "J", 3), Column("most made", "J", 3),
-        Column("most lost", "J", 3), Column("impacts that make energy", "%", 3),
-    )  # fmt: skip
+        "energy made by",
+        Column("sum", "J", 3),
+        Column("mean of an impact", "J", 3),
+        Column("most made", "J", 3),
+        Column("most lost", "J", 3),
+        Column("impacts that make energy", "%", 3),
+    )
     body = [
-        (name, float(v.sum()), float(v.mean()), _beyond(v), _beyond(-v), share_made(v))
-        for name, v in lists.items()
+        (name, float(v.sum()), float(v.mean()), _beyond(v), _beyond(-v), share_made(v)) for name, v in lists.items()
     ]
     note = (
         "Each map is asked what it would have done with the velocities just before every impact of this one run; a run "

@@ -50,9 +50,7 @@ class RobotRows:
     @property
     def problems(self) -> list[str]:
         """Sentences of the runs that did not reach their end."""
-        return [
-            f"{row.case}: {problem}" for row in self.rows for problem in row.problems
-        ]
+        return [f"{row.case}: {problem}" for row in self.rows for problem in row.problems]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data: `robot`, `device`, `rows`, `summary`, `modes`, `impact_maps`; lengths in um, rates in 1/s."""
@@ -137,8 +135,11 @@ def row_scene(scene: Scene, row: Mapping[str, Any]) -> Scene:
 
 
 WINDOWS = TableComparison(
-    HEIGHTS, "hexapod", row_scene,
+    HEIGHTS,
+    "hexapod",
+    row_scene,
     TableSampling(settle=SETTLE, window=WINDOW, windows=round(OBSERVED / WINDOW), accuracy=1e-8),
-    "windows with a bounce", {"ground.near_field_forces": False},
-)  # fmt: skip
+    "windows with a bounce",
+    {"ground.near_field_forces": False},
+)
 """Table 3.2, by windows of runs from random initial states of every member."""

@@ -157,9 +157,7 @@ def _row(line: Mapping[str, Any], table: PrintedTable, origin: str) -> PrintedRo
         numbers = {one.key: line[one.column(who)] for one in table.quantities}
         parts.append(numbers if any(value is not None for value in numbers.values()) else None)
     source, measured = parts
-    return PrintedRow(
-        line["wave"], line["volt_v"], line["freq_hz"], line.get("gap_um"), source, measured, origin
-    )
+    return PrintedRow(line["wave"], line["volt_v"], line["freq_hz"], line.get("gap_um"), source, measured, origin)
 
 
 def relative_error(reference: float | None, simulated: float | None) -> float | None:

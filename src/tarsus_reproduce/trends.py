@@ -192,8 +192,7 @@ class Claim(ABC):
             verdict = TrendVerdict.NOT_DETERMINED
             words += f" ({sum(right)} of {len(right)} replicates as said)"
         first, last = (
-            float(np.mean(row[np.isfinite(row)])) if np.isfinite(row).any() else np.nan
-            for row in part.y[[0, -1]]
+            float(np.mean(row[np.isfinite(row)])) if np.isfinite(row).any() else np.nan for row in part.y[[0, -1]]
         )
         rho = tuple(one.rank()[0] for one in replicates)
         return Finding(verdict, words, first, last, rho, tuple(at))

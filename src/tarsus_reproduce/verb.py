@@ -124,9 +124,14 @@ def reproduce(
         from tarsus_reproduce.millipede_tables import reproduce_millipede
 
         return reproduce_millipede(
-            chosen, interpretations=readings, scatter=scatter, seed=1 if seed is None else seed,
-            folder=None if folder is None else Path(folder), threads=threads, progress=progress,
-        )  # fmt: skip
+            chosen,
+            interpretations=readings,
+            scatter=scatter,
+            seed=1 if seed is None else seed,
+            folder=None if folder is None else Path(folder),
+            threads=threads,
+            progress=progress,
+        )
     from tarsus_reproduce.robot_tables import reproduce_robot
     from tarsus_reproduce.robots import SEEDS
 

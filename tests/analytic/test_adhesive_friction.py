@@ -17,9 +17,7 @@ INITIAL, RATE = 2e-6, 3e-5
 PUSH = 4e-4  # [N/s] along the ground
 
 
-def held(
-    gravity: float = GRAVITY, friction: AdhesiveFriction | Friction | None = None, **signals
-) -> ts.Scene:
+def held(gravity: float = GRAVITY, friction: AdhesiveFriction | Friction | None = None, **signals) -> ts.Scene:
     ground = ts.Ground(
         gravity=ts.Gravity(acceleration=gravity),
         adhesion=ts.Adhesion(initial=INITIAL, rate=RATE),

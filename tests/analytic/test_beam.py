@@ -17,14 +17,31 @@ def finite_elements(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Mass and stiffness of Hermite elements, (deflection, slope) of each node, clamped node removed."""
     h = length / ELEMENTS
-    k = stiffness / h**3 * np.array(
-        [[12, 6 * h, -12, 6 * h], [6 * h, 4 * h**2, -6 * h, 2 * h**2],
-         [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h**2, -6 * h, 4 * h**2]]
-    )  # fmt: skip
-    m = mass_per_length * h / 420 * np.array(
-        [[156, 22 * h, 54, -13 * h], [22 * h, 4 * h**2, 13 * h, -3 * h**2],
-         [54, 13 * h, 156, -22 * h], [-13 * h, -3 * h**2, -22 * h, 4 * h**2]]
-    )  # fmt: skip
+    k = (
+        stiffness
+        / h**3
+        * np.array(
+            [
+                [12, 6 * h, -12, 6 * h],
+                [6 * h, 4 * h**2, -6 * h, 2 * h**2],
+                [-12, -6 * h, 12, -6 * h],
+                [6 * h, 2 * h**2, -6 * h, 4 * h**2],
+            ]
+        )
+    )
+    m = (
+        mass_per_length
+        * h
+        / 420
+        * np.array(
+            [
+                [156, 22 * h, 54, -13 * h],
+                [22 * h, 4 * h**2, 13 * h, -3 * h**2],
+                [54, 13 * h, 156, -22 * h],
+                [-13 * h, -3 * h**2, -22 * h, 4 * h**2],
+            ]
+        )
+    )
     size = 2 * (ELEMENTS + 1)
     mass, stiff = np.zeros((size, size)), np.zeros((size, size))
     for e in range(ELEMENTS):
@@ -67,9 +84,7 @@ def test_beam_against_finite_elements(second: float) -> None:
     deflections = np.vstack([np.zeros(4), vectors[::2]])
     slopes = np.vstack([np.zeros(4), vectors[1::2]])
     h = beam.length / ELEMENTS
-    area = nodes * ((deflections[1:] + deflections[:-1]) / 2 + h * (slopes[:-1] - slopes[1:]) / 12).sum(
-        axis=0
-    )
+    area = nodes * ((deflections[1:] + deflections[:-1]) / 2 + h * (slopes[:-1] - slopes[1:]) / 12).sum(axis=0)
     weight = area + beam.tip.mass * (arm @ vectors[-2:])
     np.testing.assert_allclose(modes.mass * beam.vertical(), weight, rtol=1e-4)
 

@@ -24,15 +24,11 @@ WEIGHT = MASS * GRAVITY
 SYSTEMS = {"legged": block(friction=MU), "modal": slider(friction=Friction(coefficient=MU))}
 
 
-def padded(
-    scene: Scene, degrees: float, pad: Waveform, amplifier: Amplifier | None = None, **law: float
-) -> Scene:
+def padded(scene: Scene, degrees: float, pad: Waveform, amplifier: Amplifier | None = None, **law: float) -> Scene:
     """The block on an incline, its foot a pad under the volts of a drive of its own, which pushes nothing."""
     ((name, foot),) = scene.robot.feet.items()
     drive = Drive(
-        load=PointLoad(weights={foot.point: 0.0}),
-        law=LinearForce(gain=0.0),
-        amplifier=amplifier or Amplifier(),
+        load=PointLoad(weights={foot.point: 0.0}), law=LinearForce(gain=0.0), amplifier=amplifier or Amplifier()
     )
     robot = scene.robot.model_copy(
         update={
@@ -42,9 +38,7 @@ def padded(
     )
     laws = {"electro_adhesion": ElectroAdhesion(**{"initial": 0.0, "coefficient": K} | law)}
     ground = scene.ground.model_copy(update={"incline": math.radians(degrees), "laws": laws})
-    return Scene(
-        name=scene.name, robot=robot, ground=ground, initial=scene.initial, duration=0.1, signals={"pad": pad}
-    )
+    return Scene(name=scene.name, robot=robot, ground=ground, initial=scene.initial, duration=0.1, signals={"pad": pad})
 
 
 def first(run: ts.Run, kind: EventKind) -> np.void:
@@ -89,9 +83,7 @@ def test_a_foot_is_released_at_the_moment_at_which_the_channel_falls(scene: Scen
 def test_volts_that_pass_through_zero_let_go_however_shortly(scene: Scene, weight: float) -> None:
     """V = A cos w t holds until K V^2 falls to the weight; at 1e-7 of the most for 2e-4 of a period alone."""
     high, hertz = math.sqrt(WEIGHT / (K * weight)), 40.0
-    run = ts.simulate(
-        padded(scene, 180.0, ts.Sine(amplitude=high, frequency=hertz, phase=0.5 * math.pi)), 0.02
-    )
+    run = ts.simulate(padded(scene, 180.0, ts.Sine(amplitude=high, frequency=hertz, phase=0.5 * math.pi)), 0.02)
     lets_go = math.acos(math.sqrt(weight)) / (2.0 * math.pi * hertz)
     assert first(run, EventKind.RELEASE)["time"] == pytest.approx(lets_go, rel=1e-7)
 

@@ -33,9 +33,7 @@ def kinds(run: ts.Run) -> list[EventKind]:
     return [EventKind(kind) for kind in run.events["kind"]]
 
 
-@pytest.mark.parametrize(
-    "scene", [block(), slider(friction=Friction(coefficient=MU))], ids=["legged", "modal"]
-)
+@pytest.mark.parametrize("scene", [block(), slider(friction=Friction(coefficient=MU))], ids=["legged", "modal"])
 @pytest.mark.parametrize("up", [1.0, -1.0])
 def test_a_foot_slips_where_the_tangent_passes_friction(scene: Scene, up: float) -> None:
     critical = math.atan(MU)
@@ -55,9 +53,7 @@ def test_a_foot_slips_where_the_tangent_passes_friction(scene: Scene, up: float)
 
 @pytest.mark.parametrize("scene", [block(), slider()], ids=["legged", "modal"])
 @pytest.mark.parametrize(("degrees", "share"), [(90.0, MU), (135.0, None), (180.0, 1.0), (-90.0, MU)])
-def test_a_wall_holds_while_adhesion_bears_the_weight(
-    scene: Scene, degrees: float, share: float | None
-) -> None:
+def test_a_wall_holds_while_adhesion_bears_the_weight(scene: Scene, degrees: float, share: float | None) -> None:
     """On a wall mu f_a >= m g, under a ceiling f_a >= m g, between them m g |sin a| <= mu (f_a + m g cos a)."""
     angle = math.radians(degrees)
     needed = MASS * GRAVITY / (share or 1.0)

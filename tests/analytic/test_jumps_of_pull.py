@@ -21,13 +21,12 @@ def jumping(structure: ts.Lumped | ts.Walker, foot: str, level: float, duration:
     """A foot on the ground that adheres with 1 N, driven by -1 N and from 0.3 s on by ``level`` [N]."""
     drive = ts.Drive(load=ts.PointLoad(weights={foot: 1.0}), law=ts.LinearForce(gain=1.0))
     return ts.Scene(
-        name="jump", duration=duration,
+        name="jump",
+        duration=duration,
         robot=ts.Robot(structure=structure, drives={"d": drive}, feet={"f": ts.Foot(point=foot, gap=0.0)}),
         signals={"d": ts.OnOff(levels=(-1.0, level), durations=(JUMP, 1e3), repeat=False)},
-        ground=ts.Ground(
-            restitution=ts.Restitution(coefficient=0.0), adhesion=ts.Adhesion(initial=STRENGTH, rate=0.0)
-        ),
-    )  # fmt: skip
+        ground=ts.Ground(restitution=ts.Restitution(coefficient=0.0), adhesion=ts.Adhesion(initial=STRENGTH, rate=0.0)),
+    )
 
 
 def tied(level: float, duration: float) -> ts.Scene:

@@ -71,9 +71,7 @@ def landed(structure, rules, **how):
 
 
 @pytest.mark.parametrize("structure", ["lumped", "walker"])
-@pytest.mark.parametrize(
-    ("adhesion", "kind"), [(1.001 * PULL, CAPTURE), (0.999 * PULL, BOUNCE), (None, BOUNCE)]
-)
+@pytest.mark.parametrize(("adhesion", "kind"), [(1.001 * PULL, CAPTURE), (0.999 * PULL, BOUNCE), (None, BOUNCE)])
 def test_held_unless_the_spring_pulls_harder_than_the_adhesion(structure, adhesion, kind):
     event, _ = landed(structure, ground(None, adhesion=adhesion), speed=0.05)
     assert event["kind"] == kind
@@ -144,9 +142,7 @@ def test_what_the_printed_pull_holds_leaves_by_the_true_one(structure, adhesion,
     assert run.events["kind"][:2].tolist() == kinds
     assert np.ptp(run.events["time"][:2]) < 1e-15
     if RELEASE in kinds:  # it swings about the spring's rest from there
-        assert (run.scene.robot.structure.row("foot") @ run.series.state.x).max() == pytest.approx(
-            GAP, rel=1e-3
-        )
+        assert (run.scene.robot.structure.row("foot") @ run.series.state.x).max() == pytest.approx(GAP, rel=1e-3)
 
 
 @pytest.mark.parametrize(("normal", "phase"), [(1, 0.0), (-1, np.pi)])
@@ -193,9 +189,7 @@ def events_of(rules: ts.Ground, structure: str, **how) -> np.ndarray:
 def test_a_mass_on_a_spring_lands_alike_in_both_engines(rule, adhesion):
     drive = ts.Sine(amplitude=4.0 * PULL, frequency=1500.0)
     rules = ground(RULES[rule], 0.6, adhesion, film=ts.Film(coefficient=1e-23, thickness=1e-6))
-    one, other = (
-        events_of(rules, structure, force=drive, duration=8e-3) for structure in ("lumped", "walker")
-    )
+    one, other = (events_of(rules, structure, force=drive, duration=8e-3) for structure in ("lumped", "walker"))
     assert len(one) > 8
     assert one["kind"].tolist() == other["kind"].tolist()
     np.testing.assert_allclose(one["time"], other["time"], rtol=0.0, atol=1e-11)
@@ -233,9 +227,7 @@ def test_bounces_that_accumulate_end_in_bounded_work(e, adhesion, slow):
     over = np.sqrt(2.0 / 9.81) * (1.0 + e) / (1.0 - e)
     held = None if adhesion is None else ts.Adhesion(initial=adhesion, rate=0.0)
     ball = scene("ball", {"ground.restitution.coefficient": e, "ground.adhesion": held})
-    run = ts.simulate(
-        ts.with_values(ball, {"ground.landing": ts.laws.RestituteFirst(speed=slow)}), duration=1.2 * over
-    )
+    run = ts.simulate(ts.with_values(ball, {"ground.landing": ts.laws.RestituteFirst(speed=slow)}), duration=1.2 * over)
     assert run.ok and run.ledger.closure < 1e-8
     last = run.events[-1]
     assert len(run.events) <= 2 + (np.log(1e-15) / np.log(e) if e > 0.0 else 0.0)
@@ -294,9 +286,7 @@ def test_bounces_that_shrink_slowly_end_in_averaged_contact_and_quick_ones_at_re
         last = run.events[-1]
         rebound = e * last["speed_before"]
         assert last["kind"] == kind
-        assert (
-            0.5 * MASS * rebound**2 / -last["pull"] < 1e-12 < 0.5 * MASS * (rebound / e) ** 2 / -last["pull"]
-        )
+        assert 0.5 * MASS * rebound**2 / -last["pull"] < 1e-12 < 0.5 * MASS * (rebound / e) ** 2 / -last["pull"]
         assert run.ok
 
 
@@ -328,10 +318,7 @@ def test_two_feet_that_land_at_once_end_held(rule, adhesion):
         name="bar",
         robot=ts.Robot(
             structure=ts.Lumped(
-                coordinates=("left", "right"),
-                mass=((2.0, 1.0), (1.0, 2.0)),
-                stiffness=(0.0, 0.0),
-                damping=(0.0, 0.0),
+                coordinates=("left", "right"), mass=((2.0, 1.0), (1.0, 2.0)), stiffness=(0.0, 0.0), damping=(0.0, 0.0)
             ),
             feet={name: ts.Foot(point=name, gap=0.01) for name in ("left", "right")},
         ),

@@ -24,10 +24,14 @@ def rigid(
     count = max(len(place) for place in places.values())
     names = list(order or places)
     structure = {
-        "kind": "lumped", "coordinates": ["z", "p", "q"][: 1 + count], "mass": [1e-3, *[0.5e-3] * count],
-        "stiffness": [0.0] * (1 + count), "damping": [0.0] * (1 + count),
-        "weights": {name: [1.0, *places[name]] for name in names}, "upward": [1.0, *[0.0] * count],
-    }  # fmt: skip
+        "kind": "lumped",
+        "coordinates": ["z", "p", "q"][: 1 + count],
+        "mass": [1e-3, *[0.5e-3] * count],
+        "stiffness": [0.0] * (1 + count),
+        "damping": [0.0] * (1 + count),
+        "weights": {name: [1.0, *places[name]] for name in names},
+        "upward": [1.0, *[0.0] * count],
+    }
     robot = {"structure": structure, "feet": {name: {"point": name, "gap": GAP} for name in names}}
     return validate(
         Scene,
@@ -67,15 +71,10 @@ def test_a_level_rod_stays_level(e: float, order: tuple[str, str]) -> None:
     starts = SPEED / G + 2.0 * SPEED / G * np.array([sum(e**k for k in range(1, n + 1)) for n in flights])
     np.testing.assert_allclose(a["time"][bounces], starts[bounces], rtol=1e-9)
     np.testing.assert_allclose(
-        a["energy"][bounces],
-        0.25e-3 * (1.0 - e * e) * (SPEED * e ** flights[bounces]) ** 2,
-        rtol=1e-8,
-        atol=1e-25,
+        a["energy"][bounces], 0.25e-3 * (1.0 - e * e) * (SPEED * e ** flights[bounces]) ** 2, rtol=1e-8, atol=1e-25
     )
     if e < 1.0 and starts[-1] < 0.05 and not bounces[-1]:
-        assert a["kind"][-1] == REST and a["time"][-1] == pytest.approx(
-            SPEED / G * (1.0 + e) / (1.0 - e), rel=1e-7
-        )
+        assert a["kind"][-1] == REST and a["time"][-1] == pytest.approx(SPEED / G * (1.0 + e) / (1.0 - e), rel=1e-7)
 
 
 @pytest.mark.parametrize("e", [0.0, 0.3, 0.5, 1.0])
@@ -83,9 +82,7 @@ def test_a_plate_on_four_feet_that_share_the_load(e: float) -> None:
     """One foot more than the plate has ways to move: each takes a quarter."""
     corners = {
         f"{x}{y}": places
-        for (x, y), places in zip(
-            itertools.product("lr", "fh"), itertools.product((-1.0, 1.0), repeat=2), strict=True
-        )
+        for (x, y), places in zip(itertools.product("lr", "fh"), itertools.product((-1.0, 1.0), repeat=2), strict=True)
     }
     run = ts.simulate(rigid(corners, {"restitution": {"coefficient": e}}))
     assert run.ok and run.ledger.closure < 1e-12
@@ -101,9 +98,7 @@ def test_a_plate_on_four_feet_that_share_the_load(e: float) -> None:
 @pytest.mark.parametrize("e", [0.0, 0.3, 1.0])
 def test_a_rod_on_feet_at_unlike_distances(e: float) -> None:
     """Both depart with e v; their impulses are as one over their distances, and so are the energies."""
-    events = of_feet(
-        ts.simulate(rigid({"near": (-0.25,), "far": (1.0,)}, {"restitution": {"coefficient": e}}))
-    )
+    events = of_feet(ts.simulate(rigid({"near": (-0.25,), "far": (1.0,)}, {"restitution": {"coefficient": e}})))
     near, far = events["near"][0], events["far"][0]
     impulse = 1e-3 * (1.0 + e) * SPEED
     for one, share in ((near, 0.8), (far, 0.2)):
@@ -136,16 +131,16 @@ def sliding(mu: float, e: float, x: float, order: tuple[str, str]) -> ts.Run:
     places = {"back": -A, "front": A}
     robot = {
         "structure": {
-            "kind": "lumped", "coordinates": ["x", "z", "p"], "mass": [1.0, 1.0, INERTIA],
-            "stiffness": [0.0] * 3, "damping": [0.0] * 3,
+            "kind": "lumped",
+            "coordinates": ["x", "z", "p"],
+            "mass": [1.0, 1.0, INERTIA],
+            "stiffness": [0.0] * 3,
+            "damping": [0.0] * 3,
             "weights": {name: [0.0, 1.0, a] for name, a in places.items()} | {"below": [1.0, 0.0, HEIGHT]},
         },
         "feet": {name: {"point": name, "gap": 0.5, "along": "below"} for name in order},
-    }  # fmt: skip
-    ground = {
-        "restitution": {"coefficient": e},
-        "friction": {"kind": "coulomb", "coefficient": mu},
     }
+    ground = {"restitution": {"coefficient": e}, "friction": {"kind": "coulomb", "coefficient": mu}}
     scene = {"name": "rod", "duration": 0.6, "robot": robot, "ground": ground}
     return ts.simulate(validate(Scene, scene | {"initial": {"velocity": [x, -1.0, 0.0]}}))
 
@@ -209,12 +204,9 @@ def drawn(seed: int) -> dict[str, Any]:
             rows.append(row)
     weights = {f"f{i}": row.tolist() for i, row in enumerate(rows)}
     standing = {
-        name: {"point": name, "gap": float(-0.5 * (row @ velocity))}
-        for name, row in zip(weights, rows, strict=True)
+        name: {"point": name, "gap": float(-0.5 * (row @ velocity))} for name, row in zip(weights, rows, strict=True)
     }
-    ground: dict[str, Any] = {
-        "restitution": {"coefficient": float(rng.choice([0.0, 0.5, 1.0, rng.uniform()]))}
-    }
+    ground: dict[str, Any] = {"restitution": {"coefficient": float(rng.choice([0.0, 0.5, 1.0, rng.uniform()]))}}
     if rng.random() < 0.4:
         ground["adhesion"] = {"initial": float(10.0 ** rng.uniform(-3.0, 1.0)), "rate": 0.0}
         if rng.random() < 0.5:
@@ -232,13 +224,20 @@ def drawn(seed: int) -> dict[str, Any]:
             columns[name] = {f"q{k}": float(one) for k, one in enumerate(way / (row @ way))}
         ground["impact"] = {"kind": "given", "columns": columns}
     structure = {
-        "kind": "lumped", "coordinates": [f"q{k}" for k in range(n)], "mass": (0.5 * (mass + mass.T)).tolist(),
-        "stiffness": [0.0] * n, "damping": [0.0] * n, "weights": weights,
-    }  # fmt: skip
+        "kind": "lumped",
+        "coordinates": [f"q{k}" for k in range(n)],
+        "mass": (0.5 * (mass + mass.T)).tolist(),
+        "stiffness": [0.0] * n,
+        "damping": [0.0] * n,
+        "weights": weights,
+    }
     return {
-        "name": "drawn", "duration": 0.6, "robot": {"structure": structure, "feet": standing}, "ground": ground,
+        "name": "drawn",
+        "duration": 0.6,
+        "robot": {"structure": structure, "feet": standing},
+        "ground": ground,
         "initial": {"velocity": velocity.tolist()},
-    }  # fmt: skip
+    }
 
 
 def mirrored(seed: int) -> dict[str, Any]:
@@ -297,9 +296,7 @@ def complies(data: dict[str, Any], seed: int) -> None:
     assert run.ok and run.ledger.closure < 1e-10
     assert np.all(run.events["energy"] >= -1e-12)
     feet, end = outcome(run)
-    assert (
-        sum(events["time"][0] == pytest.approx(0.5, rel=1e-9) for events in feet.values() if len(events)) >= 1
-    )
+    assert sum(events["time"][0] == pytest.approx(0.5, rel=1e-9) for events in feet.values() if len(events)) >= 1
     count = len(feet)
     for order in (np.arange(count)[::-1], np.random.default_rng(seed).permutation(count)):
         again, later = outcome(ts.simulate(validate(Scene, reordered(data, order))))
@@ -368,23 +365,27 @@ def test_both_ends_of_a_rod_leave_at_once_and_it_stays_level(order: tuple[str, s
     strength, reached, duration = 1e-3, 0.02, 0.05
     inertia = 1e-3 / 3.0  # a^2 / I = 3 / m
     structure = {
-        "kind": "lumped", "coordinates": ["z", "p"], "mass": [1e-3, inertia], "stiffness": [0.0] * 2,
-        "damping": [0.0] * 2, "weights": {"a": [1.0, -1.0], "b": [1.0, 1.0], "middle": [1.0, 0.0]},
-    }  # fmt: skip
+        "kind": "lumped",
+        "coordinates": ["z", "p"],
+        "mass": [1e-3, inertia],
+        "stiffness": [0.0] * 2,
+        "damping": [0.0] * 2,
+        "weights": {"a": [1.0, -1.0], "b": [1.0, 1.0], "middle": [1.0, 0.0]},
+    }
     drive = {"load": {"kind": "point", "weights": {"middle": 1.0}}, "law": {"kind": "linear", "gain": 1.0}}
     scene = {
-        "name": "pulled", "duration": duration,
+        "name": "pulled",
+        "duration": duration,
         "robot": {
-            "structure": structure, "drives": {"d": drive},
+            "structure": structure,
+            "drives": {"d": drive},
             "feet": {name: {"point": name, "gap": 0.0} for name in order},
         },
         "signals": {
-            "d": {
-                "kind": "ramp", "start": 0.0, "stop": 2.0 * strength * duration / reached, "duration": duration
-            }
+            "d": {"kind": "ramp", "start": 0.0, "stop": 2.0 * strength * duration / reached, "duration": duration}
         },
         "ground": {"restitution": {"coefficient": 0.0}, "adhesion": {"initial": strength, "rate": 0.0}},
-    }  # fmt: skip
+    }
     run = ts.simulate(validate(Scene, scene))
     assert run.ok and run.ledger.closure < 1e-11
     for events in of_feet(run).values():

@@ -21,9 +21,13 @@ G = 9.81
 def on_a_belt(static: float, kinetic: float, speed: float, rate: float) -> ts.Scene:
     """A mass of 1 kg on a spring to a wall, on a belt that passes below: the base stays while the ground moves."""
     structure = ts.Lumped(
-        coordinates=("z", "x"), mass=(1.0, 1.0), stiffness=(0.0, rate**2), damping=(0.0, 0.0),
-        upward=(1.0, 0.0), forward=(0.0, 1.0),
-    )  # fmt: skip
+        coordinates=("z", "x"),
+        mass=(1.0, 1.0),
+        stiffness=(0.0, rate**2),
+        damping=(0.0, 0.0),
+        upward=(1.0, 0.0),
+        forward=(0.0, 1.0),
+    )
     belt = {"kind": "ramp", "stop": 1e3 * speed, "duration": 1e3}
     return ts.Scene(
         name="belt",
@@ -47,8 +51,7 @@ def test_a_block_on_a_belt_sticks_and_slips_as_its_equation_says(static, kinetic
     first = static * G / rate**2 / speed
     run = ts.simulate(on_a_belt(static, kinetic, speed, rate), first + 4.5 * (stick + slip))
     begins, ends = (
-        run.events["time"][run.events["kind"] == kind]
-        for kind in (EventKind.SLIP_BEGINS, EventKind.STICK_BEGINS)
+        run.events["time"][run.events["kind"] == kind] for kind in (EventKind.SLIP_BEGINS, EventKind.STICK_BEGINS)
     )
     assert run.ok and run.ledger.closure < 1e-8 and len(begins) == 5
     assert begins[0] == pytest.approx(first, rel=1e-12)
@@ -83,9 +86,12 @@ def test_a_mass_stops_in_a_rarefied_film_where_its_momentum_says():
     """Nothing else acts: m v + P(g) stays, so that the speed at a gap is known."""
     film = ts.laws.RarefiedFilm(coefficient=2e-16, thickness=1e-6, free_path=5e-7)
     values = {
-        "ground.gravity": None, "ground.laws": {"rarefied_film": film}, "robot.structure.mass": [1e-6],
-        "robot.feet.ball.gap": 2e-5, "initial.velocity": [-0.01],
-    }  # fmt: skip
+        "ground.gravity": None,
+        "ground.laws": {"rarefied_film": film},
+        "robot.structure.mass": [1e-6],
+        "robot.feet.ball.gap": 2e-5,
+        "initial.velocity": [-0.01],
+    }
     run = ts.simulate(scene("ball", values), 3e-3)
     states = run.states(np.linspace(0.0, 3e-3, 30))
     momentum = [film.momentum(g, *film.parameters()) for g in states.gap[0]]
@@ -109,9 +115,7 @@ def comb(volts: float, path: float = 0.0, film: float = 0.0) -> ts.Scene:
     between = {"film": films} if film else {}
     feet = {
         "stop": ts.Foot(point="shuttle", gap=TRAVEL, electrode="gate"),
-        "back": ts.Foot(
-            point="shuttle", normal=-1, gap=BEHIND - TRAVEL - FRONT, electrode="gate", ground="behind"
-        ),
+        "back": ts.Foot(point="shuttle", normal=-1, gap=BEHIND - TRAVEL - FRONT, electrode="gate", ground="behind"),
     }
     return ts.Scene(
         name="comb",
@@ -214,9 +218,12 @@ def test_a_momentum_is_counted_from_anywhere():
     """It took ever shorter steps, as if it were deep in a film: m v + P(g) stays, and the foot falls."""
     law = FilmBehind(coefficient=4.4e-21, behind=6e-6)
     values = {
-        "ground.gravity": None, "ground.laws": {"film_behind": law}, "robot.structure.mass": [3.5e-9],
-        "robot.feet.ball.gap": 5e-6, "initial.velocity": [-0.1],
-    }  # fmt: skip
+        "ground.gravity": None,
+        "ground.laws": {"film_behind": law},
+        "robot.structure.mass": [3.5e-9],
+        "robot.feet.ball.gap": 5e-6,
+        "initial.velocity": [-0.1],
+    }
     run = ts.simulate(scene("ball", values), 2e-4)
     assert run.ok
     states = run.states(np.linspace(0.0, 2e-4, 20))
@@ -249,9 +256,12 @@ def test_a_force_without_bound_beside_a_film_ends_in_a_run_or_a_sentence(strengt
         ground["film"] = dict(zip(("coefficient", "thickness"), film, strict=True))
     foot = ts.Foot(point="tip", gap=10e-6)
     scene = ts.Scene(
-        name="pole", robot=ts.Robot(structure=structure, feet={"tip": foot}), ground=ts.Ground(**ground),
-        initial={"displacement": (8e-6,)}, duration=5e-3,
-    )  # fmt: skip
+        name="pole",
+        robot=ts.Robot(structure=structure, feet={"tip": foot}),
+        ground=ts.Ground(**ground),
+        initial={"displacement": (8e-6,)},
+        duration=5e-3,
+    )
     run = ts.simulate(scene)
     assert run.ok or "a ground law changes too fast" in run.ended.value
     if run.ok:

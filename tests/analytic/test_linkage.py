@@ -26,9 +26,11 @@ def four_bar(width: float = 3.0) -> Linkage:
     """Two cranks of 2 mm upright on the frame, a coupler on both, and its middle."""
     right = f"{width} mm"
     pins = {
-        "left_foot": (["left"], "0 mm", "0 mm"), "right_foot": (["right"], right, "0 mm"),
-        "left_top": (["left", "coupler"], "0 mm", "2 mm"), "right_top": (["coupler", "right"], right, "2 mm"),
-    }  # fmt: skip
+        "left_foot": (["left"], "0 mm", "0 mm"),
+        "right_foot": (["right"], right, "0 mm"),
+        "left_top": (["left", "coupler"], "0 mm", "2 mm"),
+        "right_top": (["coupler", "right"], right, "2 mm"),
+    }
     return Linkage(
         links={
             "left": {"x": "0 mm", "z": "1 mm", **CRANK},
@@ -48,9 +50,7 @@ def test_a_link_on_the_frame_turns_about_its_hinge():
     assert arm.coordinates == ("arm_pitch",)
     found = arm.matrices()
     np.testing.assert_allclose(found.mass, [[INERTIA + MASS * LENGTH**2]], rtol=1e-14)
-    np.testing.assert_allclose(
-        [found.stiffness, found.damping], np.reshape([2e-6, 3e-9], (2, 1, 1)), rtol=1e-14
-    )
+    np.testing.assert_allclose([found.stiffness, found.damping], np.reshape([2e-6, 3e-9], (2, 1, 1)), rtol=1e-14)
     np.testing.assert_allclose(arm.row("arm"), [-LENGTH], rtol=1e-14)  # the pitch lowers its front
     np.testing.assert_allclose(found.mass @ arm.vertical(), [-MASS * LENGTH], rtol=1e-14)
     assert abs(arm.horizontal()[0]) < 1e-12
@@ -63,9 +63,7 @@ def test_four_bars_have_one_motion():
     found = bars.matrices()
     cranks = 2.0 * (INERTIA + MASS * (0.5 * LENGTH) ** 2)
     np.testing.assert_allclose(found.mass, [[cranks + MASS * LENGTH**2]], rtol=1e-13)
-    np.testing.assert_allclose(
-        [found.stiffness, found.damping], np.reshape([4e-6, 4e-9], (2, 1, 1)), rtol=1e-13
-    )
+    np.testing.assert_allclose([found.stiffness, found.damping], np.reshape([4e-6, 4e-9], (2, 1, 1)), rtol=1e-13)
     np.testing.assert_allclose([bars.row(name)[0] for name in ("tip_x", "tip")], [LENGTH, 0.0], atol=1e-17)
     assert bars.row("right_top")[0] == pytest.approx(-1.0, rel=1e-13)
     np.testing.assert_allclose(bars.horizontal() * found.mass[0, 0], 2.0 * MASS * LENGTH, rtol=1e-13)

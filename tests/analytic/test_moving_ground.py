@@ -119,8 +119,7 @@ def two_masses(base: str) -> ts.Scene:
         name="two masses",
         robot=ts.Robot(structure=structure, feet={"low": ts.Foot(point="low", gap=GAP)}),
         ground=ts.Ground(
-            restitution=ts.Restitution(coefficient=E),
-            motion={"normal": {"displacement": wave}, "base": base},
+            restitution=ts.Restitution(coefficient=E), motion={"normal": {"displacement": wave}, "base": base}
         ),
         initial=ts.Initial(in_laboratory=True),
         duration=0.3,

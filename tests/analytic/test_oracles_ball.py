@@ -18,9 +18,13 @@ def test_bouncing_ball_follows_the_published_events():
     run = ts.simulate(scene("ball"))
     assert run.ok
     times = [
-        0.4515236409857308, 1.264266194760045, 1.995734493156927, 2.654055961714119, 3.246545283415589,
+        0.4515236409857308,
+        1.264266194760045,
+        1.995734493156927,
+        2.654055961714119,
+        3.246545283415589,
         3.779785672946910,
-    ]  # fmt: skip
+    ]
     speeds = [3.986502226263017, 3.587852003636709, 3.229066803273031]
     assert run.events["kind"].tolist() == [BOUNCE] * 6
     np.testing.assert_allclose(run.events["time"], times, rtol=1e-10)
@@ -58,9 +62,10 @@ def test_a_ball_in_flight_follows_a_drive_that_is_faster_than_anything_of_it(hz,
     rate, size = 2.0 * math.pi * hz, 2.0
     push = ts.Drive(load=ts.PointLoad(weights={"ball": 1.0}), law=ts.LinearForce(gain=1.0))
     changes = {
-        "robot.drives": {"push": push}, "signals": {"push": ts.Sine(amplitude=size, frequency=hz)},
+        "robot.drives": {"push": push},
+        "signals": {"push": ts.Sine(amplitude=size, frequency=hz)},
         "initial.velocity": [-size / rate],
-    }  # fmt: skip
+    }
     run = ts.simulate(scene("ball", changes), duration)
     times = np.linspace(0.0, 0.35, 20)
     fall = -0.5 * 9.81 * times**2 - size / rate**2 * np.sin(rate * times)
@@ -76,11 +81,7 @@ def table_run(gamma: float, periods: int) -> ts.Run:
     phase = math.acos(min(math.pi / 3.0 / gamma, 1.0))
     # Relative departing speed: that of the flight less that of the table, A w cos(phase) = gamma g / (2 pi) cos(phase).
     speed = 0.5 - gamma * math.cos(phase) / (2.0 * math.pi)
-    values = {
-        "signals.table.amplitude": gamma,
-        "signals.table.phase": phase,
-        "initial.velocity": [speed * 1.0001],
-    }
+    values = {"signals.table.amplitude": gamma, "signals.table.phase": phase, "initial.velocity": [speed * 1.0001]}
     return ts.simulate(scene("vibrating_table", values), duration=float(periods))
 
 

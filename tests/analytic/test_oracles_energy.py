@@ -14,9 +14,7 @@ WAVES = {
     "sine": ts.Sine(amplitude=8.0, frequency=50.0),
     "square": ts.Square(amplitude=8.0, frequency=50.0),
     "ramped square": ts.waveforms.RampedSquare(amplitude=8.0, frequency=50.0, duty=0.25),
-    "swept sine": ts.waveforms.SweptSine(
-        amplitude=8.0, start_frequency=20.0, stop_frequency=900.0, duration=0.1
-    ),
+    "swept sine": ts.waveforms.SweptSine(amplitude=8.0, start_frequency=20.0, stop_frequency=900.0, duration=0.1),
     "ramp": ts.waveforms.Ramp(stop=9.0, duration=0.05),
     "on-off": ts.OnOff(levels=(8.0, -8.0, 3.0, -6.0), durations=(0.004, 0.006, 0.003, 0.005), repeat=True),
     "poling": ts.waveforms.Poling(level=10.0, hold=0.02, fall=0.01),
@@ -72,9 +70,7 @@ def test_every_impact_loss_is_the_kinetic_energy_of_the_foot():
     """A single mass: m (v-^2 - v+^2) / 2, all of it where the foot sticks."""
     run = ts.simulate(scene("ball"))
     e = run.events
-    np.testing.assert_allclose(
-        e["energy"], 0.5 * (e["speed_before"] ** 2 - e["speed_after"] ** 2), rtol=1e-12
-    )
+    np.testing.assert_allclose(e["energy"], 0.5 * (e["speed_before"] ** 2 - e["speed_after"] ** 2), rtol=1e-12)
     run = ts.simulate(scene("mems_switch"))
     mass = scene("mems_switch").robot.structure.mass[0][0]
     e = run.events[0]

@@ -43,9 +43,7 @@ def test_the_film_alone_never_lets_the_foot_touch(residual):
 def test_with_a_residual_thickness_a_fast_foot_touches():
     """At contact m (v - v0) = C/2 (1/h^2 - 1/g0^2) with h the residual thickness."""
     residual, speed = 1e-6, -20.0
-    values = {
-        "ground.film.thickness": residual, "robot.feet.plate.gap": START - residual, "initial.velocity": [speed],
-    }  # fmt: skip
+    values = {"ground.film.thickness": residual, "robot.feet.plate.gap": START - residual, "initial.velocity": [speed]}
     run = ts.simulate(scene("film_only", values))
     expected = -speed - 0.5 * C / MASS * (1.0 / residual**2 - 1.0 / START**2)
     assert expected > 0.0
@@ -59,13 +57,9 @@ def test_a_thick_film_stops_a_foot_within_little_of_itself(own):
     law = OWN["own_film"] if own else ts.Film
     film = law(coefficient=coefficient, thickness=thickness)
     changes = {"ground.film": None, "ground.laws.own_film": film} if own else {"ground.film": film}
-    run = ts.simulate(
-        scene("film_only", changes | {"robot.feet.plate.gap": gap, "initial.velocity": [SPEED]})
-    )
+    run = ts.simulate(scene("film_only", changes | {"robot.feet.plate.gap": gap, "initial.velocity": [SPEED]}))
     assert run.ok and len(run.events) == 0
     start = gap + thickness
-    way = (
-        MASS * -SPEED * start**3 / coefficient
-    )  # to 1.5e-7 of itself: the first term of the integral's series
+    way = MASS * -SPEED * start**3 / coefficient  # to 1.5e-7 of itself: the first term of the integral's series
     assert gap - run.at([run.duration]).state.gap[0, 0] == pytest.approx(way, rel=1e-6)
     assert run.ledger.closure < 1e-9

@@ -12,15 +12,7 @@ from scene_files import scene
 from tarsus.solve import Accuracy
 
 FREQUENCIES = (0.0, 110.0, 623.0, 6424.0, 900.0, 40.0, 300.0)  # Hz
-RATIOS = (
-    0.0,
-    0.0,
-    0.02,
-    0.3,
-    1.0,
-    4.0,
-    1.0000001,
-)  # rigid, undamped, light, strong, critical, over, near critical
+RATIOS = (0.0, 0.0, 0.02, 0.3, 1.0, 4.0, 1.0000001)  # rigid, undamped, light, strong, critical, over, near critical
 MASSES = (1e-6, 2e-6, 1e-6, 5e-7, 1e-6, 3e-6, 1e-6)  # kg
 RIGID_DAMPING = (0.0,) * 7
 DISPLACEMENT = (0.0, 3e-6, -5e-6, 1e-6, 4e-6, -2e-6, 2e-6)
@@ -31,9 +23,12 @@ PARTICIPATION = (0.3, 1.0, -0.7, 0.4, 0.5, 2.0, -1.0)
 def plate(signal: ts.Constant | ts.Square | ts.Sine | None, duration: float) -> ts.Scene:
     """Seven modes of every kind, one drive of 1 uN/V, a foot far above the ground."""
     structure = ts.Modal(
-        frequencies=FREQUENCIES, damping_ratios=RATIOS, modal_masses=MASSES, modal_damping=RIGID_DAMPING,
+        frequencies=FREQUENCIES,
+        damping_ratios=RATIOS,
+        modal_masses=MASSES,
+        modal_damping=RIGID_DAMPING,
         shapes={"tip": (1.0, 1.0, -1.0, 1.0, 0.5, 0.5, 1.0)},
-    )  # fmt: skip
+    )
     drive = ts.Drive(load=ts.ModalLoad(participation=PARTICIPATION), law=ts.LinearForce(gain=1e-6))
     return ts.Scene(
         name="seven modes",
@@ -100,17 +95,14 @@ def test_steady_response_to_a_sine_is_the_frf(frequency):
     still = ts.with_values(base, values)
     matrices = still.robot.structure.matrices()
     w = 2.0 * math.pi * frequency
-    load = (
-        still.robot.drives["pull"].load.vector(still.robot.structure)
-        * still.robot.drives["pull"].law.gain
-        * 8.0
-    )
+    load = still.robot.drives["pull"].load.vector(still.robot.structure) * still.robot.drives["pull"].law.gain * 8.0
     response = np.linalg.solve(matrices.stiffness - w**2 * matrices.mass + 1j * w * matrices.damping, load)
     x, v = response.imag, (1j * w * response).imag  # of exp(i w t) at t = 0
     run = ts.simulate(
         ts.with_values(still, {"initial.displacement": x.tolist(), "initial.velocity": v.tolist()}),
-        duration=5.0 / frequency, accuracy=Accuracy(drive=1e-12),
-    )  # fmt: skip
+        duration=5.0 / frequency,
+        accuracy=Accuracy(drive=1e-12),
+    )
     t = np.linspace(0.0, run.duration, 2000)
     exact = np.imag(response[:, None] * np.exp(1j * w * t))
     error = np.abs(run.at(t).state.x - exact).max(axis=1) / np.abs(response)
@@ -125,9 +117,7 @@ def test_a_slow_sweep_traces_the_frf():
     f0, f1, seconds = 560.0, 690.0, 4.0
     law = ts.LinearForce(gain=1e-9)
     values = {
-        "signals.pzt": ts.waveforms.SweptSine(
-            amplitude=1.0, start_frequency=f0, stop_frequency=f1, duration=seconds
-        ),
+        "signals.pzt": ts.waveforms.SweptSine(amplitude=1.0, start_frequency=f0, stop_frequency=f1, duration=seconds),
         "robot.drives.pzt.law": law,
         "robot.drives.pzt.history": (),
         "robot.feet.tip.gap": 1e-2,
@@ -144,9 +134,7 @@ def test_a_slow_sweep_traces_the_frf():
     frequencies = np.array([590.0, 610.0, 623.0, 640.0, 660.0])
     w = 2.0 * math.pi * frequencies
     gains = [
-        abs(
-            row @ np.linalg.solve(matrices.stiffness - o**2 * matrices.mass + 1j * o * matrices.damping, load)
-        )
+        abs(row @ np.linalg.solve(matrices.stiffness - o**2 * matrices.mass + 1j * o * matrices.damping, load))
         for o in w
     ]
     middle = seconds * (frequencies - f0) / (f1 - f0)

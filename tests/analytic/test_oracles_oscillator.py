@@ -16,11 +16,7 @@ PHASE, BEFORE, AFTER = 0.0759521649, 1.6957329376, -1.3565863501
 
 def test_period_one_orbit():
     """From the published start values the run settles on the orbit."""
-    start = {
-        "signals.shaker.phase": math.pi / 2 + 0.076,
-        "initial.displacement": [1.0],
-        "initial.velocity": [-1.36],
-    }
+    start = {"signals.shaker.phase": math.pi / 2 + 0.076, "initial.displacement": [1.0], "initial.velocity": [-1.36]}
     run = ts.simulate(scene("impact_oscillator", start))
     last = run.events[-10:]
     assert run.ok and np.all(last["kind"] == 1)

@@ -104,9 +104,7 @@ def test_a_mass_on_a_pulled_spring_sticks_and_slips_as_its_equation_does(name: s
                 tiny = 1e-7
                 load = stiffness * z[3] / MASS
                 braked = limit * weight / heavy * tiny
-                z += np.array(
-                    [load * tiny**3 / 6.0, load * tiny**2 / 2.0, (z[3] - 0.5 * braked) * tiny, -braked]
-                )
+                z += np.array([load * tiny**3 / 6.0, load * tiny**2 / 2.0, (z[3] - 0.5 * braked) * tiny, -braked])
                 t += tiny
             found = solve_ivp(rates, (t, 1.3), z, events=end, first_step=1e-9, **tight)
             if found.status != 1:
@@ -165,21 +163,25 @@ SPRING, PUSH, PULLED = 1.0, 98.1e-6, 2e-3
 def on_a_belt(law: FrictionLaw, duration: float = 0.5) -> ts.Scene:
     """A mass on a spring whose other end moves on, pressed on the ground, by contact modes: all its slips are alike."""
     structure = ts.Lumped(
-        coordinates=("lift", "way"), mass=(MASS, MASS), stiffness=(0.0, SPRING), damping=(0.0, 0.0),
-        upward=(1.0, 0.0), forward=(0.0, 1.0),
-    )  # fmt: skip
+        coordinates=("lift", "way"),
+        mass=(MASS, MASS),
+        stiffness=(0.0, SPRING),
+        damping=(0.0, 0.0),
+        upward=(1.0, 0.0),
+        forward=(0.0, 1.0),
+    )
     drives = {
         "belt": ts.Drive(load=ts.PointLoad(weights={"way": 1.0}), law=ts.LinearForce(gain=1.0)),
         "push": ts.Drive(load=ts.PointLoad(weights={"lift": 1.0}), law=ts.LinearForce(gain=PUSH)),
     }
     moved = Ramp(start=0.0, stop=SPRING * PULLED * duration, duration=duration)
     return ts.Scene(
-        name="belt", duration=duration, signals={"belt": moved, "push": ts.Constant(level=-1.0)},
-        robot=ts.Robot(
-            structure=structure, drives=drives, feet={"pad": ts.Foot(point="lift", along="way", gap=0.0)}
-        ),
+        name="belt",
+        duration=duration,
+        signals={"belt": moved, "push": ts.Constant(level=-1.0)},
+        robot=ts.Robot(structure=structure, drives=drives, feet={"pad": ts.Foot(point="lift", along="way", gap=0.0)}),
         ground=ts.Ground(restitution=ts.Restitution(coefficient=0.0)).model_copy(update={"friction": law}),
-    )  # fmt: skip
+    )
 
 
 def slips(run: ts.Run) -> np.ndarray:

@@ -43,16 +43,22 @@ def scene() -> ts.Scene:
     return ts.Scene(
         name="a mass that is pressed down and pulled off twice",
         robot={
-            "structure": {"kind": "lumped", "coordinates": ["x"], "mass": [MASS], "stiffness": [SPRING],
-                          "damping_ratios": [DAMPING_RATIO]},
-            "drives": {"push": {"load": {"kind": "point", "weights": {"x": 1.0}},
-                                "law": {"kind": "linear", "gain": 1.0}}},
+            "structure": {
+                "kind": "lumped",
+                "coordinates": ["x"],
+                "mass": [MASS],
+                "stiffness": [SPRING],
+                "damping_ratios": [DAMPING_RATIO],
+            },
+            "drives": {
+                "push": {"load": {"kind": "point", "weights": {"x": 1.0}}, "law": {"kind": "linear", "gain": 1.0}}
+            },
             "feet": {"x": {"point": "x", "gap": GAP}},
         },
         signals={"push": {"kind": "sampled", "times": TIMES, "levels": FORCES}},
         ground={"laws": {"ripening": law()}},
         duration=0.13,
-    )  # fmt: skip
+    )
 
 
 def flight(begin: float, place: float, speed: float, until: float) -> tuple[float, float]:
@@ -72,9 +78,7 @@ def flight(begin: float, place: float, speed: float, until: float) -> tuple[floa
         def at(t, c=c, s=s, middle=middle, slope=slope):
             wave = math.exp(-sigma * t)
             x = wave * (c * math.cos(omega * t) + s * math.sin(omega * t))
-            v = wave * (
-                (s * omega - sigma * c) * math.cos(omega * t) - (c * omega + sigma * s) * math.sin(omega * t)
-            )
+            v = wave * ((s * omega - sigma * c) * math.cos(omega * t) - (c * omega + sigma * s) * math.sin(omega * t))
             return middle + slope * t + x, slope + v
 
         grid = np.linspace(0.0, b - begin, 400)
@@ -126,9 +130,7 @@ def test_two_contacts_in_closed_form():
 def test_walkers_remember_as_well():
     """The strengths in the log of a walker are those of the ages that follow from its events."""
     ripe = Ripening(fresh=1e-7, gain=3e-6, ageing=3e-3, recovery=4e-3)
-    walker = ts.with_values(
-        ts.load_scene("millipede"), {"ground.adhesion": None, "ground.laws": {"ripening": ripe}}
-    )
+    walker = ts.with_values(ts.load_scene("millipede"), {"ground.adhesion": None, "ground.laws": {"ripening": ripe}})
     run = ts.simulate(walker, 0.05)
     assert run.ok and run.ledger.closure < 1e-8
     more = 0
@@ -151,11 +153,7 @@ def test_walkers_remember_as_well():
 def test_nothing_is_brought_along_by_a_law_that_does_not_say(tmp_path, monkeypatch):
     monkeypatch.setattr(pythonfile, "PATIENCE", 0.1)
     with pytest.raises(TypeError, match=r"must take \(age, away, "):
-        type(
-            "Short",
-            (Ripening,),
-            {"__annotations__": {}, "remaining": lambda age, fresh: age, "__module__": __name__},
-        )
+        type("Short", (Ripening,), {"__annotations__": {}, "remaining": lambda age, fresh: age, "__module__": __name__})
     file = tmp_path / "own.py"
     file.write_text(
         "import tarsus as ts\nclass Own(ts.laws.AdhesionLaw):\n"

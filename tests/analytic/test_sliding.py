@@ -78,9 +78,10 @@ def test_an_impact_with_friction_takes_energy_however_the_two_ways_are_coupled()
     for _ in range(60):
         coupling, speed = rng.uniform(-0.95, 0.95), rng.normal(0.0, 0.2)
         laws = {
-            "gravity": None, "restitution": ts.Restitution(coefficient=rng.uniform(0.3, 1.0)),
+            "gravity": None,
+            "restitution": ts.Restitution(coefficient=rng.uniform(0.3, 1.0)),
             "friction": Friction(coefficient=float(np.exp(rng.uniform(-3.0, 2.0)))),
-        }  # fmt: skip
+        }
         run = ts.simulate(slider(speed=speed, fall=0.1, gap=1e-6, coupling=coupling, **laws), 1e-4)
         mass, before, after = run.plan.system.mass, np.array([-0.1, speed]), run.motion.last[2:]
         lost = 0.5 * before @ mass @ before - 0.5 * after @ mass @ after

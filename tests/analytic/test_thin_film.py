@@ -19,7 +19,5 @@ def test_a_thin_film_takes_the_momentum_and_the_energy_it_should(thickness: floa
         scene, {"robot.feet.block.gap": 1e-4, "ground.film": film, "ground.gravity.acceleration": 1e-9}
     )
     run = ts.simulate(scene, duration=1.5e-3)
-    assert run.events["speed_before"][0] == pytest.approx(
-        0.5 * SPEED, rel=3e-4
-    )  # the film above 0.1 mm is left out
+    assert run.events["speed_before"][0] == pytest.approx(0.5 * SPEED, rel=3e-4)  # the film above 0.1 mm is left out
     assert run.ok and run.ledger.closure < 1e-11

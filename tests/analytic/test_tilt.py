@@ -19,26 +19,35 @@ WEIGHT = 9.81e-3  # of the body [N]
 
 def bristle(x: float, tilt: float) -> dict[str, object]:
     tip = {
-        "mass": "0.5 mg", "stiffness_v": "20 N/mm", "damping_v": "100 mN s/m", "stiffness_l": "20 N/mm",
+        "mass": "0.5 mg",
+        "stiffness_v": "20 N/mm",
+        "damping_v": "100 mN s/m",
+        "stiffness_l": "20 N/mm",
         "damping_l": "100 mN s/m",
-    }  # fmt: skip
+    }
     return {
-        "x": f"{x} mm", "mass": "2 mg", "stiffness_v": HARD, "damping_v": "60 mN s/m", "stiffness_l": SOFT,
-        "damping_l": "40 mN s/m", "tilt": f"{tilt} deg", "tip": tip,
-    }  # fmt: skip
+        "x": f"{x} mm",
+        "mass": "2 mg",
+        "stiffness_v": HARD,
+        "damping_v": "60 mN s/m",
+        "stiffness_l": SOFT,
+        "damping_l": "40 mN s/m",
+        "tilt": f"{tilt} deg",
+        "tip": tip,
+    }
 
 
-def robot(
-    wave: dict[str, object], duration: float = 0.5, tilt: float = TILT, friction: float = 0.3
-) -> ts.Scene:
+def robot(wave: dict[str, object], duration: float = 0.5, tilt: float = TILT, friction: float = 0.3) -> ts.Scene:
     """A body of 1 g on two bristles, which a force shakes up and down: 1 V is its weight."""
     return validate(
         ts.Scene,
         {
-            "name": "bristles", "duration": duration,
+            "name": "bristles",
+            "duration": duration,
             "robot": {
                 "structure": {
-                    "kind": "walker", "body": {"mass": "1 g"},
+                    "kind": "walker",
+                    "body": {"mass": "1 g"},
                     "legs": {"front": bristle(5, tilt), "hind": bristle(-5, tilt)},
                 },
                 "drives": {
@@ -50,13 +59,14 @@ def robot(
                 "feet": {name: {"point": name, "gap": "0 m"} for name in ("front", "hind")},
             },
             "ground": {
-                "gravity": {"acceleration": "9.81 m/s^2"}, "restitution": {"coefficient": 0.0},
+                "gravity": {"acceleration": "9.81 m/s^2"},
+                "restitution": {"coefficient": 0.0},
                 "friction": {"coefficient": friction},
             },
             "signals": {"motor": wave},
             "initial": {"standing": {}},
         },
-    )  # fmt: skip
+    )
 
 
 def shaken(hertz: float, **options: float) -> ts.Scene:
@@ -92,13 +102,10 @@ def test_a_bristle_swings_along_itself_and_across_as_if_it_were_upright():
 
 def test_motion_reverses_over_the_frequency_and_with_the_tilt():
     """The field's best-known curve: backward below the resonance of the body on its bristles, forward above."""
-    speeds = [
-        point_speed(ts.simulate(shaken(hertz)), "body_x", 0.2, 0.5) for hertz in (80.0, 110.0, 170.0, 300.0)
-    ]
+    speeds = [point_speed(ts.simulate(shaken(hertz)), "body_x", 0.2, 0.5) for hertz in (80.0, 110.0, 170.0, 300.0)]
     assert max(speeds[:2]) < -1e-3 < 5e-3 < min(speeds[2:])
     there, back = (
-        point_speed(ts.simulate(shaken(300.0, duration=0.1, tilt=tilt)), "body_x", 0.0, 0.1)
-        for tilt in (30, -30)
+        point_speed(ts.simulate(shaken(300.0, duration=0.1, tilt=tilt)), "body_x", 0.0, 0.1) for tilt in (30, -30)
     )
     assert back == pytest.approx(-there, rel=1e-6)
 

@@ -27,9 +27,7 @@ def test_a_spinning_plate_stops_when_friction_says() -> None:
     yaws = run.at(np.array([0.5 * stop, run.end_time])).body
     assert yaws is not None
     yaw = run.scene.robot.structure.body_coordinates.index("yaw")
-    assert yaws[yaw, 0] == pytest.approx(
-        spin * 0.5 * stop - spinning_down() * (0.5 * stop) ** 2 / 2.0, rel=1e-9
-    )
+    assert yaws[yaw, 0] == pytest.approx(spin * 0.5 * stop - spinning_down() * (0.5 * stop) ** 2 / 2.0, rel=1e-9)
     assert yaws[yaw, 1] == pytest.approx(0.5 * spin * stop, rel=1e-3)
 
 
@@ -41,19 +39,10 @@ def seconds_to(share: float, first: float, last: float) -> float:
     def part(power: float) -> float:
         return (u0**power - u**power) / power
 
-    return (
-        MASS
-        * SPEED
-        * math.sin(first)
-        / (2.0 * share * BOUND)
-        * (part(beta - 1.0) + part(beta + 1.0))
-        / u0**beta
-    )
+    return MASS * SPEED * math.sin(first) / (2.0 * share * BOUND) * (part(beta - 1.0) + part(beta + 1.0)) / u0**beta
 
 
-@pytest.mark.parametrize(
-    ("share", "angle"), [(0.5, 1.0), (0.9, 2.5), (0.3, 0.0), (0.5, math.pi), (0.02, 1.5)]
-)
+@pytest.mark.parametrize(("share", "angle"), [(0.5, 1.0), (0.9, 2.5), (0.3, 0.0), (0.5, math.pi), (0.02, 1.5)])
 def test_a_foot_dragged_aslant_stops_when_coulomb_says(share: float, angle: float) -> None:
     """T = m s0 (B + Q cos psi0) / (B^2 - Q^2), wherever it goes until then; the moment to 1e-7, for its last
     nanosecond is shorter than the tolerance of a length."""
@@ -73,12 +62,7 @@ def test_its_slip_turns_to_the_force_as_coulomb_says(share: float) -> None:
     at = run.at(np.array([seconds_to(share, first, last)]))
     walker = run.scene.robot.structure
     slip = np.array([walker.row(f"leg_{d}") @ at.state.v[:, 0] for d in "xy"])
-    size = (
-        SPEED
-        * math.sin(first)
-        / math.sin(last)
-        * (math.tan(0.5 * last) / math.tan(0.5 * first)) ** (1.0 / share)
-    )
+    size = SPEED * math.sin(first) / math.sin(last) * (math.tan(0.5 * last) / math.tan(0.5 * first)) ** (1.0 / share)
     assert slip == pytest.approx(
         size * np.array([math.cos(0.7 + last), math.sin(0.7 + last)]), rel=1e-7, abs=1e-8 * SPEED
     )

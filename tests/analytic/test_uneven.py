@@ -39,9 +39,7 @@ def of_kind(run: ts.Run, *kinds: EventKind) -> np.ndarray:
     return run.events[np.isin(run.events["kind"], kinds)]
 
 
-def falls(
-    x: float, z: float, vx: float, tread: float, drop: float, ratio: float, until: float
-) -> list[float]:
+def falls(x: float, z: float, vx: float, tread: float, drop: float, ratio: float, until: float) -> list[float]:
     """Times at which a ball bounces on stairs that go down by ``drop`` at tread, 2 tread ..., from rest at x, z."""
     t, vz, out = 0.0, 0.0, []
     while True:
@@ -74,14 +72,10 @@ def test_a_ball_falls_down_stairs(ratio: float) -> None:
 def test_a_ball_hits_the_side_of_a_step() -> None:
     """Along the way it comes back by the coefficient of restitution; upward it does not notice."""
     scene = moving(block(friction=None), block_x=0.5)
-    run = ts.simulate(
-        on(scene, gap=1e-3, kind="staircase", tread=0.1, rise=10e-3, start=5e-3, steps=1), 0.0145
-    )
+    run = ts.simulate(on(scene, gap=1e-3, kind="staircase", tread=0.1, rise=10e-3, start=5e-3, steps=1), 0.0145)
     side = run.events[0]
     assert side["time"] == pytest.approx(0.01, rel=1e-12)
-    assert (side["kind"], side["speed_before"], side["speed_after"]) == pytest.approx(
-        (Kind.BOUNCE, 0.5, 0.25)
-    )
+    assert (side["kind"], side["speed_before"], side["speed_after"]) == pytest.approx((Kind.BOUNCE, 0.5, 0.25))
     assert run.events[1]["time"] == pytest.approx(math.sqrt(2e-3 / GRAVITY), rel=1e-12)
     assert place(run, 0.0145) == pytest.approx(5e-3 - 0.25 * 0.0045, rel=1e-9)
     assert run.ledger.closure < 1e-8
@@ -93,9 +87,7 @@ def test_a_sled_swings_in_a_tooth(friction: float | None) -> None:
     the next side, and rises with -g (sin a + mu cos a)."""
     half, height = 10e-3, 2e-3
     angle, mu = math.atan2(height, half), friction or 0.0
-    scene = with_values(
-        block(friction=friction), {"ground.restitution": None, "robot.feet.block.gap": height / 2}
-    )
+    scene = with_values(block(friction=friction), {"ground.restitution": None, "robot.feet.block.gap": height / 2})
     sled = on(scene, kind="sawtooth", length=2 * half, height=height, start=-1.5 * half)
     down, up = (GRAVITY * (math.sin(angle) + sign * mu * math.cos(angle)) for sign in (-1.0, 1.0))
     run = ts.simulate(sled, 0.9)
@@ -172,18 +164,9 @@ def test_springs_couple_the_directions_of_a_slope() -> None:
 def test_a_tilted_world_is_an_incline(law: str) -> None:
     """A leg with equal springs on a slope moves as on level ground whose gravity is turned."""
     angle, end = 0.3, 6e-3
-    alike = {
-        f"robot.structure.legs.leg0.{name}_l": value
-        for name, value in (("stiffness", 1.3), ("damping", 3e-6))
-    }
-    alike |= {
-        f"robot.structure.legs.leg0.{name}_v": value
-        for name, value in (("stiffness", 1.3), ("damping", 3e-6))
-    }
-    laws: dict[str, Any] = {
-        "restitution": ts.Restitution(coefficient=0.5),
-        "friction": ts.Friction(coefficient=0.2),
-    }
+    alike = {f"robot.structure.legs.leg0.{name}_l": value for name, value in (("stiffness", 1.3), ("damping", 3e-6))}
+    alike |= {f"robot.structure.legs.leg0.{name}_v": value for name, value in (("stiffness", 1.3), ("damping", 3e-6))}
+    laws: dict[str, Any] = {"restitution": ts.Restitution(coefficient=0.5), "friction": ts.Friction(coefficient=0.2)}
     if law == "film":
         laws["film"] = ts.Film(coefficient=2e-26, thickness=1e-7)
     sloped = with_values(soft(angle, **laws), alike)

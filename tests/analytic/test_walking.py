@@ -103,9 +103,10 @@ def test_overdamped_legs_are_the_same_by_contact_modes():
     engine's events by 2e-10 s, and those of the walking engine by 4e-15 s. Legs that swing: tests/conformance.
     """
     ground = sticky(
-        friction=None, film=ts.Film(coefficient=1e-23, thickness=1e-6),
+        friction=None,
+        film=ts.Film(coefficient=1e-23, thickness=1e-6),
         electrostatic=ts.Electrostatic(coefficient=1e-19, offset=1e-6),
-    )  # fmt: skip
+    )
     scene = trotter(ground=ground, damping=1e-3)
     run = ts.simulate(scene)
     plan = replace(lower_scene(scene), legs=None)
@@ -160,14 +161,13 @@ def alike(legs: int, ground: Ground, turning: bool = False):
                 }
             )
         }
-    )  # fmt: skip
+    )
 
 
 def test_legs_in_phase_are_one_leg_of_as_many_fold_parameters():
     count = 5
     ground = sticky(
-        film=ts.Film(coefficient=1e-23, thickness=1e-6),
-        electrostatic=ts.Electrostatic(coefficient=1e-19, offset=1e-6),
+        film=ts.Film(coefficient=1e-23, thickness=1e-6), electrostatic=ts.Electrostatic(coefficient=1e-19, offset=1e-6)
     )
     many = ts.simulate(alike(count, ground), duration=0.05)
     fold = {
@@ -217,9 +217,7 @@ def test_a_robot_turned_round_walks_backwards():
         drives[name] = drive.model_copy(update={"load": drive.load.model_copy(update={"weights": weights})})
     structure = walker.model_copy(update={"legs": legs})
     robot = scene.robot.model_copy(update={"structure": structure, "drives": drives})
-    there, back = (
-        ts.simulate(one, duration=0.04) for one in (scene, scene.model_copy(update={"robot": robot}))
-    )
+    there, back = (ts.simulate(one, duration=0.04) for one in (scene, scene.model_copy(update={"robot": robot})))
     assert abs(there.marks["body"][-1, 0]) > 1e-7
     np.testing.assert_allclose(there.marks["body"][:, 0], -back.marks["body"][:, 0], rtol=1e-9, atol=1e-15)
 

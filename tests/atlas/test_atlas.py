@@ -29,9 +29,9 @@ def discs(points, size=64):
     """Classes of points of a grid: a disc, a ring around it, a stripe that is two points wide."""
     x, y = points.T / size
     far = np.hypot(x - 0.6, y - 0.45)
-    return np.where(
-        far < 0.15, 1, np.where(far < 0.3, 2, np.where(abs(y - 0.9 * x) < 1.5 / size, 3, 0))
-    ).astype(np.int16)
+    return np.where(far < 0.15, 1, np.where(far < 0.3, 2, np.where(abs(y - 0.9 * x) < 1.5 / size, 3, 0))).astype(
+        np.int16
+    )
 
 
 def test_a_refined_grid_is_the_whole_one_where_classes_are_not_finer_than_it():
@@ -177,9 +177,7 @@ def test_an_atlas_goes_on_where_it_was_killed(tmp_path, monkeypatch):
     again = ts.atlas("cantilever", **MAP, depth=4, coarse=2, output=tmp_path, resume=True)
     assert before > 0 and sum(ran) == len(whole.code) - before
     assert np.array_equal(again.grid.code, whole.grid.code) and np.array_equal(again.code, whole.code)
-    assert all(
-        np.array_equal(again.measures[name], of, equal_nan=True) for name, of in whole.measures.items()
-    )
+    assert all(np.array_equal(again.measures[name], of, equal_nan=True) for name, of in whole.measures.items())
     with pytest.raises(ts.InputError, match=r"atlas-request\.json differs"):
         ts.atlas("cantilever", **MAP, depth=3, output=tmp_path, resume=True)
 
@@ -206,9 +204,7 @@ def test_processes_that_share_a_folder_make_one_atlas(tmp_path, monkeypatch):
         elsewhere = ts.atlas("cantilever", **MAP, depth=5, coarse=3, threads=pool)
     for found in (shared, elsewhere):
         assert np.array_equal(found.grid.code, whole.grid.code)
-        assert all(
-            np.array_equal(found.measures[name], one, equal_nan=True) for name, one in whole.measures.items()
-        )
+        assert all(np.array_equal(found.measures[name], one, equal_nan=True) for name, one in whole.measures.items())
 
 
 @pytest.mark.parametrize(

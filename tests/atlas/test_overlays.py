@@ -29,9 +29,7 @@ def walker():
     scene = ts.load_scene("millipede")
     x, y = (ELECTRO, 1e-22, 1e-16, "log"), (RATE, 1e-8, 0.1, "log")
     axes = AtlasPlan.of(scene, x, y, depth=1).axes
-    made = ts.atlas(
-        "cantilever", x=("robot.feet.tip.gap", 6e-5, 8e-5), y=("signals.pzt.amplitude", 6, 8), depth=1
-    )
+    made = ts.atlas("cantilever", x=("robot.feet.tip.gap", 6e-5, 8e-5), y=("signals.pzt.amplitude", 6, 8), depth=1)
     return dataclasses.replace(made, scene=scene, x=axes[0], y=axes[1])
 
 
@@ -39,20 +37,10 @@ def test_the_cuts_of_figures_cross_on_the_map(walker):
     along, up = (overlays_of(walker, name)[0] for name in ("millipede-electrostatics", "millipede-adhesion"))
     (line,), (other,) = along.lines, up.lines
     own = [ts.get_value(walker.scene, path) for path in (ELECTRO, RATE)]
-    assert (
-        np.ptp(line[:, 1]) == 0.0
-        and line[0, 1] == own[1]
-        and line[[0, -1], 0] == pytest.approx([1e-22, 1e-16])
-    )
-    assert (
-        np.ptp(other[:, 0]) == 0.0
-        and other[0, 0] == own[0]
-        and other[[0, -1], 1] == pytest.approx([1e-8, 0.1])
-    )
+    assert np.ptp(line[:, 1]) == 0.0 and line[0, 1] == own[1] and line[[0, -1], 0] == pytest.approx([1e-22, 1e-16])
+    assert np.ptp(other[:, 0]) == 0.0 and other[0, 0] == own[0] and other[[0, -1], 1] == pytest.approx([1e-8, 0.1])
     drawn = page_data(walker.overlaid("millipede-electrostatics"))["overlays"]
-    assert [one["name"] for one in drawn] == [along.name] and drawn[0]["lines"][0][-1][0] == pytest.approx(
-        1.0
-    )
+    assert [one["name"] for one in drawn] == [along.name] and drawn[0]["lines"][0][-1][0] == pytest.approx(1.0)
 
 
 def test_a_study_of_several_values_of_the_other_number_is_as_many_lines(walker):
@@ -120,9 +108,7 @@ def test_a_packaged_map_draws_its_closed_forms():
 
 
 def test_the_packaged_map_of_the_walker_draws_the_cuts_of_figures(walker):
-    names = [
-        one.name for one in overlays_of(dataclasses.replace(walker, x=walker.y, y=walker.x), "millipede-map")
-    ]
+    names = [one.name for one in overlays_of(dataclasses.replace(walker, x=walker.y, y=walker.x), "millipede-map")]
     assert len(names) == 2 and all("Fig. 4." in name for name in names)
 
 

@@ -16,9 +16,7 @@ def test_an_expression_has_the_value_of_its_arithmetic():
     assert Expression("static / (1 + ratio)").names == {"static", "ratio"}
 
 
-@pytest.mark.parametrize(
-    "text", ["static / (ratio - ratio)", "sqrt(-static)", "exp(1e4)", "(-static) ** 0.5", "1 / 0"]
-)
+@pytest.mark.parametrize("text", ["static / (ratio - ratio)", "sqrt(-static)", "exp(1e4)", "(-static) ** 0.5", "1 / 0"])
 def test_arithmetic_without_a_value_is_not_a_number(text):
     assert np.isnan(Expression(text).values({"static": 1.0, "ratio": 1.0}))
 

@@ -186,14 +186,17 @@ def test_a_path_of_a_message_is_python_too(beam: ts.Scene) -> None:
 
 ATTRIBUTES = {
     "run": [
-        ("t", "'time'"), ("write", "'save'"), ("to_dataframe", "to_dataset"), ("measurs", "'measures'"),
+        ("t", "'time'"),
+        ("write", "'save'"),
+        ("to_dataframe", "to_dataset"),
+        ("measurs", "'measures'"),
         ("nothing_alike", "valid names are"),
     ],
     "batch": [("results", "'measured'"), ("measur", "'measure'"), ("gap", r"run\(i\).gap")],
     "tarsus": [("load", "load_run"), ("open", "load_scene"), ("read_run", "'load_run'"), ("simulat", "'simulate'")],
     "scene": [("robt", "'robot'")],
     "feet": [("tp", "'tip'")],
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize(("owner", "name", "said"), [(o, *one) for o, many in ATTRIBUTES.items() for one in many])

@@ -17,7 +17,7 @@ from tarsus.base.linear import (
     rank_of,
     solve,
     svd,
-)  # fmt: skip
+)
 
 SIZES = (1, 2, 3, 5, 12, 33)
 
@@ -53,9 +53,7 @@ def test_singular_values_and_what_a_matrix_does_not_see(n, m):
     assert np.abs(sizes[len(known) :]).max(initial=0.0) < 1e-14 * known[0]
     np.testing.assert_allclose(vectors.T @ vectors, np.eye(n), atol=1e-13)
     assert np.abs(a @ vectors[:, min(m, n) :]).max(initial=0.0) < 1e-13 * known[0]
-    np.testing.assert_allclose(
-        pseudoinverse(a), np.linalg.pinv(a), atol=1e-12 * np.abs(np.linalg.pinv(a)).max()
-    )
+    np.testing.assert_allclose(pseudoinverse(a), np.linalg.pinv(a), atol=1e-12 * np.abs(np.linalg.pinv(a)).max())
     assert rank_of(a) == min(m, n)
 
 
@@ -64,9 +62,7 @@ def test_eigenvalues_of_any_matrix_come_in_conjugate_pairs(n):
     a = random(n) * 10.0 ** np.random.default_rng(n).uniform(-3, 3, n)
     values, vectors = eig(a)
     np.testing.assert_allclose(a @ vectors, vectors * values, atol=1e-11 * np.abs(a).max())
-    assert sorted(values, key=lambda v: (v.real, v.imag)) == sorted(
-        values.conj(), key=lambda v: (v.real, v.imag)
-    )
+    assert sorted(values, key=lambda v: (v.real, v.imag)) == sorted(values.conj(), key=lambda v: (v.real, v.imag))
     for value in np.linalg.eigvals(a):
         assert np.abs(values - value).min() < 1e-9 * np.abs(values).max()
 
@@ -89,9 +85,7 @@ def test_equations_and_factors(n):
     np.testing.assert_allclose(cholesky(mass) @ cholesky(mass).T, mass, rtol=1e-12, atol=1e-12)
     squared, shapes = modes_of(mass, b @ b.T)
     np.testing.assert_allclose(shapes.T @ mass @ shapes, np.eye(n), atol=1e-12)
-    np.testing.assert_allclose(
-        shapes.T @ (b @ b.T) @ shapes, np.diag(squared), atol=1e-12 * max(squared[-1], 1.0)
-    )
+    np.testing.assert_allclose(shapes.T @ (b @ b.T) @ shapes, np.diag(squared), atol=1e-12 * max(squared[-1], 1.0))
     assert condition_of(mass) == pytest.approx(np.linalg.cond(mass), rel=1e-10)
     assert largest_of(mass) == pytest.approx(np.linalg.eigvalsh(mass)[-1], rel=0.05)
     np.testing.assert_allclose(product(a, b), a @ b, atol=1e-13)

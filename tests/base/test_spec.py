@@ -99,13 +99,14 @@ def test_every_float_path_can_be_read_and_set() -> None:
         ("millipede", {"gait.kind": "ripple"}, {"gait.kind": "ripple", "gait.high": "as it was"}),
         ("millipede", {"gait.kind": "free", "gait.phases": {}}, "gait.phases: "),
         (
-            "hamr-like", {"ground.friction.kind": "static_kinetic", "ground.friction.static": 0.5},
+            "hamr-like",
+            {"ground.friction.kind": "static_kinetic", "ground.friction.static": 0.5},
             "ground.friction.kinetic: missing",
         ),
         ("millipede", {"gait.kind": "wav"}, "gait.kind: unknown kind 'wav'; did you mean 'wave'?"),
         ("cantilever", {"signals.pzt.kind": "sine"}, {"signals.pzt.amplitude": "as it was"}),
     ],
-)  # fmt: skip
+)
 def test_another_kind_keeps_what_both_have(device, changes, wanted) -> None:
     """What is set beside the kind is of the new one, and what is missing is said as of a file."""
     scene = load_scene(device)
@@ -150,8 +151,13 @@ def test_with_values_reports_everything_at_once() -> None:
             },
         )
     assert places(caught.value) == [
-        "layer.coeficient", "layer.thickness", "ratios.2", "signals.pz.amplitude", "name.first", "count",
-    ]  # fmt: skip
+        "layer.coeficient",
+        "layer.thickness",
+        "ratios.2",
+        "signals.pz.amplitude",
+        "name.first",
+        "count",
+    ]
     assert "did you mean 'layer.coefficient'" in caught.value.problems[0]
     assert "'name' is one value" in caught.value.problems[4]
 
@@ -188,16 +194,41 @@ def test_a_wrong_table_gives_all_its_errors_at_once() -> None:
     with pytest.raises(InputError) as caught:
         validate(Whole, table)
     assert places(caught.value) == [
-        "name", "layer.coefficient", "layer.thickness", "layer.thicknes", "signals.a.kind", "signals.b.amplitude",
-        "signals.c.level", "signals.d.e", "signals.f", "signals.g", "ratios.0", "ratios.1", "shapes.tip.0", "zork",
-        "signals.a.amplitude", "shapes.c",
-    ]  # fmt: skip
+        "name",
+        "layer.coefficient",
+        "layer.thickness",
+        "layer.thicknes",
+        "signals.a.kind",
+        "signals.b.amplitude",
+        "signals.c.level",
+        "signals.d.e",
+        "signals.f",
+        "signals.g",
+        "ratios.0",
+        "ratios.1",
+        "shapes.tip.0",
+        "zork",
+        "signals.a.amplitude",
+        "shapes.c",
+    ]
     words = (
-        "a text, got 3", "at least 0, got -1 N m^2 s", "missing; expected", "did you mean 'thickness'",
-        "did you mean 'wave'", "missing; expected", "which is a length", "ASCII letters", "with a 'kind'",
-        "a table, got 3", "finite, got nan", "got -2 %", "not a number with a unit", "valid names are",
-        "missing; expected", "a list, got 2",
-    )  # fmt: skip
+        "a text, got 3",
+        "at least 0, got -1 N m^2 s",
+        "missing; expected",
+        "did you mean 'thickness'",
+        "did you mean 'wave'",
+        "missing; expected",
+        "which is a length",
+        "ASCII letters",
+        "with a 'kind'",
+        "a table, got 3",
+        "finite, got nan",
+        "got -2 %",
+        "not a number with a unit",
+        "valid names are",
+        "missing; expected",
+        "a list, got 2",
+    )
     assert [word for word, one in zip(words, caught.value.problems, strict=True) if word not in one] == []
 
 
@@ -241,6 +272,4 @@ def test_with_values_is_little_work() -> None:
 def test_sizes_whose_products_are_no_numbers_are_refused(values):
     with pytest.raises(InputError, match=r"with a size from 1e-60 to 1e\+60 in SI, got"):
         Layer(**{"coefficient": 1e-20, "thickness": 1e-5} | values)
-    assert Layer(coefficient=1e-300, thickness=1e-60).coefficient == 1e-300, (
-        "as good as nothing, which it may be"
-    )
+    assert Layer(coefficient=1e-300, thickness=1e-60).coefficient == 1e-300, "as good as nothing, which it may be"

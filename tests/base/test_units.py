@@ -7,23 +7,7 @@ from hypothesis import strategies as st
 from tarsus.base.errors import InputError
 from tarsus.base.units import describe_unit, format_quantity, parse_quantity
 
-UNITS = [
-    "m",
-    "kg",
-    "s",
-    "V",
-    "N",
-    "Hz",
-    "N m^2 s",
-    "N m^2/V^2",
-    "kg/m^3",
-    "kg/m",
-    "N/s",
-    "m/s^2",
-    "rad",
-    "1",
-    "1/m",
-]
+UNITS = ["m", "kg", "s", "V", "N", "Hz", "N m^2 s", "N m^2/V^2", "kg/m^3", "kg/m", "N/s", "m/s^2", "rad", "1", "1/m"]
 
 
 @pytest.mark.parametrize(

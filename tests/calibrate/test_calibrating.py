@@ -31,8 +31,7 @@ def rows(folder, drops=(50, 80, 120)) -> str:
     found = lowered.forward(0, values, range(len(drops)))[0, :, :, 0]
     rate, height = (lowered.forward.channels.index(name) for name in ("bounces_per_second", "mean_height"))
     return "".join(
-        f"{drop},{line[rate]:.6g},{100.0 * line[height]:.6g}\n"
-        for drop, line in zip(drops, found, strict=True)
+        f"{drop},{line[rate]:.6g},{100.0 * line[height]:.6g}\n" for drop, line in zip(drops, found, strict=True)
     )
 
 
@@ -76,9 +75,7 @@ def test_a_row_without_values_is_predicted(finished):
     one = next(one for one in result.others[0] if one.measure == "height")
     assert one.median == pytest.approx(height, rel=0.1)
     entry = json.loads((folder / "calibration.json").read_text())["rows"][3]
-    assert entry["fitted"] is False and entry["predicted"]["height"]["median"] == pytest.approx(
-        100.0 * one.median
-    )
+    assert entry["fitted"] is False and entry["predicted"]["height"]["median"] == pytest.approx(100.0 * one.median)
 
 
 def test_the_folder_holds_an_ensemble_that_predicts_the_same(finished):
@@ -173,7 +170,7 @@ def test_every_fault_of_a_study_is_told_at_once(tmp_path):
         ("2 * unknowns.push", "1 / (unknowns.push - 0.75)", "row 1: the function has no value in the middle"),
         ("def changes(", "def change(", "defines no function changes(unknowns, row)"),
         ('"initial', '"ground.restitution.coefficient": 0.5, "initial', "unknowns.e: the function changes"),
-        ("} cm\"", "} V\"", "robot.feet.ball.gap"),
+        ('} cm"', '} V"', "robot.feet.ball.gap"),
         ('["drop"]', '["drip"]', "the table has no column 'drip'; did you mean 'drop'"),
     ],
 )
@@ -263,9 +260,7 @@ def test_draws_start_with_velocities_of_their_own_and_all_sets_with_the_same(tmp
     peaks = readings[0, 0, lowered.forward.channels.index("peak")]
     assert len(set(peaks.tolist())) == 6, "every draw and window has its own"
     one = lowered.forward(0, sets[2:], (1,))
-    assert np.array_equal(one[0, 0], readings[2, 1], equal_nan=True), (
-        "neighbours and other rows change nothing"
-    )
+    assert np.array_equal(one[0, 0], readings[2, 1], equal_nan=True), "neighbours and other rows change nothing"
 
 
 def test_the_study_on_the_calibration_page_is_one(tmp_path):

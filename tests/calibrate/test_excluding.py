@@ -71,16 +71,11 @@ def test_archives_that_are_shared_are_noticed():
 
 def test_without_a_row_nothing_of_it_is_left_in_the_problem():
     problem = bent_rows(1)[0]
-    limits = (
-        SoftLimit("everywhere", (0, 1, 2, 12), 0, 0.0, 1.0, 0.1),
-        SoftLimit("there", (1,), 0, 0.0, 1.0, 0.1),
-    )
+    limits = (SoftLimit("everywhere", (0, 1, 2, 12), 0, 0.0, 1.0, 0.1), SoftLimit("there", (1,), 0, 0.0, 1.0, 0.1))
     whole = replace(problem, rows=(*problem.rows, 12), objective=replace(problem.objective, limits=limits))
     other = whole.without(1)
     assert other.rows == (0, *range(2, 13)) and other.labels[:2] == ("row 1", "row 3") and other.trained == 11
-    assert np.array_equal(
-        other.objective.cells.observed, np.delete(problem.objective.cells.observed, 1, axis=0)
-    )
+    assert np.array_equal(other.objective.cells.observed, np.delete(problem.objective.cells.observed, 1, axis=0))
     assert [(one.name, one.rows) for one in other.objective.limits] == [("everywhere", (0, 1, 11))]
     points = np.random.default_rng(0).random((5, 9))
     one, less = problem.hypotheses[0], problem.without(1)
@@ -99,9 +94,16 @@ def refit(model, observed, row, seed):
         return (9.0 * np.log1p(z**2 / 9.0)).sum(axis=(1, 2))
 
     found = differential_evolution(
-        cost, [(0.0, 1.0)] * 9, rng=seed, vectorized=True, updating="deferred", popsize=5, maxiter=160, tol=1e-6,
+        cost,
+        [(0.0, 1.0)] * 9,
+        rng=seed,
+        vectorized=True,
+        updating="deferred",
+        popsize=5,
+        maxiter=160,
+        tol=1e-6,
         polish=False,
-    )  # fmt: skip
+    )
     return model(found.x[None])[0, row], float(found.fun)
 
 
@@ -116,9 +118,11 @@ def errors(seed, archive=None, rows=range(12)):
     medians = np.array([[cell.median for cell in one.predictions(problem)] for one in ours])
     chosen = observed[list(rows)]
     return (
-        np.abs(medians / chosen - 1.0), np.abs(np.array([one for one, _ in theirs]) / chosen - 1.0),
-        np.array([one.fit.best.best for one in ours]), np.array([cost for _, cost in theirs]),
-    )  # fmt: skip
+        np.abs(medians / chosen - 1.0),
+        np.abs(np.array([one for one, _ in theirs]) / chosen - 1.0),
+        np.array([one.fit.best.best for one in ours]),
+        np.array([cost for _, cost in theirs]),
+    )
 
 
 def test_a_row_left_out_is_missed_by_as_much_as_in_a_refit_by_scipy():
@@ -147,10 +151,7 @@ def test_published_errors_of_rows_left_out_are_those_of_refits_and_less_where_th
     seeds = range(12)
     honest, scipys, cost, other = (np.array(one) for one in zip(*(errors(n) for n in seeds), strict=True))
     shared = np.array([errors(n, sharing)[0] for n in seeds])
-    by_toy = {
-        name: one.mean(axis=(1, 2))
-        for name, one in (("honest", honest), ("scipy", scipys), ("shared", shared))
-    }
+    by_toy = {name: one.mean(axis=(1, 2)) for name, one in (("honest", honest), ("scipy", scipys), ("shared", shared))}
     print({name: f"{one.mean():.4f}" for name, one in by_toy.items()}, cost.mean(), other.mean())
 
     def pull(a, b):

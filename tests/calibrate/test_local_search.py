@@ -25,8 +25,7 @@ def lowered(folder, text=BALL):
     found = first.forward(0, np.array([TRUTH]), range(3))[0, :, :, 0]
     rate, height = (first.forward.channels.index(name) for name in ("bounces_per_second", "mean_height"))
     rows = "".join(
-        f"{drop},{line[rate]:.6g},{100.0 * line[height]:.6g}\n"
-        for drop, line in zip((50, 80, 120), found, strict=True)
+        f"{drop},{line[rate]:.6g},{100.0 * line[height]:.6g}\n" for drop, line in zip((50, 80, 120), found, strict=True)
     )
     return lower_study(load_study(ball_study(folder, rows, text)))
 
@@ -80,12 +79,8 @@ def test_the_polish_reaches_the_truth_in_few_sets_and_is_read_back(tmp_path):
     one = lowered(tmp_path).problem
     average = next(n for n, each in enumerate(one.hypotheses) if each.options["height"] == "average")
     archive = Archive(one)
-    found = least_squares(
-        HypothesisFit(archive, average), one.unknowns.cube(np.array([0.81, 0.57])), 12, 0.03
-    )
-    assert found.values["e"] == pytest.approx(0.8, rel=2e-3) and found.values["push"] == pytest.approx(
-        0.6, rel=0.02
-    )
+    found = least_squares(HypothesisFit(archive, average), one.unknowns.cube(np.array([0.81, 0.57])), 12, 0.03)
+    assert found.values["e"] == pytest.approx(0.8, rel=2e-3) and found.values["push"] == pytest.approx(0.6, rel=0.02)
     assert archive.sets <= 12 and found.slopes <= found.evaluations
 
 
@@ -94,9 +89,7 @@ def test_a_search_ends_lower_with_the_polish_and_resumes_to_the_same_bytes(tmp_p
     folder.mkdir()
     plain, polished = (search(short=0, generations=0, spread=0, local_search=steps) for steps in (0, 10))
     one = lowered(folder).problem
-    costs = [
-        min(f.cost for f in search_hypotheses(Archive(one), how)[0].values()) for how in (plain, polished)
-    ]
+    costs = [min(f.cost for f in search_hypotheses(Archive(one), how)[0].values()) for how in (plain, polished)]
     assert costs[1] < 0.95 * costs[0]
     file = folder / "ball.py"
     calibrate(file, tmp_path / "out", threads=1)

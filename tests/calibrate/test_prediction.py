@@ -24,18 +24,30 @@ def predicted(readings, weights, sigma=1.0, wrong=0.0, table=None, resolution=0.
     table = cells([[1.0]], exists=True) if table is None else table
     values = np.asarray(readings, dtype=float)[:, None, :]
     (found,) = predict_row(
-        [ensemble(weights)], np.ones(1), [values], table, np.array([0.01]),
-        Discrepancy(np.array([sigma]), np.array([wrong])), 0, resolution,
-    )  # fmt: skip
+        [ensemble(weights)],
+        np.ones(1),
+        [values],
+        table,
+        np.array([0.01]),
+        Discrepancy(np.array([sigma]), np.array([wrong])),
+        0,
+        resolution,
+    )
     return found
 
 
 def test_one_member_has_the_discrepancy_alone():
     table = cells([[1.0]], absolute=0.0, relative=0.1)
     (found,) = predict_row(
-        [ensemble([1.0])], np.ones(1), [np.full((1, 1, 1), 2.0)], table, np.zeros(1),
-        Discrepancy(np.array([1.5]), np.zeros(1)), None, 0.0,
-    )  # fmt: skip
+        [ensemble([1.0])],
+        np.ones(1),
+        [np.full((1, 1, 1), 2.0)],
+        table,
+        np.zeros(1),
+        Discrepancy(np.array([1.5]), np.zeros(1)),
+        None,
+        0.0,
+    )
     assert found.median == pytest.approx(2.0)
     assert np.log(found.high / 2.0) == pytest.approx(0.15 * norm.ppf(0.9), rel=0.02)
     assert np.log(found.low / 2.0) == pytest.approx(-0.15 * norm.ppf(0.9), rel=0.02)

@@ -98,9 +98,7 @@ def test_a_constraint_is_data():
     table = cells([[0.9]])
     limit = (SoftLimit("b is small", (1,), 0, -np.inf, 0.2, 0.005),)
     free, held = (
-        ranges(solve(problem(table, sloped, unknowns("ab"), limits=given, extra_rows=1), search(spread=30)))[
-            1
-        ]
+        ranges(solve(problem(table, sloped, unknowns("ab"), limits=given, extra_rows=1), search(spread=30)))[1]
         for given in ((), limit)
     )
     assert free.high > 0.5 and held.high < 0.25
@@ -176,9 +174,7 @@ def test_another_seed_is_another_search():
 def test_without_a_row_its_value_is_predicted_from_the_others():
     """The least-squares mean of the other two, by hand: 2.5, 2 and 1.5 for 1, 2 and 3."""
     table = cells([[1.0], [2.0], [3.0]], absolute=1e3)
-    constant = problem(
-        table, lambda run, one: np.full((3, 1, 1), one[0]), unknowns("a", 0.0, 4.0), robust=1e3
-    )
+    constant = problem(table, lambda run, one: np.full((3, 1, 1), one[0]), unknowns("a", 0.0, 4.0), robust=1e3)
     found = solve(constant, search(leave_out=True))
     best = [float(constant.unknowns.values(one.fit.best.points[0])[0]) for one in found.refits or ()]
     assert best == pytest.approx([2.5, 2.0, 1.5], abs=0.02)

@@ -17,20 +17,30 @@ SCENES = Path(__file__).parents[1] / "scenes"
 
 def search(**values: Any) -> Search:
     """A short search."""
-    short = {"population": 12, "prescreening": 32, "short": 4, "generations": 12, "spread": 12, "leave_out": False,
-             "members": 16, "robust": 3.0}  # fmt: skip
+    short = {
+        "population": 12,
+        "prescreening": 32,
+        "short": 4,
+        "generations": 12,
+        "spread": 12,
+        "leave_out": False,
+        "members": 16,
+        "robust": 3.0,
+    }
     return Search(**{**short, **values})
 
 
-def unknowns(
-    names: str, low: float = 0.0, high: float = 1.0, priors: tuple[Prior | None, ...] = ()
-) -> Unknowns:
+def unknowns(names: str, low: float = 0.0, high: float = 1.0, priors: tuple[Prior | None, ...] = ()) -> Unknowns:
     """Numbers between two bounds, one a letter of ``names``."""
     count = len(names)
     return Unknowns(
-        tuple(names), ("1",) * count, np.full(count, low), np.full(count, high), np.zeros(count, dtype=bool),
+        tuple(names),
+        ("1",) * count,
+        np.full(count, low),
+        np.full(count, high),
+        np.zeros(count, dtype=bool),
         priors or (None,) * count,
-    )  # fmt: skip
+    )
 
 
 def cells(observed: Any, absolute: float = 0.01, relative: float = 0.0, exists: bool = False) -> Cells:
@@ -38,9 +48,14 @@ def cells(observed: Any, absolute: float = 0.01, relative: float = 0.0, exists: 
     table = np.asarray(observed, dtype=float)
     count = table.shape[1]
     return Cells(
-        tuple(f"y{k}" for k in range(count)), ("1",) * count, table, np.full(table.shape, absolute),
-        np.full(count, relative), np.ones(count), np.full(count, exists),
-    )  # fmt: skip
+        tuple(f"y{k}" for k in range(count)),
+        ("1",) * count,
+        table,
+        np.full(table.shape, absolute),
+        np.full(count, relative),
+        np.ones(count),
+        np.full(count, exists),
+    )
 
 
 def problem(
@@ -62,12 +77,7 @@ def problem(
     count = len(table.observed)
     labels = tuple(f"row {n + 1}" for n in range(count))
     return CalibrationProblem(
-        numbers,
-        hypotheses,
-        simulate,
-        Objective(table, limits, robust),
-        tuple(range(count + extra_rows)),
-        labels,
+        numbers, hypotheses, simulate, Objective(table, limits, robust), tuple(range(count + extra_rows)), labels
     )
 
 
@@ -94,9 +104,7 @@ def changes(unknowns, row):
 """
 
 
-def ball_study(
-    folder: Path, rows: str, text: str = BALL, *, generations: int = 5, leave_out: bool = False
-) -> Path:
+def ball_study(folder: Path, rows: str, text: str = BALL, *, generations: int = 5, leave_out: bool = False) -> Path:
     """A study of a pushed ball's rebounds in a folder; rows: lines of its table."""
     (folder / "table.csv").write_text("drop,rate,height\n" + rows, encoding="utf-8")
     file = folder / "ball.py"
@@ -106,9 +114,7 @@ def ball_study(
     return file
 
 
-def bent_rows(
-    seed: int, misfit: float = 0.2, unknown: int = 9, rows: int = 12
-) -> tuple[CalibrationProblem, Any]:
+def bent_rows(seed: int, misfit: float = 0.2, unknown: int = 9, rows: int = 12) -> tuple[CalibrationProblem, Any]:
     """A problem of 9 unknowns and 12 x 3 cells that no set fits: the truth times a chance factor of ``misfit``.
 
     Also its forward model, sets (ns, 9) of the unit cube to readings (ns, 12, 3).
@@ -124,13 +130,7 @@ def bent_rows(
     observed = model(rng.random((1, unknown)))[0] * np.exp(rng.normal(0.0, misfit, (rows, 3)))
     names = tuple(f"y{k}" for k in range(3))
     table = Cells(
-        names,
-        ("1",) * 3,
-        observed,
-        np.zeros(observed.shape),
-        np.full(3, 0.1),
-        np.ones(3),
-        np.zeros(3, dtype=bool),
+        names, ("1",) * 3, observed, np.zeros(observed.shape), np.full(3, 0.1), np.ones(3), np.zeros(3, dtype=bool)
     )
 
     def simulate(run: int, sets: np.ndarray, chosen: Any) -> np.ndarray:

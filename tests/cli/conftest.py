@@ -66,9 +66,7 @@ def opened(tarsus) -> Callable[..., Any]:
 
     def call(path: Path, word: str, *shown: str) -> Any:
         text, found = tarsus("show", path), tarsus("show", path, "--json")
-        assert (text.code, text.err, found.code) == (0, "", 0) and all(one in text.out for one in shown), (
-            text.out
-        )
+        assert (text.code, text.err, found.code) == (0, "", 0) and all(one in text.out for one in shown), text.out
         checked = tarsus("check", path)
         assert checked.code == 0 and f"is a good {word}: " in checked.out, checked.err
         return found.json()

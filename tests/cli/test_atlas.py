@@ -10,9 +10,15 @@ import numpy as np
 from tarsus.cli import main
 
 WORDS = (
-    "atlas", "cantilever", "--x", "robot.feet.tip.gap=80um:90um", "--y", "signals.pzt.amplitude=4V:6.5V",
-    "--depth", "4",
-)  # fmt: skip
+    "atlas",
+    "cantilever",
+    "--x",
+    "robot.feet.tip.gap=80um:90um",
+    "--y",
+    "signals.pzt.amplitude=4V:6.5V",
+    "--depth",
+    "4",
+)
 
 
 def test_an_atlas_is_printed_written_and_shown(tmp_path, capsys, opened):
@@ -23,17 +29,9 @@ def test_an_atlas_is_printed_written_and_shown(tmp_path, capsys, opened):
     found = json.loads(capsys.readouterr().out)
     assert sum(one["share"] for one in found["classes"]) == 1.0 and found["points"] == [17, 17]
     assert {"period 1, held", "period 3, held"} <= {one["class"] for one in found["classes"]}
-    assert {one.name for one in out.iterdir()} >= {
-        "atlas.json",
-        "atlas.nc",
-        "cells.csv",
-        "report.html",
-        "scene.toml",
-    }
+    assert {one.name for one in out.iterdir()} >= {"atlas.json", "atlas.nc", "cells.csv", "report.html", "scene.toml"}
     with xr.open_dataset(out / "atlas.nc") as data:
-        classes = data["class"].sel(
-            {"robot.feet.tip.gap": 80e-6, "signals.pzt.amplitude": 6.5}, method="nearest"
-        )
+        classes = data["class"].sel({"robot.feet.tip.gap": 80e-6, "signals.pzt.amplitude": 6.5}, method="nearest")
         assert classes.item() == 16 + 3 and data["bounces"].size == found["runs"]
     rows = list(csv.DictReader((out / "cells.csv").open(encoding="utf-8")))
     assert len(rows) == found["runs"]

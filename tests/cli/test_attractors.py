@@ -12,9 +12,19 @@ from scene_files import SCENES
 from tarsus.cli import main
 
 WORDS = (
-    "attractors", str(SCENES / "vibrating_table.toml"), "--set", "ground.restitution.coefficient=0.8",
-    "--set", "signals.table.amplitude=0.5", "--starts", "12", "--over", "height=0:0.2", "--over", "speed=-0.5:0.5",
-)  # fmt: skip
+    "attractors",
+    str(SCENES / "vibrating_table.toml"),
+    "--set",
+    "ground.restitution.coefficient=0.8",
+    "--set",
+    "signals.table.amplitude=0.5",
+    "--starts",
+    "12",
+    "--over",
+    "height=0:0.2",
+    "--over",
+    "speed=-0.5:0.5",
+)
 
 
 def test_attractors_are_printed_and_written(tmp_path, capsys, opened):
@@ -40,21 +50,13 @@ def test_attractors_are_printed_and_written(tmp_path, capsys, opened):
 def test_a_start_leads_to_its_motion_from_a_file_and_through_changed_values(tmp_path, capsys):
     """A walker that stands in its description: the written start, and the same values set in the description, run
     alike to the last digit, and to the attractor that they are said to lead to."""
-    assert (
-        main(
-            ["attractors", "millipede", "--starts", "12", "--no-edges", "-o", str(tmp_path / "out"), "--json"]
-        )
-        == 0
-    )
+    assert main(["attractors", "millipede", "--starts", "12", "--no-edges", "-o", str(tmp_path / "out"), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)["attractors"]
     assert len(found) > 1
     for i, one in enumerate(found, start=1):
         assert main(["simulate", str(tmp_path / "out" / f"attractor-{i}.toml"), "--json"]) == 0
         read = json.loads(capsys.readouterr().out)
-        drop = {
-            "initial.standing": None,
-            **{f"initial.{name}": one["initial"][name] for name in one["initial"]},
-        }
+        drop = {"initial.standing": None, **{f"initial.{name}": one["initial"][name] for name in one["initial"]}}
         run = ts.simulate(ts.load_scene("millipede", **drop), read["duration_s"])
         stride = read["measures"]["stride"]["value"]
         assert run.measures["stride"].value == stride and read["settled"]["multiple"] == one["multiple"]

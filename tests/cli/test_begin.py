@@ -41,10 +41,12 @@ def test_a_new_law_acts(tarsus, tmp_path):
 @pytest.mark.parametrize(
     ("device", "varied"),
     [
-        ("cantilever-1", "restitution and film"), ("hexapod-walker", "restitution and film"),
-        ("mems-switch", "volts and frequency"), ("climber", "friction and robot.structure.body.mass"),
+        ("cantilever-1", "restitution and film"),
+        ("hexapod-walker", "restitution and film"),
+        ("mems-switch", "volts and frequency"),
+        ("climber", "friction and robot.structure.body.mass"),
     ],
-)  # fmt: skip
+)
 def test_a_new_study_varies_what_its_device_has(tarsus, tmp_path, device, varied):
     file = tmp_path / "mine.toml"
     assert tarsus("new", "study", file, "--device", device).code == 0
@@ -103,9 +105,12 @@ def test_sweeps_that_differ_are_sets_of_their_own(tarsus, tmp_path):
     """One goes up, one down, one takes longer; a repeat of the first stays with it. Rests are read off the volts."""
     rest, step = 200, 1e-4
     for name, (low, high, count) in {
-        "sweep-1": (20.0, 400.0, 4000), "sweep-2": (20.0, 400.0, 4000), "sweep-3": (400.0, 20.0, 4000),
-        "sweep-4": (20.0, 400.0, 5000), "steps-1": (50.0, 50.0, 4000),
-    }.items():  # fmt: skip
+        "sweep-1": (20.0, 400.0, 4000),
+        "sweep-2": (20.0, 400.0, 4000),
+        "sweep-3": (400.0, 20.0, 4000),
+        "sweep-4": (20.0, 400.0, 5000),
+        "steps-1": (50.0, 50.0, 4000),
+    }.items():
         time = step * np.arange(count)
         angle = 2.0 * np.pi * (low * time + 0.5 * (high - low) / time[-1] * time**2)
         still = rest if name.startswith("steps") else 0
@@ -117,9 +122,11 @@ def test_sweeps_that_differ_are_sets_of_their_own(tarsus, tmp_path):
     sets = tomllib.loads((tmp_path / "campaign.toml").read_text())
     assert sets["defaults"] == {"drive": "U"}
     assert {name: one["files"] for name, one in sets["records"].items()} == {
-        "steps": "steps-1.csv", "sweep-1": ["sweep-1.csv", "sweep-2.csv"], "sweep-3": "sweep-3.csv",
+        "steps": "steps-1.csv",
+        "sweep-1": ["sweep-1.csv", "sweep-2.csv"],
+        "sweep-3": "sweep-3.csv",
         "sweep-4": "sweep-4.csv",
-    }  # fmt: skip
+    }
     assert sets["records"]["steps"]["rest"] == "20 ms" and "rest" not in sets["records"]["sweep-1"]
     assert '# "Spitze v" = { point = "?" }' in (tmp_path / "campaign.toml").read_text()
 
@@ -146,9 +153,7 @@ def test_a_campaign_is_checked_with_its_records(tarsus, lab):
     kept = text[: text.index("[records.bare]")] + text[text.index("[records.steps]") :]
     (lab / "campaign.toml").write_text(kept)
     bad = tarsus("check", lab)
-    assert bad.code == 2 and any(
-        "no channel is the displacement of point 'tip'" in one for one in bad.sentences
-    )
+    assert bad.code == 2 and any("no channel is the displacement of point 'tip'" in one for one in bad.sentences)
 
 
 SWEPT = (
@@ -211,9 +216,7 @@ def test_a_new_campaign_has_lines_to_uncomment_and_guesses_purposes(tarsus, bare
     tarsus("new", "campaign", bare, "--device", "cantilever")
     text = (bare / "campaign.toml").read_text()
     assert text.count("# x = ") == 1 and '# volts = "V"' in text and '# v = { unit = "mm/s"' in text
-    told = dict(
-        zip(re.findall(r"\[records\.(.*)\]", text), re.findall('purpose = "(.*)"', text), strict=True)
-    )
+    told = dict(zip(re.findall(r"\[records\.(.*)\]", text), re.findall('purpose = "(.*)"', text), strict=True))
     assert told == {"held-out-sine": "validation", "loops": "loops", "other": "validation", "sweep": "modal"}
     assert text.count("guessed from the name") == 3 and text.count("say what for") == 1
     (bare / "campaign.toml").write_text(re.sub(r"(?m)^# (?=[\[a-z].*( = |defaults))", "", text))
@@ -248,9 +251,7 @@ def test_read_tells_what_a_record_holds(tarsus, lab):
 
 def test_a_forgotten_unit_is_remarked(tarsus, tmp_path):
     far = tarsus("simulate", "cantilever", "--duration", "1 ms", "--set", "robot.feet.tip.gap=70")
-    assert far.code == 0 and [
-        one for one in far.sentences if one.startswith("note: robot.feet.tip.gap: 70 m is far")
-    ]
+    assert far.code == 0 and [one for one in far.sentences if one.startswith("note: robot.feet.tip.gap: 70 m is far")]
     usual = tarsus("simulate", "cantilever", "--duration", "1 ms", "--set", "robot.feet.tip.gap=70 um")
     assert usual.sentences == []
 
@@ -260,9 +261,7 @@ def test_packaged_devices_are_remarked_on_in_nothing(tarsus):
     from tarsus.base.plausible import remarks
     from tarsus.files.library import device_names
 
-    assert {name: remarks(ts.load_scene(name)) for name in device_names()} == {
-        name: [] for name in device_names()
-    }
+    assert {name: remarks(ts.load_scene(name)) for name in device_names()} == {name: [] for name in device_names()}
 
 
 def test_doctor_checks_the_engine(tarsus):

@@ -16,20 +16,7 @@ ALONG = "signals.shaker.amplitude"
 def test_a_branch_is_printed_and_written(tmp_path, capsys, opened):
     out = tmp_path / "out"
     assert (
-        main(
-            [
-                "branch",
-                OSCILLATOR,
-                "--along",
-                f"{ALONG}=1 V:0.95 V",
-                "-o",
-                str(out),
-                "--starts",
-                "4",
-                "--json",
-            ]
-        )
-        == 0
+        main(["branch", OSCILLATOR, "--along", f"{ALONG}=1 V:0.95 V", "-o", str(out), "--starts", "4", "--json"]) == 0
     )
     everything = json.loads(capsys.readouterr().out)
     (found,) = everything["branches"]

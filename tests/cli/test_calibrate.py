@@ -19,9 +19,7 @@ def test_a_calibration_prints_its_tables_and_goes_on_in_its_folder(tarsus, study
     first = tarsus("calibrate", study, "-o", out)
     assert first.code == 0, first.err
     assert "ball: " in first.out and "hypotheses kept" in first.out and "ground" not in first.err
-    assert {"branch-1.toml", "calibration.json", "mixture.json", "report.html"} <= {
-        p.name for p in out.iterdir()
-    }
+    assert {"branch-1.toml", "calibration.json", "mixture.json", "report.html"} <= {p.name for p in out.iterdir()}
     assert {"push", "e"} <= set(first.out.split())
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "Calibration: ball" in page and "http://" not in page.replace("http://www.w3.org", "")

@@ -30,22 +30,25 @@ def test_a_plain_landing_is_written(tarsus, tmp_path):
 def test_one_line_makes_a_header_a_signal_and_a_page(tarsus, tmp_path, opened):
     folder = tmp_path / "landing"
     done = tarsus(
-        *LANDING, "--request", "levels=free=-8V:8V", "--over", "robot.feet.tip.gap=69um:71um", "--request",
-        "effort=0.012", "--request", "risk=mean", "-o", folder, "--json",
-    )  # fmt: skip
+        *LANDING,
+        "--request",
+        "levels=free=-8V:8V",
+        "--over",
+        "robot.feet.tip.gap=69um:71um",
+        "--request",
+        "effort=0.012",
+        "--request",
+        "risk=mean",
+        "-o",
+        folder,
+        "--json",
+    )
     assert done.code == 0, done.err
     table = done.json()
     assert table["speed"] < table["plain"]["speed"] and table["worst"] >= table["speed"]
     assert {"touchdowns", "switching_times", "energy", "scenarios"} <= set(table)
     written = sorted(path.name for path in folder.iterdir() if not path.name.startswith("."))
-    assert written == [
-        "landing.h",
-        "landing.json",
-        "report.html",
-        "scenarios.csv",
-        "scene.toml",
-        "signal.toml",
-    ]
+    assert written == ["landing.h", "landing.json", "report.html", "scenarios.csv", "scene.toml", "signal.toml"]
     assert opened(folder, "landing design", "`tarsus design landing` wrote it")["speed"] == table["speed"]
     assert table["digest"] in (folder / "landing.h").read_text()
     assert len((folder / "scenarios.csv").read_text().splitlines()) == 1 + len(table["scenarios"])
@@ -68,8 +71,15 @@ def test_one_line_makes_a_header_a_signal_and_a_page(tarsus, tmp_path, opened):
     ],
 )
 def test_a_bad_request_gets_one_sentence_and_writes_nothing(tarsus, tmp_path, words, told):
-    refused = tarsus("design", "landing", "cantilever", *(() if "--foot" in words else ("--foot", "tip")), *words,
-                     "-o", tmp_path / "out")  # fmt: skip
+    refused = tarsus(
+        "design",
+        "landing",
+        "cantilever",
+        *(() if "--foot" in words else ("--foot", "tip")),
+        *words,
+        "-o",
+        tmp_path / "out",
+    )
     assert refused.code == 2 and len(refused.sentences) == 1 and told in refused.sentences[0]
     assert not (tmp_path / "out").exists()
 

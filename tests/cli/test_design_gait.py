@@ -8,9 +8,16 @@ import json
 import pytest
 
 WALK = (
-    "millipede-printed", "--free", "gait.duty,gait.frequency=100Hz:200Hz", "--request", "from_rest=10 ms",
-    "--request", "candidates=64", "--threads", "1",
-)  # fmt: skip
+    "millipede-printed",
+    "--free",
+    "gait.duty,gait.frequency=100Hz:200Hz",
+    "--request",
+    "from_rest=10 ms",
+    "--request",
+    "candidates=64",
+    "--threads",
+    "1",
+)
 GAIT = (*WALK, "--request", "look=2")
 
 
@@ -19,9 +26,7 @@ def test_a_front_is_written_and_read_again(tarsus, tmp_path, opened):
     done = tarsus("design", "gait", *GAIT, *words)
     assert done.code == 0, done.err
     table = done.json()
-    assert (
-        table["gap"] is None and table["front"][0]["nominal"]["speed"] == table["optimum"]["nominal"]["speed"]
-    )
+    assert table["gap"] is None and table["front"][0]["nominal"]["speed"] == table["optimum"]["nominal"]["speed"]
     rows = list(csv.reader((tmp_path / "front.csv").open()))
     assert len(rows) == len(table["front"]) + 3 and {len(row) for row in rows} == {len(rows[0])}
     assert "#define GAIT_COUNT 2u" in (tmp_path / "gait.h").read_text()
@@ -34,14 +39,7 @@ def test_a_front_is_written_and_read_again(tarsus, tmp_path, opened):
 
 
 def test_limits_are_words_of_their_own(tarsus, tmp_path):
-    words = (
-        "--limits",
-        "slip_ratio<5,peak<1mm",
-        "--limits",
-        "mean_speed > 0.1 um/s",
-        "--no-report",
-        "--json",
-    )
+    words = ("--limits", "slip_ratio<5,peak<1mm", "--limits", "mean_speed > 0.1 um/s", "--no-report", "--json")
     done = tarsus("design", "gait", *GAIT, *words, "-o", str(tmp_path / "kept"))
     assert done.code == 0, done.err
     said = [one["measure"] for one in done.json()["limits"]]
@@ -62,17 +60,20 @@ def test_a_front_is_written_with_pages_that_play(tarsus, tmp_path):
     page = (tmp_path / "gaits" / "report.html").read_text()
     assert 'href="gaits/gait-01.html"' in page and 'href="gaits/robust.html"' in page
     played = (tmp_path / "gaits" / "gaits" / "robust.html").read_text()
-    assert (
-        "The walk" in played
-        and f"{table['robust']['worst_ground']['ground.friction.coefficient']:.3g}" in played
-    )
+    assert "The walk" in played and f"{table['robust']['worst_ground']['ground.friction.coefficient']:.3g}" in played
 
 
 def test_an_adaptive_gait_prints_its_rule(tarsus, tmp_path, opened):
     words = (
-        "--over", "ground.friction.coefficient=4:12", "--request", "sense=nothing", "--request", "hidden=4",
-        "--request", "training=4",
-    )  # fmt: skip
+        "--over",
+        "ground.friction.coefficient=4:12",
+        "--request",
+        "sense=nothing",
+        "--request",
+        "hidden=4",
+        "--request",
+        "training=4",
+    )
     done = tarsus("design", "adapt", *WALK, *words, "-o", str(tmp_path))
     assert done.code == 0, done.err
     assert "always" in done.out and "lost on 4 hidden grounds" in done.out
@@ -82,19 +83,10 @@ def test_an_adaptive_gait_prints_its_rule(tarsus, tmp_path, opened):
 
 
 def test_bad_requests_are_sentences_and_write_nothing(tarsus, tmp_path):
-    wrong = (
-        "--free",
-        "gait.dutty",
-        "--over",
-        "ground.friction.coefficient=0.5:0.2",
-        "--request",
-        "objective=spede",
-    )
+    wrong = ("--free", "gait.dutty", "--over", "ground.friction.coefficient=0.5:0.2", "--request", "objective=spede")
     done = tarsus("design", "gait", "millipede-printed", *wrong, "-o", str(tmp_path / "none"))
     assert done.code == 2 and len(done.sentences) == 3 and not (tmp_path / "none").exists()
-    done = tarsus(
-        "design", "gait", "millipede-printed", "--free", "gait.duty=1", "-o", str(tmp_path / "none")
-    )
+    done = tarsus("design", "gait", "millipede-printed", "--free", "gait.duty=1", "-o", str(tmp_path / "none"))
     assert done.code == 2 and "--free gait.duty=a:b takes" in done.err
     done = tarsus("design", "gait", "cantilever", "--free", "gait.duty", "-o", str(tmp_path / "none"))
     assert done.code == 2 and "does not walk" in done.err

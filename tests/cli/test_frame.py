@@ -35,11 +35,7 @@ def test_help_loads_nothing_heavy():
     """What makes help quick: the time itself is the benchmark's to measure."""
     done = subprocess.run([sys.executable, "-c", LIGHT], capture_output=True, text=True, check=True)
     loaded = [line for line in done.stdout.splitlines() if line.startswith("loaded by ")]
-    assert loaded == [
-        "loaded by --help",
-        "loaded by --version",
-        *(f"loaded by {verb} --help" for verb in VERBS),
-    ]
+    assert loaded == ["loaded by --help", "loaded by --version", *(f"loaded by {verb} --help" for verb in VERBS)]
 
 
 def test_the_front_page_says_what_the_pages_of_the_verbs_say(tarsus):
@@ -100,9 +96,7 @@ def test_a_long_run_hears_an_interrupt():
 def test_a_reader_that_stops_reading_is_no_error():
     code = "import os, sys; sys.stdin.close(); os._exit(0)"
     show = subprocess.Popen(
-        [sys.executable, "-m", "tarsus", "show", "cantilever", "--json"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
+        [sys.executable, "-m", "tarsus", "show", "cantilever", "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
     )
     reader = subprocess.Popen([sys.executable, "-c", code], stdin=show.stdout)
     assert show.stdout is not None and show.stderr is not None

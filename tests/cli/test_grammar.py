@@ -16,17 +16,7 @@ from tarsus.cli.declared import NO_DEFAULT
 from tarsus.cli.verbs import COMMANDS
 
 OPTIONS = options_by_verb()
-SAME = (
-    "--set",
-    "--law",
-    "--seed",
-    "--threads",
-    "--on",
-    "--overwrite",
-    "--resume",
-    "--report",
-    "--json",
-)
+SAME = ("--set", "--law", "--seed", "--threads", "--on", "--overwrite", "--resume", "--report", "--json")
 """Words that mean the same wherever they stand."""
 
 
@@ -42,12 +32,7 @@ def test_words_come_with_those_that_belong_to_them(verb):
     assert ("--json" in words) != (verb in ("completion", "design request"))  # which print a file
     assert ("--output" in words) == ("--overwrite" in words) >= ("--resume" in words)
     assert ("--law" in words) >= ("--set" in words)
-    assert ("--threads" in words) == ("--on" in words) or verb in (
-        "reproduce",
-        "attractors",
-        "branch",
-        "validate",
-    )
+    assert ("--threads" in words) == ("--on" in words) or verb in ("reproduce", "attractors", "branch", "validate")
     assert all(words.values()), "every word is explained"
 
 
@@ -63,13 +48,9 @@ def test_the_page_of_the_command_line_names_every_verb_and_its_words():
             assert word in words, f"{verb}: {word}"
 
 
-
 LINES = [
     ("branch cantilever --along volts=8V:7.5V --starts 0", {"along": {"volts": ("8V", "7.5V")}, "starts": 0}),
-    (
-        "attractors millipede --over height=0:5um --no-edges",
-        {"over": {"height": ("0", "5um")}, "edges": False},
-    ),
+    ("attractors millipede --over height=0:5um --no-edges", {"over": {"height": ("0", "5um")}, "edges": False}),
     ("atlas cantilever --x volts=4V:8V -o out", {"x": ("volts", "4V", "8V"), "output": Path("out")}),
     ("atlas cantilever --y hz=5:50:log -o out", {"y": ("hz", "5", "50", "log"), "resume": False}),
     ("yield millipede --dead 0:2 --weakness 60%", {"dead": (0, 2), "weak": (0, 0), "weakness": "60%"}),

@@ -41,8 +41,11 @@ def test_a_campaign_from_end_to_end(tarsus, tmp_path, opened):
     assert len(found.sentences) == 2 and several in found.sentences[1]
     assert "ground.adhesion.rate" in found.out and "held-out signals: 16" in found.out
     assert sorted(path.name for path in result.iterdir() if not path.name.startswith(".")) == [
-        "draws.npz", "identification.json", "identified.toml", "report.html",
-    ]  # fmt: skip
+        "draws.npz",
+        "identification.json",
+        "identified.toml",
+        "report.html",
+    ]
     told = json.loads((result / "identification.json").read_text(encoding="utf-8"))
     assert told["not_done"] == {} and told["files"]["read"] - told["files"]["used"] == 1 + len(held)
     assert tarsus("simulate", str(result / "identified.toml"), "--json").code == 0
@@ -61,17 +64,17 @@ def test_a_robot_close_to_the_ground(tarsus, tmp_path):
     lab = tmp_path / "lab"
     # a device of its own: the packaged one is whatever its table last told
     given = {
-        "robot.drives.pzt.law.gain": 1.928e-6, "ground.restitution.coefficient": 0.51,
-        "ground.film.coefficient": 9.999e-20, "ground.electrostatic.coefficient": 9.999e-17,
+        "robot.drives.pzt.law.gain": 1.928e-6,
+        "ground.restitution.coefficient": 0.51,
+        "ground.film.coefficient": 9.999e-20,
+        "ground.electrostatic.coefficient": 9.999e-17,
         **{f"robot.structure.damping_ratios.{n}": ratio for n, ratio in enumerate(RATIOS)},
-    }  # fmt: skip
+    }
     near = [word for path, value in given.items() for word in ("--set", f"{path}={value}")]
     assert tarsus("synthesize", "hexapod", "-o", str(lab), "--seed", "2", *near).code == 0
     found = tarsus("identify", str(lab), "--no-report", "--json")
     assert found.code == 0, found.err
-    numbers = {
-        path: one for step in found.json()["steps"].values() for path, one in step["parameters"].items()
-    }
+    numbers = {path: one for step in found.json()["steps"].values() for path, one in step["parameters"].items()}
     for path, true in (
         ("robot.structure.frequencies.0", 117.2396),
         ("robot.structure.frequencies.5", 2866.066),
@@ -93,19 +96,11 @@ def test_the_packaged_robot(tarsus, tmp_path):
     found = tarsus("identify", str(lab), "--no-report", "--json")
     assert found.code == 0, found.err
     assert not found.json()["remarks"] and not found.json()["not_done"]
-    numbers = {
-        path: one for step in found.json()["steps"].values() for path, one in step["parameters"].items()
-    }
+    numbers = {path: one for step in found.json()["steps"].values() for path, one in step["parameters"].items()}
     true = float_paths(read_scene(lab / "truth" / "device.toml"))
     written = float_paths(read_scene(lab / "identified" / "identified.toml"))
-    assert {path: written[path].value for path in numbers} == {
-        path: one["value"] for path, one in numbers.items()
-    }
-    goals = {
-        "robot.structure.frequencies.": 5e-4,
-        "robot.drives.pzt.law.gain": 3e-4,
-        "ground.restitution.": 0.03,
-    }
+    assert {path: written[path].value for path in numbers} == {path: one["value"] for path, one in numbers.items()}
+    goals = {"robot.structure.frequencies.": 5e-4, "robot.drives.pzt.law.gain": 3e-4, "ground.restitution.": 0.03}
     for path, one in numbers.items():
         goal = next((limit for start, limit in goals.items() if path.startswith(start)), None)
         if goal is not None:

@@ -85,9 +85,7 @@ def test_a_map_over_decades_has_a_cell_of_one_width_for_every_value():
     assert axes.get_yscale() == "log" and axes.get_xscale() == "linear"
     assert np.diff(np.log10(edges)) == pytest.approx(np.ones(6), rel=1e-9)
     middles = np.sqrt(edges[1:] * edges[:-1])
-    assert middles / middles[0] == pytest.approx(rates / rates[0]) and axes.get_ylim()[0] == pytest.approx(
-        edges[0]
-    )
+    assert middles / middles[0] == pytest.approx(rates / rates[0]) and axes.get_ylim()[0] == pytest.approx(edges[0])
     assert corners[0, :, 0] == pytest.approx([45e-6, 55e-6, 65e-6])
     assert np.asarray(drawn.get_array()).ravel() == pytest.approx(values.ravel())
 

@@ -49,9 +49,7 @@ def test_a_walker_is_told_of_its_gait_and_its_legs(tarsus):
     walk = by_name["gait at 50 Hz, 14 V"]
     assert walk["gait"]["frequency"] == 50.0 and walk["bounds"]["ground.adhesion.rate"] is None
     assert walk["bounds"]["ground.restitution.coefficient"] < 0.01
-    assert {one["path"]: one["says"] for one in found["numbers"]}[
-        "ground.friction.coefficient"
-    ] == "determined"
+    assert {one["path"]: one["says"] for one in found["numbers"]}["ground.friction.coefficient"] == "determined"
 
 
 def test_one_json_object(tarsus, plain):
@@ -60,8 +58,11 @@ def test_one_json_object(tarsus, plain):
     found = tarsus("recommend", plain, "--parameter", RATE, "--budget", "0.1 s", *words).json()
     assert found["std"] == pytest.approx(0.1) and "robot.feet.tip.gap" in found["unknown"]
     assert {(one["signal"]["frequency"], one["gap_m"]) for one in found["records"]} == {
-        (25.0, 70e-6), (25.0, 90e-6), (100.0, 70e-6), (100.0, 90e-6)
-    }  # fmt: skip
+        (25.0, 70e-6),
+        (25.0, 90e-6),
+        (100.0, 70e-6),
+        (100.0, 90e-6),
+    }
     gains = [one["gain"] for one in found["records"]]
     assert gains == sorted(gains, reverse=True)
     assert all(one["std"] == pytest.approx(0.1 * math.exp(-one["gain"])) for one in found["records"])
@@ -88,9 +89,7 @@ def test_draws_beside_an_identified_device_are_used(tarsus, tmp_path):
 
 def test_nothing_worth_taking_is_said(tarsus):
     words = ("--vary", "hz=100", "--vary", "volts=0.3", "--vary", "ramp=0.25")
-    result = tarsus(
-        "recommend", "cantilever", "--parameter", "ground.restitution.coefficient", "--budget", "1", *words
-    )
+    result = tarsus("recommend", "cantilever", "--parameter", "ground.restitution.coefficient", "--budget", "1", *words)
     assert result.code == 0
     assert "No record within 1 s determines ground.restitution.coefficient" in result.out
 

@@ -73,9 +73,7 @@ def test_files(written, opened):
 def test_tables_for_people(tarsus):
     result = tarsus("reproduce", "cantilever-1", "-q")
     assert result.code == 0 and not result.err and " nan" not in result.out
-    assert all(
-        words in result.out for words in ("Table 2.3", "Table A.1, row by row", "80 % interval", "our error")
-    )
+    assert all(words in result.out for words in ("Table 2.3", "Table A.1, row by row", "80 % interval", "our error"))
     assert all(len(line) <= 125 for line in result.out.splitlines())
 
 
@@ -84,9 +82,7 @@ def test_several_have_a_folder_each_and_an_index(tarsus, tmp_path):
     words = ("reproduce", "cantilever-1", "quadruped", "-o", tmp_path, "--seeds", "2", "--json")
     found = tarsus(*words).json()
     text = (tmp_path / "index.html").read_text(encoding="utf-8")
-    assert re.findall(r'href="([^"#]+)"', text) == [
-        f"{name}/reproduction.html" for name in found["experiments"]
-    ]
+    assert re.findall(r'href="([^"#]+)"', text) == [f"{name}/reproduction.html" for name in found["experiments"]]
     for name, one in found["experiments"].items():
         file = tmp_path / name / "reproduction.json"
         assert json.loads(file.read_text(encoding="utf-8")) == one

@@ -28,9 +28,7 @@ def test_every_value_has_a_unit_and_a_provenance(tarsus):
     for device, source in (("cantilever", "calibrated"), ("cantilever-1", "printed")):
         values = {one["path"]: one for one in tarsus("show", device, "--json").json()["values"]}
         assert len(values) > 10 and values["ground.adhesion.initial"]["unit"] == "N"
-        assert all(
-            one["source"] in {"printed", "derived", "calibrated", "assumed"} for one in values.values()
-        )
+        assert all(one["source"] in {"printed", "derived", "calibrated", "assumed"} for one in values.values())
         assert all(one["note"] for one in values.values())
         found, path = ts.load_scene(device), "ground.restitution.coefficient"
         assert (values[path]["value"], values[path]["source"]) == (get_value(found, path), source)
@@ -72,11 +70,7 @@ def test_check_accepts_what_was_written_and_names_all_errors_at_once(tarsus, sce
     scene_table["robot"]["feet"]["tip"]["gap"] = "3 mg"
     result = tarsus("check", save(scene_table))
     assert result.code == 2
-    for parts in (
-        ("ground.film.thickness", "above 0"),
-        ("inital", "'initial'"),
-        ("robot.feet.tip.gap", "a mass"),
-    ):
+    for parts in (("ground.film.thickness", "above 0"), ("inital", "'initial'"), ("robot.feet.tip.gap", "a mass")):
         assert any(all(part in one for part in parts) for one in result.sentences)
 
 
@@ -137,9 +131,7 @@ def test_runs_are_compared(tarsus, runs):
 def test_a_value_is_compared_with_the_interval_of_the_other(tarsus, tmp_path):
     """A number well within the interval that the device states, one beyond, and one that has none."""
     scene = ts.load_scene("cantilever")
-    damping, adhesion, gap = (
-        "robot.structure.damping_ratios.0", "ground.adhesion.initial", "robot.feet.tip.gap",
-    )  # fmt: skip
+    damping, adhesion, gap = ("robot.structure.damping_ratios.0", "ground.adhesion.initial", "robot.feet.tip.gap")
     low, high = scene.interval(damping)
     changes = {damping: low + 0.3 * (high - low), adhesion: 2.0 * scene.interval(adhesion)[1], gap: 71e-6}
     other = tmp_path / "other.toml"
@@ -181,10 +173,7 @@ def test_a_file_that_is_no_record_yet_is_listed_and_not_good(tarsus, tmp_path):
     shown = tarsus("show", str(file))
     assert shown.code == 0 and "3 series, not read as a record yet" in shown.out
     assert "nothing says what channel 'velocity' measures; give it with --channel NAME=UNIT" in shown.err
-    assert [one["name"] for one in tarsus("show", str(file), "--json").json()["series"]][:2] == [
-        "time",
-        "velocity",
-    ]
+    assert [one["name"] for one in tarsus("show", str(file), "--json").json()["series"]][:2] == ["time", "velocity"]
     checked = tarsus("check", str(file))
     assert checked.code == 2 and "nothing says what channel 'velocity' measures" in checked.err
 

@@ -32,10 +32,7 @@ def test_measures_that_sound_alike_are_told_apart_where_they_differ(tarsus, devi
 
 @pytest.mark.parametrize(
     ("device", "said"),
-    [
-        ("quadruped", "by the motion alone: drive pzt has no capacitance"),
-        ("hexapod-walker", "the electrodes took"),
-    ],
+    [("quadruped", "by the motion alone: drive pzt has no capacitance"), ("hexapod-walker", "the electrodes took")],
 )
 def test_energy_that_a_missing_capacitance_leaves_out_is_said(tarsus, device, said):
     out = " ".join(tarsus("simulate", device, "--duration", "5 ms").out.split())
@@ -54,9 +51,7 @@ def test_json_is_one_object_with_the_ledger_closed(tarsus):
     for measure in run["measures"].values():
         assert measure["definition"] and measure["unit"] and measure["scope"] == "one foot"
     count = run["measures"]["bounces"]
-    assert (
-        count["height_m"] == 1e-7 and count["dwell_s"] == 5e-4 and run["measures"]["peak"]["dwell_s"] is None
-    )
+    assert count["height_m"] == 1e-7 and count["dwell_s"] == 5e-4 and run["measures"]["peak"]["dwell_s"] is None
     assert "HIGHEST_UNCOUNTED" in {warning["kind"] for warning in run["warnings"]}
 
 
@@ -92,10 +87,7 @@ def test_beside_a_run_stands_what_other_starts_lead_to(tarsus, tmp_path):
     for one in found["attractors"]:
         assert one["motion"] in told.out and one["motion"] in page
     assert told.out.count("leads here") == page.count("leads here") == 1
-    assert (
-        "tarsus attractors millipede" in page
-        and "attractors" not in tarsus("simulate", "millipede", *SHORT).out
-    )
+    assert "tarsus attractors millipede" in page and "attractors" not in tarsus("simulate", "millipede", *SHORT).out
 
 
 def test_settings_change_the_run(tarsus):

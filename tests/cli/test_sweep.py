@@ -75,9 +75,7 @@ def test_an_occupied_folder_is_refused_and_resumed(tarsus, study, tmp_path):
 @pytest.mark.slow
 def test_the_frozen_study_is_a_study(tarsus, study, tmp_path):
     assert tarsus("sweep", study(), "-o", tmp_path / "out").code == 0
-    assert (
-        tarsus("sweep", tmp_path / "out" / "study.toml", "-o", tmp_path / "again", "--threads", "1").code == 0
-    )
+    assert tarsus("sweep", tmp_path / "out" / "study.toml", "-o", tmp_path / "again", "--threads", "1").code == 0
     assert files(tmp_path / "again") == files(tmp_path / "out")
 
 
@@ -207,15 +205,10 @@ def test_a_sweep_in_tasks_says_how_to_go_on_and_has_a_page_at_the_end(tarsus, st
     assert tarsus("sweep", study(count=1), "-o", folder, "--array", "2").code == 0
     assert task(folder, 1, 1) == 0
     told = tarsus("show", folder)
-    assert (
-        "1 of 2 units" in told.out
-        and "to go on with what is missing: `tarsus sweep` of this folder" in told.out
-    )
+    assert "1 of 2 units" in told.out and "to go on with what is missing: `tarsus sweep` of this folder" in told.out
     refused = tarsus("report", folder, "--no-browser")
     (sentence,) = refused.sentences
-    assert (
-        refused.code == 2 and f"1 of 2 units done and no page yet: `tarsus sweep {folder}` makes" in sentence
-    )
+    assert refused.code == 2 and f"1 of 2 units done and no page yet: `tarsus sweep {folder}` makes" in sentence
     assert task(folder, 2, 1) == 0
     assert "to go on" not in tarsus("show", folder).out
     opened = tarsus("report", folder, "--no-browser", "--json").json()

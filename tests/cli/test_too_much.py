@@ -46,9 +46,7 @@ def test_of_very_many_faults_some_are_named_and_the_rest_counted(tarsus, tmp_pat
     file.write_text("".join(f"k{i} = 1\n" for i in range(5000)))
     sentences = tarsus("check", file).sentences
     assert len(sentences) == 101 and sentences[3].startswith("k0: unknown name 'k0'")
-    assert (
-        sentences[-1] == "4903 more problems are not listed"
-    )  # name, robot and duration are missing as well
+    assert sentences[-1] == "4903 more problems are not listed"  # name, robot and duration are missing as well
 
 
 @pytest.mark.parametrize("setting", ["1" * 5000, NESTED])
@@ -139,10 +137,7 @@ def test_a_picture_is_whole_or_not_there(tmp_path, small_disk):
     noise = np.random.default_rng(1).integers(0, 255, (300, 300, 3), dtype=np.uint8)
     file = tmp_path / "walk.gif"
     file.write_bytes(b"before")
-    with (
-        pytest.raises(InputError, match=r"cannot write .*walk\.gif: file too large$"),
-        written_whole(file) as part,
-    ):
+    with pytest.raises(InputError, match=r"cannot write .*walk\.gif: file too large$"), written_whole(file) as part:
         Image.fromarray(noise).save(part)
     assert [one.name for one in tmp_path.iterdir()] == ["walk.gif"] and file.read_bytes() == b"before"
 

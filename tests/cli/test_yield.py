@@ -11,9 +11,17 @@ import xarray as xr
 from walking_devices import CREEPING
 
 WORDS = (
-    "--scatter", "robot.drives.*.law.gain=10%", "--over", "ground.friction.coefficient=0.3:0.5",
-    "--dead", "0:1", "--require", "mean_speed=0 m/s", "--require", "foot_slip",
-)  # fmt: skip
+    "--scatter",
+    "robot.drives.*.law.gain=10%",
+    "--over",
+    "ground.friction.coefficient=0.3:0.5",
+    "--dead",
+    "0:1",
+    "--require",
+    "mean_speed=0 m/s",
+    "--require",
+    "foot_slip",
+)
 
 FEW = ("--robots", "24", "--draws", "4", "--from-rest", "20ms")
 
@@ -29,17 +37,7 @@ def creeping(tmp_path_factory) -> str:
 
 def test_robots_become_curves_and_a_page(tarsus, creeping, tmp_path, opened):
     result = tarsus(
-        "yield",
-        creeping,
-        *WORDS,
-        "--robots",
-        "24",
-        "--draws",
-        "4",
-        "--from-rest",
-        "20ms",
-        "-o",
-        tmp_path / "out",
+        "yield", creeping, *WORDS, "--robots", "24", "--draws", "4", "--from-rest", "20ms", "-o", tmp_path / "out"
     )
     assert result.code == 0, result.err
     assert "24 robots, from rest, 20 ms" in result.out and "%" in result.out and "matters most" in result.out
@@ -48,9 +46,7 @@ def test_robots_become_curves_and_a_page(tarsus, creeping, tmp_path, opened):
         speed = robots["mean_speed"].values
         gains = np.column_stack([robots[name].values for name in robots.coords if "gain" in str(name)])
     dead = (gains == 0.0).sum(axis=1)
-    assert [(one["dead"], one["robots"]) for one in found["by_dead"]] == [
-        (n, int((dead == n).sum())) for n in (0, 1)
-    ]
+    assert [(one["dead"], one["robots"]) for one in found["by_dead"]] == [(n, int((dead == n).sum())) for n in (0, 1)]
     curve = found["curves"]["mean_speed"]
     assert curve["requirement"][0] == pytest.approx(speed.min()) and curve["share"][0] == 1.0
     assert set(found["indices"]["mean_speed"]) == {"L1", "R1", "ground.friction.coefficient"}
@@ -62,14 +58,7 @@ def test_robots_become_curves_and_a_page(tarsus, creeping, tmp_path, opened):
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "Yield against requirement" in page and "Whose scatter matters" in page and "Dead legs" in page
     before = (tmp_path / "out" / "yield.json").read_bytes()
-    words = (
-        *WORDS,
-        *FEW,
-        "-o",
-        tmp_path / "out",
-        "--resume",
-        "--json",
-    )
+    words = (*WORDS, *FEW, "-o", tmp_path / "out", "--resume", "--json")
     again = tarsus("yield", creeping, *words)
     said = json.loads(again.out)
     assert again.code == 0 and said["robots"] == 24 and list(said["shares"]) == ["mean_speed"]
@@ -93,11 +82,7 @@ def test_runs_about_legs_can_be_left_out(tarsus, creeping, tmp_path):
     assert result.code == 0 and "6 robots, settled motion, runs of 1 s from 2 starts" in result.out
     found = json.loads((tmp_path / "out" / "yield.json").read_text(encoding="utf-8"))
     with xr.open_dataset(tmp_path / "out" / "robots" / "sweep.nc") as robots:
-        assert found["settled"] == robots["settled"].values.mean() and set(2 * robots["settled"].values) <= {
-            0,
-            1,
-            2,
-        }
+        assert found["settled"] == robots["settled"].values.mean() and set(2 * robots["settled"].values) <= {0, 1, 2}
         between = robots["mean_speed_over_starts"].values
     assert found["between_starts_90"]["mean_speed"] == pytest.approx(np.quantile(between, 0.9))
     assert found["motion"] in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")

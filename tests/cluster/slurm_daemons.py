@@ -100,9 +100,7 @@ def slurm(cpus: int = 2) -> Iterator[Path]:
         _wait_for_node(place)
         yield place
     finally:
-        subprocess.run(
-            ["scancel", "--signal=KILL", "--state=RUNNING"], check=False, capture_output=True, timeout=60
-        )
+        subprocess.run(["scancel", "--signal=KILL", "--state=RUNNING"], check=False, capture_output=True, timeout=60)
         for daemon in reversed(daemons):
             daemon.send_signal(signal.SIGTERM)
         for daemon in daemons:
@@ -118,9 +116,7 @@ def _wait_for_node(place: Path) -> None:
     """Until the node is idle."""
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end:
-        done = subprocess.run(
-            ["sinfo", "--noheader", "--format=%T"], capture_output=True, text=True, timeout=60
-        )
+        done = subprocess.run(["sinfo", "--noheader", "--format=%T"], capture_output=True, text=True, timeout=60)
         if done.stdout.strip() == "idle":
             return
         time.sleep(0.2)

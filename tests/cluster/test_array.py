@@ -20,9 +20,7 @@ from tarsus.study.axes import Linspace, Sobol
 from tarsus.study.progress import Progress
 from tarsus.study.sweeping import run_sweep
 
-SWEEP = small(
-    vary={"ground.restitution.coefficient": Linspace(start=0.1, stop=0.6)}, design=Sobol(count=29), chunk=2
-)
+SWEEP = small(vary={"ground.restitution.coefficient": Linspace(start=0.1, stop=0.6)}, design=Sobol(count=29), chunk=2)
 
 
 def result(folder: Path) -> bytes:
@@ -67,9 +65,7 @@ def test_a_second_array_is_of_what_is_missing(alone, tmp_path):
     assert (status.units_done, status.runs_done, status.finished) == (11, 22, False)
     again = prepare(SWEEP, tmp_path, 100, resume=True)
     assert again is not None and (again.number, again.tasks, again.units) == (2, 4, 4)
-    assert all(
-        run_task(tmp_path, task, again.number).units == 1 for task in (1, 2, 3, 4)
-    )  # numbers from 1 do, too
+    assert all(run_task(tmp_path, task, again.number).units == 1 for task in (1, 2, 3, 4))  # numbers from 1 do, too
     assert result(tmp_path) == result(alone) and prepare(SWEEP, tmp_path, 4, resume=True) is None
     assert run_task(tmp_path, 1, first.number).units == 0  # the lost one comes back late
     assert result(tmp_path) == result(alone) and status_of(tmp_path).finished
@@ -86,15 +82,7 @@ def test_no_array_is_told(tmp_path):
 
 
 def worker(folder: Path, name: str, *, ago: float, **said: object) -> None:
-    table = {
-        "node": name,
-        "pid": 1,
-        "task": 0,
-        "seconds": 10.0,
-        "units": 1,
-        "runs": {f"{name}:1": 50},
-        "ended": False,
-    }
+    table = {"node": name, "pid": 1, "task": 0, "seconds": 10.0, "units": 1, "runs": {f"{name}:1": 50}, "ended": False}
     file = folder / "workers" / f"{name}.json"
     file.parent.mkdir(exist_ok=True)
     file.write_text(json.dumps(table | said), encoding="utf-8")
@@ -113,10 +101,7 @@ def test_status_tells_who_works_who_is_lost_and_how_long_it_takes(tmp_path):
     assert found.runs_per_second == pytest.approx(7.0) and found.seconds_left == pytest.approx(29 / 7)
     assert found.nodes == {"n1": 50, "n2": 10, "n3": 50}
     text = "\n".join(status_lines(found))
-    assert (
-        "0 of 29 runs done (0.0 %), 0 of 15 units" in text
-        and "2 processes work, 1 are lost, 1 have ended" in text
-    )
+    assert "0 of 29 runs done (0.0 %), 0 of 15 units" in text and "2 processes work, 1 are lost, 1 have ended" in text
     assert "7 runs a second; 4 s left" in text
 
 
@@ -126,9 +111,7 @@ def test_status_needs_nothing_but_python(tmp_path):
     # -S -I: without site-packages there is no numpy
     code = f"import sys; sys.path.insert(0, {str(source)!r}); from tarsus.cluster.status import main; "
     code += f"main([{str(tmp_path)!r}])"
-    done = subprocess.run(
-        [sys.executable, "-S", "-I", "-c", code], capture_output=True, text=True, check=True
-    )
+    done = subprocess.run([sys.executable, "-S", "-I", "-c", code], capture_output=True, text=True, check=True)
     assert "0 of 29 runs done" in done.stdout
 
 

@@ -18,9 +18,7 @@ from tarsus.cluster.dask import dask_executor
 from tarsus.study.axes import Linspace, Sobol
 from tarsus.study.sweeping import run_sweep
 
-SWEEP = small(
-    vary={"ground.restitution.coefficient": Linspace(start=0.1, stop=0.6)}, design=Sobol(count=80), chunk=2
-)
+SWEEP = small(vary={"ground.restitution.coefficient": Linspace(start=0.1, stop=0.6)}, design=Sobol(count=80), chunk=2)
 
 
 @pytest.fixture(scope="module")

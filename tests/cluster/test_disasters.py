@@ -26,8 +26,10 @@ from tarsus.study.sweeping import run_sweep
 KILLS = 30
 SWEEP = small(
     vary={"ground.restitution.coefficient": Linspace(start=0.1, stop=0.6)},
-    design=Sobol(count=240), chunk=2, duration=0.5,
-)  # fmt: skip
+    design=Sobol(count=240),
+    chunk=2,
+    duration=0.5,
+)
 
 
 def units(folder: Path) -> dict[Path, bytes]:
@@ -84,9 +86,7 @@ def test_a_clock_that_is_an_hour_off_changes_nothing(tmp_path, monkeypatch):
 def test_a_disk_without_room_for_the_collected_file_is_told_before(tmp_path, monkeypatch):
     usage = namedtuple("usage", "total used free")
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(1, 1, 100))
-    with pytest.raises(
-        ts.InputError, match=r"the disk that holds .* is full: make room; finished parts are kept"
-    ):
+    with pytest.raises(ts.InputError, match=r"the disk that holds .* is full: make room; finished parts are kept"):
         run_sweep(small(), tmp_path)
     monkeypatch.undo()
     assert list(tmp_path.rglob("*.part")) == []
@@ -104,9 +104,7 @@ def test_what_killed_collectors_left_makes_room_for_the_next(tmp_path, monkeypat
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(1, 1, 100))
     with pytest.raises(ts.InputError, match="is full"):
         run_sweep(small(), tmp_path, resume=True)
-    assert (
-        not left.exists() and busy.exists() and [one.name for one in tmp_path.glob("*.part")] == [busy.name]
-    )
+    assert not left.exists() and busy.exists() and [one.name for one in tmp_path.glob("*.part")] == [busy.name]
 
 
 @pytest.mark.slurm
@@ -117,15 +115,7 @@ def test_a_real_full_disk_keeps_what_is_finished(tmp_path):
     subprocess.run(["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", str(disk)], check=True)
     try:
         (disk / "ballast").write_bytes(bytes(120_000))
-        words = [
-            sys.executable,
-            "-m",
-            "tarsus",
-            "sweep",
-            str(tmp_path / "study.toml"),
-            "-o",
-            str(disk / "out"),
-        ]
+        words = [sys.executable, "-m", "tarsus", "sweep", str(tmp_path / "study.toml"), "-o", str(disk / "out")]
         (tmp_path / "study.toml").write_text(STUDY, encoding="utf-8")
         full = subprocess.run(words, capture_output=True, text=True)
         assert full.returncode == 2 and "is full: make room; finished parts are kept" in full.stderr, full

@@ -132,9 +132,7 @@ def test_killed_requeued_and_cancelled_tasks_lose_nothing(study, alone, tmp_path
 
 
 def _held(job: str) -> bool:
-    return not slurm_says(
-        "squeue", "--noheader", "--states=RUNNING,COMPLETING,CONFIGURING", f"--jobs={job}"
-    ).split()
+    return not slurm_says("squeue", "--noheader", "--states=RUNNING,COMPLETING,CONFIGURING", f"--jobs={job}").split()
 
 
 def test_a_task_uses_the_processors_it_was_given(tmp_path, cluster):

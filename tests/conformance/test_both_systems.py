@@ -33,10 +33,7 @@ GROUNDS: dict[str, dict] = {
     "own rebound": {"restitution": None, "laws": {"rebound": OWN["own_rebound"](**REBOUND)}},
     "film": {"film": ts.Film(**FILM)},
     "own film": {"laws": {"own": OWN["own_film"](**FILM)}},
-    "two films": {
-        "film": ts.Film(**FILM),
-        "laws": {"own": OWN["own_film"](coefficient=5e-24, thickness=2e-6)},
-    },
+    "two films": {"film": ts.Film(**FILM), "laws": {"own": OWN["own_film"](coefficient=5e-24, thickness=2e-6)}},
     "electrostatic": {"electrostatic": ts.Electrostatic(**PULL)},
     "own electrostatic": {"laws": {"own": OWN["own_electrostatic"](**PULL)}},
     "along the leg": {"leg_electrostatic": ts.laws.LegElectrostatic(**PULL, rest=1e-6)},
@@ -54,12 +51,7 @@ GROUNDS: dict[str, dict] = {
     "pull as printed": {"landing": ts.laws.PullAsPrinted()},
     "weightless": {"gravity": None, "film": ts.Film(**FILM)},
 }
-TWINS = {
-    "own latch": "adhesion",
-    "own rebound": "rebound",
-    "own film": "film",
-    "own electrostatic": "electrostatic",
-}
+TWINS = {"own latch": "adhesion", "own rebound": "rebound", "own film": "film", "own electrostatic": "electrostatic"}
 
 
 def pair(ground: Ground) -> Scene:
@@ -69,12 +61,12 @@ def pair(ground: Ground) -> Scene:
         name="pair",
         robot=Robot(
             structure=ts.Lumped(
-                coordinates=names, mass=(2e-9, 3e-9), stiffness=((2.0, -0.3), (-0.3, 1.6)),
+                coordinates=names,
+                mass=(2e-9, 3e-9),
+                stiffness=((2.0, -0.3), (-0.3, 1.6)),
                 damping=((4e-6, -1e-6), (-1e-6, 3e-6)),
             ),
-            drives={
-                n: Drive(load=PointLoad(weights={n: -1.0}), law=ts.LinearForce(gain=5e-7)) for n in names
-            },
+            drives={n: Drive(load=PointLoad(weights={n: -1.0}), law=ts.LinearForce(gain=5e-7)) for n in names},
             feet={n: Foot(point=n, gap=1e-6, electrode=n) for n in names},
         ),
         ground=ground,
@@ -82,14 +74,12 @@ def pair(ground: Ground) -> Scene:
             n: ts.Sine(amplitude=7.0, offset=2.0, frequency=200.0, phase=math.pi * i) for i, n in enumerate(names)
         },
         duration=0.02,
-    )  # fmt: skip
+    )
 
 
 def scene(system: str, ground: str) -> Scene:
     laws = GROUNDS[ground]
-    return (
-        trotter(ground=sticky(**laws)) if system == "legged" else pair(sticky(**({"friction": None} | laws)))
-    )
+    return trotter(ground=sticky(**laws)) if system == "legged" else pair(sticky(**({"friction": None} | laws)))
 
 
 @cache
@@ -118,9 +108,7 @@ def between_events(run: ts.Run) -> tuple[np.ndarray, np.ndarray]:
     """Gauss points and weights of short stretches of a run, shorter behind its events: a leg settles in 0.2 us."""
     x, weights = np.polynomial.legendre.leggauss(16)
     behind = run.events["time"][:, None] + np.array([0.0, 1e-8, 1e-7, 3e-7, 1e-6, 3e-6, 1e-5])
-    ends = np.unique(
-        np.concatenate([np.linspace(0.0, run.duration, 401), behind.ravel()]).clip(0.0, run.duration)
-    )
+    ends = np.unique(np.concatenate([np.linspace(0.0, run.duration, 401), behind.ravel()]).clip(0.0, run.duration))
     half = 0.5 * np.diff(ends)
     return (ends[:-1, None] + half[:, None] * (x + 1.0)).ravel(), (half[:, None] * weights).ravel()
 
@@ -153,9 +141,7 @@ def test_the_ground_pushes_back_what_structure_and_laws_leave(run: ts.Run) -> No
         (force for name, force in series.laws.items() if run.scene.ground.acting_laws[name].hook == "force"),
         np.zeros_like(series.contact),
     )
-    np.testing.assert_allclose(
-        series.contact, np.where(held, -(state.pull + smooth), 0.0), rtol=1e-12, atol=1e-20
-    )
+    np.testing.assert_allclose(series.contact, np.where(held, -(state.pull + smooth), 0.0), rtol=1e-12, atol=1e-20)
     largest = np.abs(series.contact).max()
     assert np.all((series.contact + series.strength)[held] > -1e-6 * largest)
     assert state.gap.min() > -1e-10 * run.plan.length
@@ -254,7 +240,5 @@ def test_both_end_with_the_same_codes(system: str) -> None:
     short = ts.simulate(made, 0.01, ts.Accuracy(steps=30))
     assert short.code.name == "STEP_LIMIT" and not short.ok and 0.0 < short.end_time < 0.01
     broken = OWN["magnet"](strength=1e60, depth=1e-60)
-    undefined = made.model_copy(
-        update={"ground": made.ground.model_copy(update={"laws": {"broken": broken}})}
-    )
+    undefined = made.model_copy(update={"ground": made.ground.model_copy(update={"laws": {"broken": broken}})})
     assert ts.simulate(undefined, 0.01).code.name in ("NOT_FINITE", "TOO_STIFF")

@@ -8,14 +8,7 @@ import pytest
 
 import tarsus as ts
 from independent.compare import compare, nudged
-from random_scenes import (
-    branched_scene,
-    creeping_scene,
-    falling_friction,
-    moving_scene,
-    plain_scene,
-    sliding_scene,
-)
+from random_scenes import branched_scene, creeping_scene, falling_friction, moving_scene, plain_scene, sliding_scene
 from sliding_scenes import biped, by_modes, cantilever
 from tarsus.base.events import EventKind
 from tarsus.base.spec import with_values
@@ -87,17 +80,13 @@ def test_feet_by_contact_modes_slip_and_stick_as_there(scene: str) -> None:
     assert found.wrong is None and found.compared == found.events > 9, found
 
 
-@pytest.mark.parametrize(
-    "seed", [24, *(pytest.param(s, marks=pytest.mark.slow) for s in range(40) if s != 24)]
-)
+@pytest.mark.parametrize("seed", [24, *(pytest.param(s, marks=pytest.mark.slow) for s in range(40) if s != 24)])
 def test_feet_that_nobody_chose_slip_and_stick_as_there(seed: int) -> None:
     found = compare(sliding_scene(seed), TIGHT)
     assert found.wrong is None, found
 
 
-@pytest.mark.parametrize(
-    "seed", [s if s in (2, 10) else pytest.param(s, marks=pytest.mark.slow) for s in range(30)]
-)
+@pytest.mark.parametrize("seed", [s if s in (2, 10) else pytest.param(s, marks=pytest.mark.slow) for s in range(30)])
 def test_ground_that_moves_is_felt_as_there(seed: int) -> None:
     """Modal, legged and sliding scenes on ground that is told its displacement, velocity or acceleration; bases move
     with it or stay, and starts are in the laboratory or on it."""
@@ -155,9 +144,7 @@ def test_a_lightly_pressed_foot_beside_a_film_needs_no_tiny_steps() -> None:
     """The film pulls on a held foot by the change of its momentum, whose rounding is a force the larger the shorter a
     step is: steps grew ever shorter as the foot's friction ended, until it left too early or memory was full. It leaves
     where the independent simulator says."""
-    run = ts.simulate(
-        nudged(on_falling_friction(21), 1e-15), accuracy=ts.Accuracy(gap=1e-10, drive=1e-11, steps=2000)
-    )
+    run = ts.simulate(nudged(on_falling_friction(21), 1e-15), accuracy=ts.Accuracy(gap=1e-10, drive=1e-11, steps=2000))
     assert run.ok and run.events["kind"][-1] == EventKind.RELEASE
     assert run.events["time"][-1] == pytest.approx(1.1653564801e-4, rel=1e-9)
 
@@ -166,10 +153,7 @@ def test_a_lightly_pressed_foot_beside_a_film_needs_no_tiny_steps() -> None:
     ("seed", "legged"),
     [
         (6, False),
-        *(
-            pytest.param(s, k, marks=pytest.mark.slow)
-            for s, k in ((10, True), (10, False), (11, True), (12, False))
-        ),
+        *(pytest.param(s, k, marks=pytest.mark.slow) for s, k in ((10, True), (10, False), (11, True), (12, False))),
     ],
 )
 def test_they_agree_under_drives_that_creep(seed: int, legged: bool) -> None:
@@ -184,17 +168,22 @@ def bar_over_a_film() -> ts.Scene:
         name="bar over a film",
         robot=ts.Robot(
             structure=ts.Lumped(
-                coordinates=("z", "q"), mass=(1e-6, 0.3e-6), stiffness=(1.0, 1.0), damping=(0.0, 0.0),
+                coordinates=("z", "q"),
+                mass=(1e-6, 0.3e-6),
+                stiffness=(1.0, 1.0),
+                damping=(0.0, 0.0),
                 weights={"left": (1.0, -1.0), "right": (1.0, 1.0)},
             ),
             feet={"left": ts.Foot(point="left", gap=1e-6), "right": ts.Foot(point="right", gap=2e-5)},
         ),
         ground=ts.Ground(
-            restitution=ts.Restitution(coefficient=0.5), film=ts.Film(coefficient=1e-19, thickness=5e-6),
+            restitution=ts.Restitution(coefficient=0.5),
+            film=ts.Film(coefficient=1e-19, thickness=5e-6),
             adhesion=ts.Adhesion(initial=3.1102102341243336e-07, rate=0.0),
         ),
-        initial=ts.Initial(velocity=(-0.1, 0.1)), duration=2e-3,
-    )  # fmt: skip
+        initial=ts.Initial(velocity=(-0.1, 0.1)),
+        duration=2e-3,
+    )
 
 
 def test_the_film_on_other_feet_pulls_with_their_rates_after_the_impact() -> None:
@@ -207,10 +196,7 @@ def test_the_film_on_other_feet_pulls_with_their_rates_after_the_impact() -> Non
 
 @pytest.mark.parametrize(
     ("degrees", "legged"),
-    [
-        (20.0, True),
-        *(pytest.param(d, k, marks=pytest.mark.slow) for d in (-35.0, 90.0, 180.0) for k in (True, False)),
-    ],
+    [(20.0, True), *(pytest.param(d, k, marks=pytest.mark.slow) for d in (-35.0, 90.0, 180.0) for k in (True, False))],
 )
 def test_feet_slip_and_hold_on_slopes_walls_and_ceilings_as_there(degrees: float, legged: bool) -> None:
     short = degrees == 20.0
@@ -227,8 +213,6 @@ def test_they_agree_on_a_line_of_ground_for_each_side() -> None:
     points = [[4.985e-4, 0.0], [5.003e-4, 2e-7], [5.043e-4, -5e-8], [5.2e-4, 0.0]]
     line = {"kind": "polyline", "given": points}
     ground = {"kind": "feet", "feet": {"left": teeth, "right": line}}
-    scene = with_values(
-        trotter(2, ground=sticky(), turning=False), {"ground.profile": ground, "duration": 0.0015}
-    )
+    scene = with_values(trotter(2, ground=sticky(), turning=False), {"ground.profile": ground, "duration": 0.0015})
     found = compare(scene, TIGHT)
     assert found.wrong is None and found.compared > 3, found

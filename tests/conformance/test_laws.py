@@ -87,9 +87,7 @@ def same_events(one: ts.Run, other: ts.Run) -> None:
     assert one.events["kind"].tolist() == other.events["kind"].tolist()
     assert one.events["foot"].tolist() == other.events["foot"].tolist()
     np.testing.assert_allclose(other.events["time"], one.events["time"], rtol=1e-9)
-    np.testing.assert_allclose(
-        other.events["speed_before"], one.events["speed_before"], rtol=1e-7, atol=1e-12
-    )
+    np.testing.assert_allclose(other.events["speed_before"], one.events["speed_before"], rtol=1e-7, atol=1e-12)
 
 
 OWN_FRICTION = """

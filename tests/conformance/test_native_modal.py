@@ -94,12 +94,10 @@ SCENES_OF: dict[str, Callable[[], ts.Scene]] = {
     "hexapod": lambda: device("hexapod", 0.15),
     "hexapod of the table": lambda: device("hexapod-table", 0.15),
     "quadruped": lambda: device("quadruped", 0.1),
-    "hysteresis bench": lambda: ts.load_scene(
-        BENCH / "hysteresis.toml", volts=8.0, hz=50.0, wave="sine"
-    ).model_copy(update={"duration": 0.1}),
-    "restitution first": lambda: device(
-        "cantilever", 0.05, {"ground.landing": ts.laws.RestituteFirst(speed=2e-3)}
+    "hysteresis bench": lambda: ts.load_scene(BENCH / "hysteresis.toml", volts=8.0, hz=50.0, wave="sine").model_copy(
+        update={"duration": 0.1}
     ),
+    "restitution first": lambda: device("cantilever", 0.05, {"ground.landing": ts.laws.RestituteFirst(speed=2e-3)}),
     "pull as printed": lambda: device("cantilever", 0.05, {"ground.landing": ts.laws.PullAsPrinted()}),
     "as printed, three feet": lambda: file("three_feet", 0.03, {"ground.landing": ts.laws.PullAsPrinted()}),
     "no film": lambda: device("cantilever", 0.05, {"ground.film": None}),
@@ -107,9 +105,7 @@ SCENES_OF: dict[str, Callable[[], ts.Scene]] = {
         "damped_chain", 0.05, {"ground.film": ts.Film(coefficient=1e-20, thickness=5e-6)}
     ),
     "own film": lambda: own("p1_n2", 0.05, own_film=OWN["own_film"](coefficient=1.7e-21, thickness=5e-6)),
-    "own attraction": lambda: own(
-        "p1_n2", 0.05, pull=OWN["own_electrostatic"](coefficient=2e-20, offset=1e-6)
-    ),
+    "own attraction": lambda: own("p1_n2", 0.05, pull=OWN["own_electrostatic"](coefficient=2e-20, offset=1e-6)),
     "own latch and rebound": lambda: own(
         "sticky_feet",
         0.03,
@@ -138,9 +134,7 @@ def test_a_scene_ends_with_its_account_closed(name):
     smooth = sum(force for name, force in series.laws.items() if name != "film")
     excess = (series.state.pull + smooth - series.strength)[held]
     if not made.ground.laws:
-        assert excess.max(initial=0.0) < 1e-6 * max(
-            run.plan.force, float(np.abs(series.state.pull).max(initial=0.0))
-        )
+        assert excess.max(initial=0.0) < 1e-6 * max(run.plan.force, float(np.abs(series.state.pull).max(initial=0.0)))
 
 
 @pytest.mark.parametrize(("n", "steps", "rejected"), [(2, 4130, 548), (6, 1515, 358)])

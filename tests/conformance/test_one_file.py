@@ -47,7 +47,7 @@ class Wind(SmoothLaw):
     def force(gap, gap_rate, volts, time, lift):
         return lift
 ''',
-}  # fmt: skip
+}
 LAWS["wet"] = '''
 """Lubricated feet."""
 from typing import Literal
@@ -148,9 +148,12 @@ def run_beside(folder: Path, script: str) -> dict:
         "sys.meta_path.insert(0, Beside())\n"
     )
     done = subprocess.run(
-        [sys.executable, "-c", head + script, str(folder)], capture_output=True, text=True,
-        env=os.environ | {"MPLBACKEND": "agg"}, check=False,
-    )  # fmt: skip
+        [sys.executable, "-c", head + script, str(folder)],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"MPLBACKEND": "agg"},
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout.splitlines()[-1])
 
@@ -281,11 +284,7 @@ def found(request, system) -> dict:
 def test_a_law_of_one_file_acts_and_is_accounted_for(found, system):
     out = found[system]
     assert out["ok"] and out["closure"] < 1e-8
-    assert (
-        {"suction", "gust"} <= set(out["laws"])
-        and out["laws"]["suction"] < 0.0
-        and out["laws"]["gust"] != 0.0
-    )
+    assert {"suction", "gust"} <= set(out["laws"]) and out["laws"]["suction"] < 0.0 and out["laws"]["gust"] != 0.0
     assert out["stored"] == out["laws"] and out["json"] == sorted(out["laws"])
     assert out["forces"]["gust"] == pytest.approx(3e-8) and out["forces"]["suction"] > 0.0
     for law, work in out["works"].items():
@@ -335,12 +334,8 @@ def test_law_files_know_no_other_law():
     """They import the base of laws, and no law of another file."""
     for law in registry.built_in().values():
         tree = ast.parse(Path(str(sys.modules[law.__module__].__file__)).read_text(encoding="utf-8"))
-        imported = {
-            node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module
-        }
-        assert {name for name in imported if name.startswith("tarsus.model.laws")} == {
-            "tarsus.model.laws.base"
-        }
+        imported = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module}
+        assert {name for name in imported if name.startswith("tarsus.model.laws")} == {"tarsus.model.laws.base"}
 
 
 def test_every_slot_that_type_checkers_see_is_one():
@@ -360,9 +355,7 @@ def test_two_laws_of_one_name_are_refused():
 
     built_in = ts.Film(coefficient=1e-21, thickness=1e-6)
     with pytest.raises(ts.InputError, match="the name 'film' is taken"):
-        ts.with_values(
-            ts.load_scene("cantilever"), {"ground.film": built_in, "ground.laws.film": Film(pull=1e-9)}
-        )
+        ts.with_values(ts.load_scene("cantilever"), {"ground.film": built_in, "ground.laws.film": Film(pull=1e-9)})
     alone = {"ground.film": None, "ground.laws.film": Film(pull=0.0)}
     run = ts.simulate(ts.with_values(ts.load_scene("cantilever"), alone), 0.001)
     assert run.ledger.laws["film"] == 0.0 and registry.built_in()["film"] is ts.Film

@@ -59,9 +59,7 @@ def test_a_program_is_the_plain_law(law):
     plain = [law.function()(*point, *law.parameters()) for point in arguments.T]
     powers = type(law) in OWN.values()  # which Python rounds only once
     found = values(of(law), arguments, law.parameters())
-    if isinstance(
-        law, ts.laws.LegElectrostatic
-    ):  # log(1 + x) - x / (1 + x) cancels to a hundredth at |x| = 0.02
+    if isinstance(law, ts.laws.LegElectrostatic):  # log(1 + x) - x / (1 + x) cancels to a hundredth at |x| = 0.02
         np.testing.assert_allclose(found, plain, rtol=1e-13, atol=0.0)
     elif not powers:
         np.testing.assert_array_equal(found, plain)
@@ -175,15 +173,7 @@ def loops(x, y):
 def functions(x, y):
     u = abs(x) + 0.1
     near = x / 4.0
-    total = (
-        math.sqrt(u)
-        + math.exp(-u)
-        + math.expm1(x)
-        + math.log(u)
-        + math.log1p(u)
-        + math.log2(u)
-        + math.log10(u)
-    )
+    total = math.sqrt(u) + math.exp(-u) + math.expm1(x) + math.log(u) + math.log1p(u) + math.log2(u) + math.log10(u)
     total += math.log(u, 3.0) + math.sin(x) + math.cos(y) + math.tan(near) + math.asin(near) + math.acos(near)
     total += math.atan(x) + math.atan2(y, x) + math.sinh(x) + math.cosh(y) + math.tanh(x) + math.asinh(x)
     total += math.acosh(1.0 + u) + math.atanh(near) + math.erf(x) + math.erfc(y) + math.hypot(x, y)
@@ -205,15 +195,22 @@ def chained(x, y):
 
 
 LANGUAGE = [
-    integer_powers, general_powers, remainders, branches, returns_in_loops, loops, functions, steps, helped, chained
-]  # fmt: skip
+    integer_powers,
+    general_powers,
+    remainders,
+    branches,
+    returns_in_loops,
+    loops,
+    functions,
+    steps,
+    helped,
+    chained,
+]
 
 
 def grid() -> np.ndarray:
     random = np.random.default_rng(8)
-    return np.hstack(
-        [random.uniform(-3.0, 3.0, (2, 400)), [[0.5, 2.0, 1.0, 2.0, 3.0], [0.5, 2.0, 2.0, 1.0, 3.0]]]
-    )
+    return np.hstack([random.uniform(-3.0, 3.0, (2, 400)), [[0.5, 2.0, 1.0, 2.0, 3.0], [0.5, 2.0, 2.0, 1.0, 3.0]]])
 
 
 @pytest.mark.parametrize("function", LANGUAGE, ids=lambda f: f.__name__)

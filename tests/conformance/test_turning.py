@@ -41,9 +41,7 @@ def test_the_hexapod_turns_as_the_other_says() -> None:
     scene = ts.load_scene("turning-hexapod").model_copy(update={"duration": 0.02})
     run = ts.simulate(scene)
     start = tuple(run.motion.acting.rows.initial[0][: scene.robot.structure.size])
-    scene = ts.with_values(
-        scene, {"initial": {"displacement": start}, "signals": dict(scene.waveforms), "gait": None}
-    )
+    scene = ts.with_values(scene, {"initial": {"displacement": start}, "signals": dict(scene.waveforms), "gait": None})
     found = turning.simulate(scene, run.plan.length).state
     body = run.at(np.array([0.02])).body
     assert body is not None and found[: len(body)] == pytest.approx(body[:, 0], rel=1e-4, abs=1e-9)

@@ -71,9 +71,7 @@ def test_a_payload_and_a_mode_ring_as_they_do_alone() -> None:
     """Of a free body M with a payload m the difference rings at k (1/M + 1/m); a mode at its own frequency."""
     bag = BAG.model_copy(update={"damping_v": 0.0})
     mode = WalkerMode(frequency=300.0, damping_ratio=0.05, mass=1e-7)
-    run = ts.simulate(
-        floating({"payloads": {"bag": bag}, "modes": {"bends": mode}}, bag=1e-3, bends=2e-3), 0.05
-    )
+    run = ts.simulate(floating({"payloads": {"bag": bag}, "modes": {"bends": mode}}, bag=1e-3, bends=2e-3), 0.05)
     times = np.linspace(0.0, 0.05, 60)
     seen = dict(zip(run.scene.robot.structure.body_coordinates, run.at(times).body, strict=True))
     mass = run.scene.robot.structure.body.mass
@@ -119,12 +117,13 @@ def test_an_impact_on_a_compliant_tip_takes_half_a_period() -> None:
     speeds = -speed * (walker.row("block") + walker.row("block_ankle"))
     scene = scene.model_copy(
         update={
-            "initial": Initial(velocity=tuple(speeds)), "ground": ts.Ground(),
+            "initial": Initial(velocity=tuple(speeds)),
+            "ground": ts.Ground(),
             "robot": scene.robot.model_copy(
                 update={"feet": foot, "structure": walker.model_copy(update={"legs": legs})}
             ),
         }
-    )  # fmt: skip
+    )
     run = ts.simulate(scene, 0.01)
     assert run.ok, run.code
     assert run.events["kind"][:2].tolist() == [EventKind.CAPTURE, EventKind.RELEASE]
@@ -162,9 +161,7 @@ def test_modes_of_matrices_are_the_payload_that_they_were_made_of() -> None:
     modes = body_modes(free, 1.0, {leg: "trunk" for leg in plain.robot.structure.legs})
     ((name, mode),) = modes.items()
     assert name == "mode1"
-    assert 2.0 * math.pi * mode.frequency == pytest.approx(
-        math.sqrt(k * (1.0 / body.mass + 1.0 / bag.mass)), rel=1e-12
-    )
+    assert 2.0 * math.pi * mode.frequency == pytest.approx(math.sqrt(k * (1.0 / body.mass + 1.0 / bag.mass)), rel=1e-12)
     heavy = plain.model_copy(
         update={
             "robot": plain.robot.model_copy(
@@ -185,18 +182,18 @@ def test_modes_of_matrices_are_the_payload_that_they_were_made_of() -> None:
 
 def test_what_a_body_cannot_have_is_said() -> None:
     scene = trotter(3)
-    with pytest.raises(
-        InputError, match=r"body.modes.bends.upward.tail: the walker has no leg or payload 'tail'"
-    ):
+    with pytest.raises(InputError, match=r"body.modes.bends.upward.tail: the walker has no leg or payload 'tail'"):
         with_body(scene, modes={"bends": WalkerMode(frequency=1.0, mass=1.0, upward={"tail": 1.0})})
     with pytest.raises(InputError, match="rename the payload"):
         with_body(scene, payloads={"leg0": BAG})
     with pytest.raises(InputError, match="make 18 coordinates above the feet: expected 16 at most"):
         with_body(scene, payloads={f"bag{i}": BAG for i in range(7)})
     coupled = Lumped(
-        coordinates=("a", "b", "c"), mass=(1.0, 1.0, 1.0), stiffness=((1, -1, 0), (-1, 2, -1), (0, -1, 1)),
+        coordinates=("a", "b", "c"),
+        mass=(1.0, 1.0, 1.0),
+        stiffness=((1, -1, 0), (-1, 2, -1), (0, -1, 1)),
         damping=((0.1, 0, 0), (0, 0, 0), (0, 0, 0)),
-    )  # fmt: skip
+    )
     with pytest.raises(InputError, match="damping couples the modes"):
         body_modes(coupled, 1e-3, {"leg0": "a"})
     with pytest.raises(InputError, match="no mode above"):
@@ -204,9 +201,7 @@ def test_what_a_body_cannot_have_is_said() -> None:
 
 
 def test_tools_that_do_not_know_such_robots_say_so(tmp_path: Path) -> None:
-    with pytest.raises(
-        InputError, match="mjcf: modes of a walker's body, payloads on springs and compliant tips"
-    ):
+    with pytest.raises(InputError, match="mjcf: modes of a walker's body, payloads on springs and compliant tips"):
         ts.export(with_body(trotter(2), payloads={"bag": BAG}), "mjcf", tmp_path, duration=1e-3)
     pads = {"electro_adhesion": ElectroAdhesion(initial=0.0, coefficient=5e-9)}
     scene = by_modes(trotter(2, ground=sticky(adhesion=None, friction=None, laws=pads)))

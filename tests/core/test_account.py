@@ -20,19 +20,23 @@ MASS, WEIGHTS = np.array([1.0, 0.5]), np.array([1.0, 0.5])
 def robot(stiff: float, damping: float, **ground: ts.Film | ts.Electrostatic) -> ts.Scene:
     """Two masses, a foot that hangs on both high above the ground, and a drive on the second."""
     structure = ts.Lumped(
-        coordinates=("a", "b"), mass=tuple(MASS), stiffness=((40.0, -10.0), (-10.0, stiff)),
-        damping=((0.6, -0.1), (-0.1, damping)), weights={"tip": tuple(WEIGHTS)},
-    )  # fmt: skip
+        coordinates=("a", "b"),
+        mass=tuple(MASS),
+        stiffness=((40.0, -10.0), (-10.0, stiff)),
+        damping=((0.6, -0.1), (-0.1, damping)),
+        weights={"tip": tuple(WEIGHTS)},
+    )
     drive = ts.Drive(load=ts.PointLoad(weights={"b": 1.0}), law=ts.LinearForce(gain=1.0))
     return ts.Scene(
-        name="above the ground", duration=0.5,
+        name="above the ground",
+        duration=0.5,
         robot=ts.Robot(
             structure=structure, drives={"d": drive}, feet={"f": ts.Foot(point="tip", gap=GAP, electrode="d")}
         ),
         signals={"d": Sine(amplitude=1.5, frequency=OMEGA / (2.0 * np.pi))},
         ground=ts.Ground(restitution=ts.Restitution(coefficient=0.5), **ground),
         initial=ts.Initial(displacement=tuple(START[:2]), velocity=tuple(START[2:])),
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize(
@@ -40,9 +44,11 @@ def robot(stiff: float, damping: float, **ground: ts.Film | ts.Electrostatic) ->
 )
 def test_states_and_energies_of_a_motion(stiff: float, damping: float) -> None:
     scene = robot(
-        stiff, damping, film=ts.Film(coefficient=RESISTANCE, thickness=THICKNESS),
+        stiff,
+        damping,
+        film=ts.Film(coefficient=RESISTANCE, thickness=THICKNESS),
         electrostatic=ts.Electrostatic(coefficient=ATTRACTION, offset=THICKNESS),
-    )  # fmt: skip
+    )
     run = ts.simulate(scene, accuracy=ts.Accuracy(gap=1e-12, drive=1e-12))
     assert run.ok and not len(run.events)
     stiffness = np.array([[40.0, -10.0], [-10.0, stiff]])
@@ -60,9 +66,14 @@ def test_states_and_energies_of_a_motion(stiff: float, damping: float) -> None:
         return np.concatenate([v, total / MASS, [push * v[1], v @ damper @ v, -film * rate, attraction * rate]])
 
     exact = solve_ivp(
-        rates, (0.0, 0.5), np.concatenate([START, np.zeros(4)]), method="Radau" if damping > 100 else "DOP853",
-        rtol=1e-9 if damping > 100 else 1e-12, atol=1e-13, dense_output=True,
-    )  # fmt: skip
+        rates,
+        (0.0, 0.5),
+        np.concatenate([START, np.zeros(4)]),
+        method="Radau" if damping > 100 else "DOP853",
+        rtol=1e-9 if damping > 100 else 1e-12,
+        atol=1e-13,
+        dense_output=True,
+    )
     tolerance = 3e-6 if damping > 100 else 1e-9
     energies = run.motion.log.energies
     assert energies.shape == (ENERGIES,)
@@ -95,12 +106,13 @@ def test_laws_that_act_together_share_their_work() -> None:
     own = ts.load_laws(SCENES / "squeeze.py")
     together = ts.Ground(
         restitution=ts.Restitution(coefficient=0.4),
-        film=ts.Film(coefficient=5e-22, thickness=5e-6), electrostatic=ts.Electrostatic(coefficient=1e-20, offset=2e-6),
+        film=ts.Film(coefficient=5e-22, thickness=5e-6),
+        electrostatic=ts.Electrostatic(coefficient=1e-20, offset=2e-6),
         laws={
             "rest_film": own["own_film"](coefficient=1.5e-21, thickness=5e-6),
             "rest_attraction": own["own_electrostatic"](coefficient=3e-20, offset=2e-6),
         },
-    )  # fmt: skip
+    )
     scene = ts.load_scene("cantilever", volts=8, hz=50, wave="sine")
     run = ts.simulate(scene.model_copy(update={"ground": together}), "45 ms")
     assert run.motion.log.energies.shape == (ENERGIES + 2,) and len(run.events) > 20

@@ -44,9 +44,7 @@ def check(mass, damping, stiffness):
     # compared in velocities over the fastest rate and displacements alike
     left, right = state @ basis, basis @ diagonal
     for half in (slice(0, n), slice(n, None)):
-        np.testing.assert_allclose(
-            left[half], right[half], rtol=0, atol=1e-10 * max(np.abs(left[half]).max(), 1e-300)
-        )
+        np.testing.assert_allclose(left[half], right[half], rtol=0, atol=1e-10 * max(np.abs(left[half]).max(), 1e-300))
     return blocks
 
 
@@ -71,9 +69,7 @@ def test_rigid_body_beside_an_elastic_mode():
 
 
 def test_a_soft_mode_beside_a_very_stiff_one_is_not_rigid():
-    blocks, _ = split_modes(
-        np.eye(2), np.zeros((2, 2)), np.diag([(2 * np.pi * 0.5) ** 2, (2 * np.pi * 3e6) ** 2])
-    )
+    blocks, _ = split_modes(np.eye(2), np.zeros((2, 2)), np.diag([(2 * np.pi * 0.5) ** 2, (2 * np.pi * 3e6) ** 2]))
     np.testing.assert_allclose(np.sqrt(np.sort(np.linalg.det(blocks))) / (2 * np.pi), [0.5, 3e6], rtol=1e-13)
 
 
@@ -115,18 +111,22 @@ def test_a_slow_rate_beside_a_fast_one_keeps_its_digits():
 def test_a_held_structure_with_a_stiff_mode_keeps_its_account(ratio):
     """Its stiffnesses mixed lost (fast / slow)^2 of their digits: the account of a pressed foot was open by 4e-7."""
     structure = ts.Modal(
-        frequencies=(49.4e6, 136.0, 329.0, 2866.0), damping_ratios=(ratio,) * 4, modal_masses=(2e-6,) * 4,
+        frequencies=(49.4e6, 136.0, 329.0, 2866.0),
+        damping_ratios=(ratio,) * 4,
+        modal_masses=(2e-6,) * 4,
         shapes={"foot": (0.22, 0.47, 1.45, 3.02)},
-    )  # fmt: skip
+    )
     scene = ts.Scene(
         name="stiff",
         robot=ts.Robot(
-            structure=structure, feet={"foot": ts.Foot(point="foot", gap=1e-6)},
+            structure=structure,
+            feet={"foot": ts.Foot(point="foot", gap=1e-6)},
             drives={"press": ts.Drive(load=ts.PointLoad(weights={"foot": -1.0}), law=ts.LinearForce(gain=1e-4))},
         ),
         ground=ts.Ground(adhesion=ts.Adhesion(initial=1.0, rate=0.0)),
-        signals={"press": ts.Sine(amplitude=1.0, offset=1.5, frequency=40.0)}, duration=0.02,
-    )  # fmt: skip
+        signals={"press": ts.Sine(amplitude=1.0, offset=1.5, frequency=40.0)},
+        duration=0.02,
+    )
     run = ts.simulate(scene)
     assert run.events["kind"].tolist() == [2]  # once captured it stays
     assert run.ok and run.ledger.closure < 1e-11

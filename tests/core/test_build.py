@@ -29,8 +29,7 @@ def test_module_lies_in_the_last_folder_of_the_core():
 
 
 @pytest.mark.parametrize(
-    ("level", "asked", "taken"),
-    [(2, None, "v2"), (3, None, "v3"), (4, None, "v4"), (9, None, "v4"), (4, "v2", "v2")],
+    ("level", "asked", "taken"), [(2, None, "v2"), (3, None, "v3"), (4, None, "v4"), (9, None, "v4"), (4, "v2", "v2")]
 )
 def test_wheel_runs_the_highest_level_of_the_processor(tmp_path, level, asked, taken):
     for name in ("v2", "v3", "v4"):

@@ -69,17 +69,18 @@ def test_a_leg_that_rings_for_thousands_of_periods_keeps_its_account() -> None:
     """At 5 MHz and undamped, under a slow sine: its work was 1.5e-8 off, by what steps miss of its rates."""
     mass = 4e-13
     stiffness = mass * (2.0 * np.pi * 5e6) ** 2
-    leg = WalkerLeg(
-        x=0.0, mass=mass, stiffness_v=stiffness, damping_v=0.0, stiffness_l=stiffness, damping_l=0.0
-    )
+    leg = WalkerLeg(x=0.0, mass=mass, stiffness_v=stiffness, damping_v=0.0, stiffness_l=stiffness, damping_l=0.0)
     drive = ts.Drive(load=ts.PointLoad(weights={"leg": 1.0, "leg_hip": -1.0}), law=ts.LinearForce(gain=1e-6))
     scene = ts.Scene(
-        name="ringing", duration=5e-3, signals={"d": ts.Sine(amplitude=30.0, frequency=2013.7)},
+        name="ringing",
+        duration=5e-3,
+        signals={"d": ts.Sine(amplitude=30.0, frequency=2013.7)},
         robot=ts.Robot(
-            structure=ts.Walker(body=WalkerBody(mass=1e-9), legs={"leg": leg}), drives={"d": drive},
+            structure=ts.Walker(body=WalkerBody(mass=1e-9), legs={"leg": leg}),
+            drives={"d": drive},
             feet={"leg": ts.Foot(point="leg", gap=1e-6)},
         ),
         ground=ts.Ground(restitution=ts.Restitution(coefficient=0.5)),
-    )  # fmt: skip
+    )
     run = ts.simulate(scene)
     assert run.ok and run.ledger.closure < 1e-9

@@ -19,10 +19,14 @@ from tarsus.plan.lowering import lower_scene
 MASS = np.array([[2.0, 0.3, 0.0], [0.3, 1.0, 0.0], [0.0, 0.0, 0.5]])
 STIFFNESS = np.array([[300.0, -100.0, 0.0], [-100.0, 250.0, -80.0], [0.0, -80.0, 90.0]])
 SYSTEM = LinearSystem(
-    mass=MASS, damping=0.01 * STIFFNESS + 0.2 * np.diag([1.0, 0.0, 2.0]), stiffness=STIFFNESS,
-    normals=np.array([[1.0, 0.0], [0.0, 0.6], [0.0, 1.0]]), rest_gap=np.array([0.02, 0.05]),
-    loads=np.array([[0.5], [1.0], [0.0]]), weight=np.array([[-1.0, 0.0], [0.0, 0.0], [-0.5, 0.0]]),
-)  # fmt: skip
+    mass=MASS,
+    damping=0.01 * STIFFNESS + 0.2 * np.diag([1.0, 0.0, 2.0]),
+    stiffness=STIFFNESS,
+    normals=np.array([[1.0, 0.0], [0.0, 0.6], [0.0, 1.0]]),
+    rest_gap=np.array([0.02, 0.05]),
+    loads=np.array([[0.5], [1.0], [0.0]]),
+    weight=np.array([[-1.0, 0.0], [0.0, 0.0], [-0.5, 0.0]]),
+)
 
 
 def test_free_mode_is_the_structure():
@@ -58,10 +62,15 @@ def test_pull_balances_the_held_foot():
     values[4], values[5] = 2.0, 1.0  # drive, constant
     z = mode.to_physical @ y + mode.offset
     nb = len(mode.blocks)
-    rate = np.concatenate([
-        mode.blocks[:, 0, 0] * y[:nb] + mode.blocks[:, 0, 1] * y[nb:],
-        mode.blocks[:, 1, 0] * y[:nb] + mode.blocks[:, 1, 1] * y[nb:],
-    ]) + values @ mode.inputs  # fmt: skip
+    rate = (
+        np.concatenate(
+            [
+                mode.blocks[:, 0, 0] * y[:nb] + mode.blocks[:, 0, 1] * y[nb:],
+                mode.blocks[:, 1, 0] * y[:nb] + mode.blocks[:, 1, 1] * y[nb:],
+            ]
+        )
+        + values @ mode.inputs
+    )
     acceleration = (mode.to_physical @ rate)[3:]
     pull = mode.outputs[0] @ y + mode.feed[0] @ values
     force = SYSTEM.loads[:, 0] * 2.0 + SYSTEM.constant - SYSTEM.damping @ z[3:] - STIFFNESS @ z[:3]
@@ -130,9 +139,14 @@ def test_contact_modes_are_listed_once_whoever_asks():
     """Eight threads ask at once for modes that none has listed yet."""
     rng, m = np.random.default_rng(5), 6
     system = LinearSystem(
-        mass=np.eye(m), damping=np.zeros((m, m)), stiffness=np.diag(np.arange(1.0, m + 1.0)), normals=np.eye(m),
-        rest_gap=np.ones(m), loads=np.zeros((m, 0)), weight=np.zeros((m, 2)),
-    )  # fmt: skip
+        mass=np.eye(m),
+        damping=np.zeros((m, m)),
+        stiffness=np.diag(np.arange(1.0, m + 1.0)),
+        normals=np.eye(m),
+        rest_gap=np.ones(m),
+        loads=np.zeros((m, 0)),
+        weight=np.zeros((m, 2)),
+    )
     interval = sys.getswitchinterval()
     sys.setswitchinterval(1e-6)
     try:

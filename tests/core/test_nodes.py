@@ -54,10 +54,7 @@ def test_every_matrix_is_the_exact_one_of_its_nodes_to_the_last_bit():
         weights = weights or [Fraction(1)] * nodes.N
         terms = range(max(-shift, 0), nodes.N)
         return np.array(
-            [
-                [float(sum(p[n] * weights[n] * s ** (n + shift) for n in terms)) for p in lagrange]
-                for s in places
-            ]
+            [[float(sum(p[n] * weights[n] * s ** (n + shift) for n in terms)) for p in lagrange] for s in places]
         )
 
     def equal(found: np.ndarray, exact: np.ndarray) -> None:

@@ -31,17 +31,18 @@ def test_one_mode_creeps_as_its_equation_says(zeta, spell):
     rate = 2.0 * math.pi * frequency
     duration = 2.0 * zeta / rate * spell
     structure = {
-        "kind": "modal", "frequencies": [frequency], "damping_ratios": [zeta], "modal_masses": [mass],
+        "kind": "modal",
+        "frequencies": [frequency],
+        "damping_ratios": [zeta],
+        "modal_masses": [mass],
         "shapes": {"A": [1.0]},
-    }  # fmt: skip
+    }
     run = pushed(structure, "A", duration, PUSH)
     root = math.sqrt(zeta * zeta - 1.0)
     slow, fast = -rate / (zeta + root), -rate * (zeta + root)
     ways = -(fast * math.expm1(slow * duration) - slow * math.expm1(fast * duration)) / (fast - slow)
     assert run.ok and run.ledger.closure < 1e-12
-    assert run.at(np.array([duration])).state.x[0, -1] == pytest.approx(
-        1e-3 / mass / rate**2 * ways, rel=1e-12
-    )
+    assert run.at(np.array([duration])).state.x[0, -1] == pytest.approx(1e-3 / mass / rate**2 * ways, rel=1e-12)
 
 
 def chain(zeta: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -57,8 +58,12 @@ def chain(zeta: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def test_dashpots_of_any_strength_keep_the_account(zeta, duration):
     mass, damping, stiffness = (matrix.tolist() for matrix in chain(zeta))
     structure = {
-        "kind": "lumped", "coordinates": ["a", "b", "c"], "mass": mass, "stiffness": stiffness, "damping": damping,
-    }  # fmt: skip
+        "kind": "lumped",
+        "coordinates": ["a", "b", "c"],
+        "mass": mass,
+        "stiffness": stiffness,
+        "damping": damping,
+    }
     square = {"kind": "square", "amplitude": 1e-3, "frequency": 3.0 / duration}
     run = pushed(structure, "c", duration, square)
     assert run.ok and run.ledger.closure < 2e-9
@@ -75,18 +80,27 @@ def test_slow_rates_are_known_to_themselves(zeta):
 
 def captured(frequencies, ratios, masses, damping, shape, gap, velocity, duration):
     """A structure by modes that comes to the ground at a velocity of its coordinates, where its foot is held."""
-    return validate(Scene, {
-        "name": "captured", "duration": duration,
-        "robot": {
-            "structure": {
-                "kind": "modal", "frequencies": frequencies, "damping_ratios": ratios, "modal_masses": masses,
-                "shapes": {"foot": shape}, "modal_damping": damping,
+    return validate(
+        Scene,
+        {
+            "name": "captured",
+            "duration": duration,
+            "robot": {
+                "structure": {
+                    "kind": "modal",
+                    "frequencies": frequencies,
+                    "damping_ratios": ratios,
+                    "modal_masses": masses,
+                    "shapes": {"foot": shape},
+                    "modal_damping": damping,
+                },
+                "drives": {},
+                "feet": {"foot": {"point": "foot", "gap": gap}},
             },
-            "drives": {}, "feet": {"foot": {"point": "foot", "gap": gap}},
+            "ground": {"restitution": {"coefficient": 0.0}, "adhesion": {"initial": 1e3, "rate": 0.0}},
+            "initial": {"velocity": velocity},
         },
-        "ground": {"restitution": {"coefficient": 0.0}, "adhesion": {"initial": 1e3, "rate": 0.0}},
-        "initial": {"velocity": velocity},
-    })  # fmt: skip
+    )
 
 
 RATIOS = [9670.0, 124.0, 19.3, 4020.0, 2450.0]
@@ -97,10 +111,15 @@ def test_a_motion_without_stiffness_keeps_its_rates_once_a_foot_is_held():
     """They are 0 and -252.5 /s beside 2e12 /s: Newton's method came from the rounding of the first to another rate, and
     the dampers took 3.6 % more than there was. Numbers by 60 digits."""
     scene = captured(
-        [0.0, 0.0, 43.9e6, 52.2e6, 61.9e6], RATIOS, MASSES, [8.23e-9, 0.0, 0.0, 0.0, 0.0],
-        [-0.2, 0.166, 0.135, -0.816, 0.943], 1e-12,
-        [3.66343618, -3.58438694, -0.0805022497, 0.00141885747, -0.00219730676], 1.25e-9,
-    )  # fmt: skip
+        [0.0, 0.0, 43.9e6, 52.2e6, 61.9e6],
+        RATIOS,
+        MASSES,
+        [8.23e-9, 0.0, 0.0, 0.0, 0.0],
+        [-0.2, 0.166, 0.135, -0.816, 0.943],
+        1e-12,
+        [3.66343618, -3.58438694, -0.0805022497, 0.00141885747, -0.00219730676],
+        1.25e-9,
+    )
     run = ts.simulate(scene)
     held = next(mode for mode in run.motion.engine.tables.modes if mode.mask)
     rates = np.sort(np.abs(np.concatenate([np.linalg.eigvals(block) for block in held.blocks])))

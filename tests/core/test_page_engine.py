@@ -57,9 +57,7 @@ def in_node(folder, script):
     return json.loads(done.stdout)
 
 
-@pytest.mark.parametrize(
-    "name", ["cantilever", "hexapod", "mems-switch", "quadruped", "millipede", "millipede-30"]
-)
+@pytest.mark.parametrize("name", ["cantilever", "hexapod", "mems-switch", "quadruped", "millipede", "millipede-30"])
 def test_events_are_those_of_the_module_for_python(folder, name):
     packet = packet_of(ts.load_scene(name), SECONDS, ts.Accuracy())
     (folder / f"{name}.bin").write_bytes(packet)
@@ -176,25 +174,15 @@ def test_measures_are_those_of_the_library(folder, name):
     met = 0
     for values, (events, measures), (own, expected) in zip(turned, found, wanted, strict=True):
         if not alike(np.array(events, dtype=float).reshape(-1, EVENT_WIDTH), own):
-            near = {
-                one.paths[0]: values[one.paths[0]] * (1.0 + 1e-13) for one in explored.sliders if one.array
-            }
+            near = {one.paths[0]: values[one.paths[0]] * (1.0 + 1e-13) for one in explored.sliders if one.array}
             moved = explored.changed(values | near)
             assert not alike(ts.simulate(moved, explored.seconds).motion.log.events, own), values
         else:
             met += 1
             there = np.array(measures, dtype=float).reshape(-1, 3)
-            size = np.abs([value for value, _, _ in expected])[:, None] * [
-                0.0,
-                1e-7,
-                0.0,
-            ]  # spreads may be rounding
+            size = np.abs([value for value, _, _ in expected])[:, None] * [0.0, 1e-7, 0.0]  # spreads may be rounding
             near = np.isclose(there, expected, rtol=1e-7, atol=np.nan_to_num(size), equal_nan=True)
-            assert near.all(), (
-                np.array(explored.measures)[~near.all(axis=1)],
-                there[~near],
-                np.array(expected)[~near],
-            )
+            assert near.all(), (np.array(explored.measures)[~near.all(axis=1)], there[~near], np.array(expected)[~near])
     assert met >= len(wanted) // 2
 
 

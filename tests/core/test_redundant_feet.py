@@ -16,9 +16,14 @@ from tarsus.plan.lowering import lower_scene
 def bar(places: tuple[float, ...], ground: dict, gap: float) -> Scene:
     """A rigid bar that heaves and rocks under its weight, lifted at its first foot by a square wave."""
     structure = {
-        "kind": "lumped", "coordinates": ["z", "q"], "mass": [1e-6, 0.3e-6], "stiffness": [0.0, 0.0],
-        "damping": [1e-5, 1e-5], "weights": {f"p{i}": [1.0, p] for i, p in enumerate(places)}, "upward": [1.0, 0.0],
-    }  # fmt: skip
+        "kind": "lumped",
+        "coordinates": ["z", "q"],
+        "mass": [1e-6, 0.3e-6],
+        "stiffness": [0.0, 0.0],
+        "damping": [1e-5, 1e-5],
+        "weights": {f"p{i}": [1.0, p] for i, p in enumerate(places)},
+        "upward": [1.0, 0.0],
+    }
     drive = {"load": {"kind": "point", "weights": {"p0": 1.0}}, "law": {"kind": "linear", "gain": 1.0}}
     feet = {f"f{i}": {"point": f"p{i}", "gap": gap} for i in range(len(places))}
     return validate(
@@ -53,13 +58,13 @@ def test_a_mass_without_clearance_between_floor_and_ceiling_stays(below: int, ab
     """Pressed down and up in turn, by forces that pass through zero; it cannot move, whoever carries it."""
     rows = np.linspace(0.5, 1.5, below + above)
     structure = {
-        "kind": "modal", "frequencies": [2e4], "damping_ratios": [0.0], "modal_masses": [4e-8],
+        "kind": "modal",
+        "frequencies": [2e4],
+        "damping_ratios": [0.0],
+        "modal_masses": [4e-8],
         "shapes": {f"p{i}": [row] for i, row in enumerate(rows)},
-    }  # fmt: skip
-    feet = {
-        f"f{i}": {"point": f"p{i}", "gap": 0.0, "normal": 1 if i < below else -1}
-        for i in range(below + above)
     }
+    feet = {f"f{i}": {"point": f"p{i}", "gap": 0.0, "normal": 1 if i < below else -1} for i in range(below + above)}
     drive = {"load": {"kind": "point", "weights": {"p0": 1.0}}, "law": {"kind": "linear", "gain": 1e-3}}
     scene = validate(
         Scene,
@@ -121,16 +126,21 @@ def test_a_foot_at_a_point_that_does_not_move_hears_of_nothing() -> None:
 def test_of_two_feet_on_one_coordinate_both_bounce(part: float) -> None:
     """Which of them bounced was the last bit of its row, and then the first."""
     structure = {
-        "kind": "lumped", "coordinates": ["z"], "mass": [1e-6], "stiffness": [1.0], "damping": [0.0],
-        "weights": {"p0": [1.0], "p1": [1.0 + part]}, "upward": [1.0],
-    }  # fmt: skip
+        "kind": "lumped",
+        "coordinates": ["z"],
+        "mass": [1e-6],
+        "stiffness": [1.0],
+        "damping": [0.0],
+        "weights": {"p0": [1.0], "p1": [1.0 + part]},
+        "upward": [1.0],
+    }
     scene = {
-        "name": "two on one", "duration": 0.02, "initial": {"displacement": [2e-6]},
-        "robot": {
-            "structure": structure, "feet": {f"f{i}": {"point": f"p{i}", "gap": 1e-6} for i in range(2)},
-        },
+        "name": "two on one",
+        "duration": 0.02,
+        "initial": {"displacement": [2e-6]},
+        "robot": {"structure": structure, "feet": {f"f{i}": {"point": f"p{i}", "gap": 1e-6} for i in range(2)}},
         "ground": {"restitution": {"coefficient": 0.9}},
-    }  # fmt: skip
+    }
     run = ts.simulate(validate(Scene, scene))
     bounces = run.events[run.events["kind"] == EventKind.BOUNCE]
     first, second = (bounces[bounces["foot"] == i] for i in range(2))

@@ -13,15 +13,7 @@ from tarsus.design.runs import Runs
 
 FREE = {"gait.duty": None}
 BOX = {"ground.friction.coefficient": (4.0, 12.0)}
-SMALL = {
-    "candidates": 64,
-    "from_rest": 0.021,
-    "hidden": 6,
-    "training": 10,
-    "steps": 2,
-    "gaits": 2,
-    "threads": 1,
-}
+SMALL = {"candidates": 64, "from_rest": 0.021, "hidden": 6, "training": 10, "steps": 2, "gaits": 2, "threads": 1}
 
 
 def test_an_adaptive_gait_is_judged_on_grounds_of_its_own(tmp_path):
@@ -44,11 +36,7 @@ def test_an_adaptive_gait_is_judged_on_grounds_of_its_own(tmp_path):
     assert [row["gait"] for row in table["table"]] == [gait for _, gait in found.rule]
     assert np.shape(table["posterior"]["costs"]) == (10, len(found.gaits))
     rows = found.table().rows
-    assert (
-        sum(int(row[1].split()[0]) for row in rows) == 6
-        and len(rows) == len(found.gaits)
-        and len(repr(found)) < 120
-    )
+    assert sum(int(row[1].split()[0]) for row in rows) == 6 and len(rows) == len(found.gaits) and len(repr(found)) < 120
 
 
 def test_without_senses_there_is_one_gait():
@@ -107,9 +95,7 @@ def test_a_second_probe_is_walked_where_one_does_not_tell():
     senses[1, :, 0], senses[2, :, 0] = kinds % 2, kinds // 2
     probes, table = gait_choice(*felt(rng, senses), costs, 4)
     assert set(probes[:2]) == {1, 2} and len(probes) == 2
-    sure = np.stack([{1: np.arange(4) % 2, 2: np.arange(4) // 2}[one] for one in probes], axis=1).astype(
-        float
-    )
+    sure = np.stack([{1: np.arange(4) % 2, 2: np.arange(4) // 2}[one] for one in probes], axis=1).astype(float)
     assert table(sure).tolist() == [0, 1, 2, 3]
     assert np.abs(table.expected(sure) - (1.0 - np.eye(4))).max() < 1e-6
     assert table.shares.sum() == pytest.approx(1.0)
@@ -124,10 +110,7 @@ def test_gaits_are_sought_for_the_grounds_that_they_are_best_for(monkeypatch):
         return np.abs((rows[:, 0] - 0.1) / 0.8 - (friction - 4.0) / 8.0)[:, None] - 1.0
 
     monkeypatch.setattr(Runs, "each", match)
-    scene, few = (
-        ts.load_scene("millipede-printed"),
-        SMALL | {"candidates": 2000, "training": 128, "hidden": 60},
-    )
+    scene, few = (ts.load_scene("millipede-printed"), SMALL | {"candidates": 2000, "training": 128, "hidden": 60})
     found = adapt(scene, FREE, BOX, "nothing", **few)
     duty = sorted((gait["gait.duty"] - 0.1) / 0.8 for gait in found.gaits)
     assert duty == pytest.approx([0.25, 0.75], abs=0.06)
@@ -148,8 +131,10 @@ def test_a_bad_request_is_refused_whole():
     said = " | ".join(refused.value.problems)
     assert len(refused.value.problems) == 3 and all(word in said for word in ("steps", "noise", "'smell'"))
     for given, word in (
-        ({"over": None}, "name the grounds"), ({"objective": "energy"}, "for one objective that depends on it"),
-        ({"sense": "nothing,slip"}, "'nothing' stands alone"), ({"free": ["gait.dutty"]}, "gait.dutty: the"),
-    ):  # fmt: skip
+        ({"over": None}, "name the grounds"),
+        ({"objective": "energy"}, "for one objective that depends on it"),
+        ({"sense": "nothing,slip"}, "'nothing' stands alone"),
+        ({"free": ["gait.dutty"]}, "gait.dutty: the"),
+    ):
         with pytest.raises(InputError, match=word):
             adapt(scene, **{"free": FREE, "over": BOX, **given})

@@ -83,10 +83,10 @@ def test_pulses_of_a_signal_soften_the_hardest_touchdown(scene, pulses):
 
 def test_the_signal_without_pulses_is_the_step(scene):
     free = free_of(scene, PULSES)
-    own, padded = (ts.with_values(scene, {"signals.pzt": wave}) for wave in (
-        ts.OnOff(levels=(8.0, -8.0), durations=(0.01, 0.01), repeat=True),
-        free.scene.signals["pzt"],
-    ))  # fmt: skip
+    own, padded = (
+        ts.with_values(scene, {"signals.pzt": wave})
+        for wave in (ts.OnOff(levels=(8.0, -8.0), durations=(0.01, 0.01), repeat=True), free.scene.signals["pzt"])
+    )
     assert free.families == 3 and len(free) == 5
     speeds = [ts.simulate(one, 0.1).measures["hardest_impact"].value for one in (own, padded)]
     assert speeds[0] == pytest.approx(speeds[1], rel=1e-9)
@@ -102,9 +102,7 @@ def test_a_file_says_the_same_as_a_call(scene, drive, tmp_path):
     found = ts.design(request=file, over=drive.request.over, threads=1)
     assert found.robust.values == drive.robust.values and np.array_equal(found.costs, drive.costs)
     given = tmp_path / "pulses.toml"
-    given.write_text(
-        '[free."signals.pzt"]\nfoot = "tip"\npairs = 1\nlevels = { from = "-8 V", to = "8 V" }\n'
-    )
+    given.write_text('[free."signals.pzt"]\nfoot = "tip"\npairs = 1\nlevels = { from = "-8 V", to = "8 V" }\n')
     told = settings_of(DesignSettings, given, objective="least peak").free
     assert free_of(scene, told).pulses == free_of(scene, PULSES).pulses
 
@@ -151,7 +149,8 @@ def test_a_design_without_a_value_says_so(scene):
 
 WRONG = [
     ({"free": {"signals.pzt.frequncy": ("1 Hz", "2 Hz")}}, "did you mean 'signals.pzt.frequency'"),
-    ({"free": {GAP: None}}, "has no usual range"), ({"free": {}}, "name at least one number"),
+    ({"free": {GAP: None}}, "has no usual range"),
+    ({"free": {}}, "name at least one number"),
     ({"free": {"signals.pzt": ts.design.Pulses("toe")}}, "no foot 'toe'"),
     ({"free": {"signals.motor": ts.design.Pulses("tip")}}, "pulses are of the signal of a drive"),
     ({"free": {"signals.pzt": {"foot": "tip", "pears": 1}}}, "did you mean 'pairs'"),
@@ -159,13 +158,16 @@ WRONG = [
     ({"objective": "most mean_speed"}, "'cantilever' does not walk"),
     ({"objective": "most peak.toe"}, "the robot has no foot 'toe'"),
     ({"objective": "peak"}, "say whether the most or the least is best"),
-    ({"limits": "peek < 1 um"}, "did you mean 'peak'"), ({"limits": {"peak": ("<", "1 V")}}, "limits"),
-    ({"over": {GAP: (71e-6, 69e-6)}}, "low below high"), ({"risk": "worst"}, "needs grounds"),
+    ({"limits": "peek < 1 um"}, "did you mean 'peak'"),
+    ({"limits": {"peak": ("<", "1 V")}}, "limits"),
+    ({"over": {GAP: (71e-6, 69e-6)}}, "low below high"),
+    ({"risk": "worst"}, "needs grounds"),
     ({"risk": "cvar:0.9", "over": {GAP: (69e-6, 71e-6)}}, "is {cvar = 0.9}"),
     ({"over": {"signals.pzt.amplitude": (6.0, 8.0)}}, "is designed, so it cannot be"),
-    ({"candidates": 3}, "candidates"), ({"periods": 4, "starts": 2}, "leave starts out"),
+    ({"candidates": 3}, "candidates"),
+    ({"periods": 4, "starts": 2}, "leave starts out"),
     ({"scene": None}, "scene: name a device"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("changes", "said"), WRONG)

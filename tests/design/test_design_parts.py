@@ -35,11 +35,7 @@ def test_a_box_spreads_over_its_sides_and_has_its_corners(scene):
     assert np.allclose(points.min(axis=0), box.low, atol=0.01 * (box.high - box.low))
     assert np.allclose(points.mean(axis=0), 0.5 * (box.low + box.high), rtol=0.01)
     grounds = Grounds.nominal(scene, box.names).with_more(points)
-    assert (
-        len(grounds) == 257
-        and grounds.points()[0, 0] == 70e-6
-        and grounds.weights.sum() == pytest.approx(1.0)
-    )
+    assert len(grounds) == 257 and grounds.points()[0, 0] == 70e-6 and grounds.weights.sum() == pytest.approx(1.0)
 
 
 def test_a_finite_number_of_grounds_keeps_its_weights_and_gives_the_scene_itself_none(scene, tmp_path):

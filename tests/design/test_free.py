@@ -26,11 +26,7 @@ def hexapod() -> ts.Scene:
 def test_numbers_of_a_gait_range_as_usual_or_as_said(hexapod):
     free = free_of(hexapod, {"gait.duty": None, "gait.frequency": None, "gait.high": ("7 V", 12.0)})
     own = hexapod.gait
-    assert (
-        own is not None
-        and free.names == ("duty", "frequency", "high")
-        and free.numbers.units == ("1", "Hz", "V")
-    )
+    assert own is not None and free.names == ("duty", "frequency", "high") and free.numbers.units == ("1", "Hz", "V")
     assert free.numbers.low.tolist() == [0.1, 0.5 * own.frequency, 7.0]
     assert free.numbers.high.tolist() == [0.9, 2.0 * own.frequency, 12.0]
     values = changes(free, np.array([[0.0, 0.5, 1.0]]))
@@ -60,16 +56,18 @@ def test_symmetry_ties_phases(hexapod, symmetry, point, phases):
     free = free_of(hexapod, ["gait.phases"], symmetry)
     found = changes(free, np.array([point]))
     assert {path.rpartition(".")[2]: float(own[0]) for path, own in found.items()} == pytest.approx(phases)
-    ts.with_values(
-        free.scene, {path: float(own[0]) for path, own in found.items()}
-    )  # a gait that the robot takes
+    ts.with_values(free.scene, {path: float(own[0]) for path, own in found.items()})  # a gait that the robot takes
 
 
 def test_all_that_is_wrong_is_said_at_once(hexapod):
     wrong = {
-        "gait.dutty": None, "initial.displacement.0": (0.0, 1.0), "gait.duty": (0.6, 0.4), "gait.low": None,
-        "gait.frequency": ("1 m", "2 m"), "gait.high": ("1 V", "2 V"),
-    }  # fmt: skip
+        "gait.dutty": None,
+        "initial.displacement.0": (0.0, 1.0),
+        "gait.duty": (0.6, 0.4),
+        "gait.low": None,
+        "gait.frequency": ("1 m", "2 m"),
+        "gait.high": ("1 V", "2 V"),
+    }
     with pytest.raises(InputError) as told:
         free_of(hexapod, wrong, Symmetry.WAVE)
     said = " | ".join(told.value.problems)
@@ -94,9 +92,7 @@ def test_a_leg_free_twice_is_told(hexapod):
 def test_designed_numbers_have_six_digits_and_say_who_set_them(hexapod):
     free = free_of(hexapod, ["gait.frequency", "gait.duty", "gait.phases"])
     values = changes(free, np.random.default_rng(1).random((50, len(free))))
-    assert (
-        max(len(repr(float(one)).strip("0.").replace(".", "")) for own in values.values() for one in own) <= 6
-    )
+    assert max(len(repr(float(one)).strip("0.").replace(".", "")) for own in values.values() for one in own) <= 6
     first = {path: float(own[0]) for path, own in values.items()}
     found = designed(with_values(free.scene, first), free.paths)
     assert {found.origin(path).source for path in free.paths} == {Source.DESIGNED}
@@ -106,8 +102,14 @@ def test_designed_numbers_have_six_digits_and_say_who_set_them(hexapod):
 
 
 @pytest.mark.parametrize(
-    ("value", "wanted"), [(202.8829871234, 202.883), (0.30000000000000004, 0.3), (1234567.0, 1234570.0),
-                          (-0.000123456789, -0.000123457), (0.0, 0.0)]
-)  # fmt: skip
+    ("value", "wanted"),
+    [
+        (202.8829871234, 202.883),
+        (0.30000000000000004, 0.3),
+        (1234567.0, 1234570.0),
+        (-0.000123456789, -0.000123457),
+        (0.0, 0.0),
+    ],
+)
 def test_significant_digits_are_the_nearest_floats_of_decimals(value, wanted):
     assert significant(np.array([value]))[0] == wanted

@@ -59,9 +59,7 @@ def test_costs_are_those_of_single_walks(scene):
     assert costs.shape == (2, 2, 3) and walks.made == 4
     run = ts.simulate(walks.scene_of(points[1], {"ground.friction.coefficient": 9.0}), SHORT)
     own = [run.measures[name].value for name in ("mean_speed", "contact_duration", "foot_slip")]
-    assert costs[1, 1] == pytest.approx(
-        [-own[0], -own[1], own[2]], rel=1e-5
-    )  # a batch runs at its own accuracy
+    assert costs[1, 1] == pytest.approx([-own[0], -own[1], own[2]], rel=1e-5)  # a batch runs at its own accuracy
 
 
 @pytest.mark.parametrize("recovery", [(None, None), (0.4, 0.4), (0.4, None)])
@@ -85,8 +83,9 @@ def test_charge_is_recovered_once_from_what_every_drive_draws(scene, recovery):
         for unsaid in (0.0, RECOVERY):
             left = sum(plain[name] * (1.0 - (unsaid if r is None else r)) for name, r in given.items())
             assert walks.energies(row, unsaid) == (
-                pytest.approx([sum(plain.values())], rel=1e-12), pytest.approx([left], rel=1e-12),
-            )  # fmt: skip
+                pytest.approx([sum(plain.values())], rel=1e-12),
+                pytest.approx([left], rel=1e-12),
+            )
         # the objective is the measure: drives that do not say recover nothing
         period = max(one.period for one in walks.scene_of(row[0]).waveforms.values())
         run = ts.simulate(walks.scene_of(row[0]), 3.0 * period)
@@ -124,9 +123,7 @@ def test_charge_recovery_is_what_charging_in_three_steps_draws():
 def test_dead_legs_have_no_drive_and_keep_their_place():
     hexapod = hexapod_walker()
     lame = without_legs(hexapod, ("L2",))
-    assert (
-        "L2" not in lame.robot.drives and "L2" in lame.robot.feet and lame.robot.feet["L2"].electrode is None
-    )
+    assert "L2" not in lame.robot.drives and "L2" in lame.robot.feet and lame.robot.feet["L2"].electrode is None
     assert lame.gait == hexapod.gait and len(lame.robot.drives) == 5
     with pytest.raises(InputError, match="the robot has no leg 'L7'"):
         without_legs(hexapod, ("L7",))
@@ -154,9 +151,7 @@ def test_a_robust_front_is_judged_on_the_same_grounds_and_says_its_gap(scene, ro
     table = found.table()
     assert table.columns[-2].name == "gait.duty"
     named = [name for row in table.rows for name in row[0].split(", ")]
-    assert sorted(named) == sorted(
-        name for name, _ in found.named
-    )  # each once, those that are one gait in one row
+    assert sorted(named) == sorted(name for name, _ in found.named)  # each once, those that are one gait in one row
     assert len(table.rows) == len({tuple(one.values.values()) for _, one in found.named})
     assert "gait.duty" in found._repr_html_() and len(repr(found)) < 120
     axes = ts.plot.front(found)
@@ -197,9 +192,7 @@ def test_a_gait_says_what_its_motion_is_and_what_a_percent_costs(scene):
     for name in ("duty_factor", "all_feet_up", "heave_span", "slip_ratio"):
         assert one.motion.means[name] == pytest.approx(run.measures[name].value, rel=1e-5)
     told = found.percents
-    assert found.to_dict()["front"][0]["motion"] == one.motion.to_dict() and told.own == pytest.approx(
-        one.nominal[0]
-    )
+    assert found.to_dict()["front"][0]["motion"] == one.motion.to_dict() and told.own == pytest.approx(one.nominal[0])
     costly = next(each for each in told.each if each.name.startswith("robot."))
     numbers = numbers_of(run.scene, lambda path: path.startswith("initial."))[costly.name]
     off = [ts.with_values(run.scene, {p: (1.0 + s) * v for p, v in numbers.items()}) for s in (-0.01, 0.01)]
@@ -216,7 +209,7 @@ LIMITS = [
     ({"slip ratio": "< 0.2"}, {"slip_ratio": (True, 0.2), "heave_span": (True, 6e-4)}),
     (["heave_span<inf"], {}),
     (None, {"heave_span": (True, 6e-4)}),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("given", "wanted"), LIMITS)
@@ -227,18 +220,20 @@ def test_limits_are_measures_by_name_with_a_direction(scene, given, wanted):
 
 def test_the_model_bounds_the_tilt_where_a_body_tilts():
     (one,) = limits_of(hexapod_walker(), None)
-    assert (
-        one.measure == "tilt" and one.value == 0.3 and one.beyond(np.array([0.2, 0.6])).tolist() == [0.0, 1.0]
-    )
+    assert one.measure == "tilt" and one.value == 0.3 and one.beyond(np.array([0.2, 0.6])).tolist() == [0.0, 1.0]
     assert limits_of(ts.load_scene("cantilever"), None) == ()
 
 
 @pytest.mark.parametrize(
     ("given", "said"),
-    [("heave_spam<1um", "did you mean 'heave_span'"), ("heave_span=1um", "expected a measure, < or >"),
-     ("heave_span<1V", "limits: "), ("turn_rate<1", "is of bodies with yaw"),
-     ("longest_hold>1s", "a settled motion has none")],
-)  # fmt: skip
+    [
+        ("heave_spam<1um", "did you mean 'heave_span'"),
+        ("heave_span=1um", "expected a measure, < or >"),
+        ("heave_span<1V", "limits: "),
+        ("turn_rate<1", "is of bodies with yaw"),
+        ("longest_hold>1s", "a settled motion has none"),
+    ],
+)
 def test_what_is_no_limit_is_refused(scene, given, said):
     with pytest.raises(InputError, match=said):
         gait(scene, ["gait.duty"], "speed", limits=given)
@@ -261,25 +256,15 @@ def test_what_goes_beyond_a_limit_is_not_shown_where_anything_keeps_it(scene, mo
 
 
 def test_a_gait_that_leaves_the_range_of_its_model_says_so(scene):
-    low = ts.with_values(
-        scene, {f"robot.structure.legs.{leg}.y": y for leg, y in (("L1", 5e-6), ("R1", -5e-6))}
-    )
+    low = ts.with_values(scene, {f"robot.structure.legs.{leg}.y": y for leg, y in (("L1", 5e-6), ("R1", -5e-6))})
     lifted = gait(low, FREE, "speed", limits="heave_span<inf", **SMALL)
     assert "leaves its model's range: heave span" in str(lifted) and lifted.robust.motion.highest > 3e-6
-    assert any(
-        one.startswith("limit: heave span below 3 µm, for hips") for one in gait(low, FREE, **SMALL).remarks
-    )
+    assert any(one.startswith("limit: heave span below 3 µm, for hips") for one in gait(low, FREE, **SMALL).remarks)
 
 
 def test_any_measure_is_an_objective_with_a_direction(scene):
     most, least = objectives_of("most duty factor,least peak")
-    assert (most.measure, most.most, most.unit, least.measure, least.most) == (
-        "duty_factor",
-        True,
-        "1",
-        "peak",
-        False,
-    )
+    assert (most.measure, most.most, most.unit, least.measure, least.most) == ("duty_factor", True, "1", "peak", False)
     with pytest.raises(InputError, match="say whether the most or the least is best"):
         objectives_of("duty_factor")
 
@@ -329,14 +314,13 @@ def test_a_settled_front_is_a_mean_over_starts_and_says_its_interval(scene, monk
         (Reliance(("feet jump (3, 2.5 at most)",)), np.nan, "an identification in doubt: feet jump (3, 2.5 at most)"),
         (Reliance(("a", "b"), 0.02), 0.02, "an identification in doubt: a, and 1 more"),
     ],
-)  # fmt: skip
+)
 def test_what_draws_miss_widens_intervals_and_what_they_doubt_is_said(scene, monkeypatch, reliance, wider, said):
     two_gaits(monkeypatch)
     draws = {"ground.friction.coefficient": np.linspace(5.0, 9.0, 96)}
     found = gait(
-        scene, ["gait.duty"], "speed", Grounds(draws, reliance=reliance), "mean", candidates=64, look=24,
-        threads=1,
-    )  # fmt: skip
+        scene, ["gait.duty"], "speed", Grounds(draws, reliance=reliance), "mean", candidates=64, look=24, threads=1
+    )
     scale = 1.0 + 0.2 * found.robust.row[0]
     ends = np.array([scale - 2.0 * scale * wider, 2.0 * scale * (1.0 + wider)])
     assert found.robust.intervals[0] == pytest.approx(ends, nan_ok=True)
@@ -362,9 +346,15 @@ def test_stated_speeds_are_those_of_plain_runs_twice_as_long(scene):
     """From starts and on grounds that no search saw; 95 % lie in the interval, less the scatter of
     60 runs (three standard deviations)."""
     found = gait(
-        scene, ["gait.duty", "gait.frequency"], "speed", {"ground.friction.coefficient": (4.0, 12.0)},
-        candidates=64, look=24, starts=2, threads=1,
-    )  # fmt: skip
+        scene,
+        ["gait.duty", "gait.frequency"],
+        "speed",
+        {"ground.friction.coefficient": (4.0, 12.0)},
+        candidates=64,
+        look=24,
+        starts=2,
+        threads=1,
+    )
     rng, (low, high) = np.random.default_rng(5), found.robust.intervals[0]
     box, inside = found.request.starts, []
     assert box is not None
@@ -419,14 +409,7 @@ def test_longest_contact_is_an_objective(scene):
 
 def test_a_bad_request_is_refused_whole(scene):
     with pytest.raises(InputError) as refused:
-        gait(
-            scene,
-            ["gait.dutty"],
-            "spede,energy",
-            {"ground.friction.coefficient": (0.5, 0.2)},
-            "bad",
-            dead=("L9",),
-        )
+        gait(scene, ["gait.dutty"], "spede,energy", {"ground.friction.coefficient": (0.5, 0.2)}, "bad", dead=("L9",))
     said = " | ".join(refused.value.problems)
     assert len(refused.value.problems) == 5
     for words in ("leg 'L9'", "'spede'", "gait.dutty", "low below high", "risk"):
@@ -436,9 +419,7 @@ def test_a_bad_request_is_refused_whole(scene):
     with pytest.raises(InputError, match="'cantilever' does not walk"):
         gait(ts.load_scene("cantilever"), ["gait.duty"])
     for given, slowest in ((FREE, "0.01 s"), (["gait.duty"], "0.02028 s"), (["gait.frequency"], "0.04057 s")):
-        with pytest.raises(
-            InputError, match=f"at least a drive period of the slowest gait, {slowest}, got 0.009 s"
-        ):
+        with pytest.raises(InputError, match=f"at least a drive period of the slowest gait, {slowest}, got 0.009 s"):
             gait(scene, given, from_rest=0.009)
     with pytest.raises(InputError, match="takes runs of 1 s at least, got 100 ms; an episode"):
         gait(scene, FREE, duration=0.1)

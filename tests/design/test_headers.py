@@ -73,13 +73,9 @@ def test_ticks_fill_the_period_and_begin_with_plain_rounding():
     durations = np.array([311.4e-6, 396.6e-6, 9292e-6, 10000e-6])
     total = in_ticks(0.02, 1e-6)
     rows = neighbours(durations, total, np.random.default_rng(0))
-    assert (
-        (rows.sum(axis=1) == 20000).all() and rows[0].tolist() == [311, 397, 9292, 10000] and len(rows) == 27
-    )
+    assert (rows.sum(axis=1) == 20000).all() and rows[0].tolist() == [311, 397, 9292, 10000] and len(rows) == 27
     many = neighbours(np.full(10, 2e-3), total, np.random.default_rng(0))
-    assert (
-        many[0].tolist() == [2000] * 10 and (np.abs(np.cumsum(many, axis=1) - np.cumsum(many[0])) <= 1).all()
-    )
+    assert many[0].tolist() == [2000] * 10 and (np.abs(np.cumsum(many, axis=1) - np.cumsum(many[0])) <= 1).all()
     for tick in (0.0, 1e-3):
         with pytest.raises(InputError, match="tick"):
             in_ticks(0.02, tick)
@@ -89,9 +85,7 @@ def test_a_header_says_what_rounding_to_ticks_does():
     scene = ts.load_scene("millipede", **{"duration": "60 ms"})
     fine, coarse = (gait_header_text(scene, tick=tick) for tick in (1e-7, 9e-5))
     speed = ts.simulate(scene).measures["mean_speed"].value
-    said = re.compile(
-        r"On ticks it has ([0-9.]+) Hz, and edges within ([0-9.]+) us.*makes (.*) so, and (.*) before"
-    )
+    said = re.compile(r"On ticks it has ([0-9.]+) Hz, and edges within ([0-9.]+) us.*makes (.*) so, and (.*) before")
     for text, tick in ((fine, 0.1), (coarse, 90.0)):
         hertz, edges, rounded, before = said.search(text.replace("\n *", "")).groups()
         assert float(edges) == tick and before == f"{1e3 * speed:.4g} mm/s"

@@ -23,12 +23,7 @@ def judge_of(costs, over: Unknowns, seed: int = 0, grounded: tuple[int, ...] = (
     """Of costs (nr, no) from candidates (nr, nx) and grounds (nr, np)."""
     own = Grounds({name: np.array([0.5 * (over.low[0] + over.high[0])]) for name in over.names})
     return Judge(
-        lambda rows, grounds: costs(rows, np.stack(list(grounds.values()), axis=1)),
-        own,
-        over,
-        WORST,
-        seed,
-        grounded,
+        lambda rows, grounds: costs(rows, np.stack(list(grounds.values()), axis=1)), own, over, WORST, seed, grounded
     )
 
 
@@ -40,8 +35,11 @@ def test_risks_are_what_they_say():
     assert cvar(0.7)(scores, weights)[0] == pytest.approx((0.2 * 5.0 + 0.1 * 4.0) / 0.3)
     assert cvar(0.0)(scores, weights)[0] == pytest.approx(MEAN(scores, weights)[0])
     assert [risk_of(word).name for word in ("worst", {"cvar": 0.9}, "mean", "nominal")] == [
-        "worst", "cvar 0.9", "mean", "nominal",
-    ]  # fmt: skip
+        "worst",
+        "cvar 0.9",
+        "mean",
+        "nominal",
+    ]
     assert [risk_of(word).tail for word in ("worst", "nominal", "mean")] == [0.0, None, 1.0]
     assert risk_of({"cvar": 0.9}).tail == pytest.approx(0.1)
     for word in ("cvar", {"cvar": 1.0}, {"cvar": "x"}, "cvar:0.9", "best"):
@@ -89,8 +87,7 @@ def test_an_attack_finds_the_worst_ground_of_every_candidate_inside_the_box():
 def test_several_regions_are_climbed_where_one_hides_the_worst():
     reached = {
         islands: sum(
-            judge_of(hills, SQUARE, seed).attack(ONE, Look(32, 8, islands)).costs[0, 0] > 1.45
-            for seed in range(12)
+            judge_of(hills, SQUARE, seed).attack(ONE, Look(32, 8, islands)).costs[0, 0] > 1.45 for seed in range(12)
         )
         for islands in (1, 4)
     }

@@ -63,16 +63,19 @@ def test_the_speed_is_that_of_a_single_run_of_the_designed_scene(quick):
 def test_what_is_stated_is_of_a_settled_motion():
     """Modes of damping ratio 1 % that swing six and forty times a period forget their start in more than ten."""
     structure = ts.Modal(
-        frequencies=(1133.0, 7100.0), damping_ratios=(0.01, 0.01), modal_masses=(5.9e-7, 5.9e-7),
+        frequencies=(1133.0, 7100.0),
+        damping_ratios=(0.01, 0.01),
+        modal_masses=(5.9e-7, 5.9e-7),
         shapes={"tip": (1.0, 1.0)},
-    )  # fmt: skip
+    )
     drive = ts.Drive(law=ts.LinearForce(gain=-3e-5), load=ts.PointLoad(weights={"tip": 1.0}))
     scene = ts.Scene(
         name="slow",
         robot=ts.Robot(structure=structure, drives={"pzt": drive}, feet={"tip": ts.Foot(point="tip", gap=5e-6)}),
-        ground={"restitution": {"coefficient": 0.4}}, signals={"pzt": ts.Sine(amplitude=10.0, frequency=200.0)},
+        ground={"restitution": {"coefficient": 0.4}},
+        signals={"pzt": ts.Sine(amplitude=10.0, frequency=200.0)},
         duration=0.3,
-    )  # fmt: skip
+    )
     trials = Trials(scene, "pzt", "tip", 5e-3, periods=5)
     signal = ts.OnOff(levels=(-4.837, 0.84, 8.0, -8.0), durations=(1.69e-4, 4.2e-5, 2.289e-3, 2.5e-3), repeat=True)
     row, own = np.array([[*signal.levels, *signal.durations]]), Grounds.nominal(scene)
@@ -85,10 +88,7 @@ def test_what_is_stated_is_of_a_settled_motion():
 
 def test_other_starts_are_told_and_are_those_of_single_runs(quick):
     told = quick.to_dict()["put_down"]
-    assert (
-        told["starts"] == len(quick.put_down) == 48
-        and told["share_95"][0] < told["share"] <= told["share_95"][1]
-    )
+    assert told["starts"] == len(quick.put_down) == 48 and told["share_95"][0] < told["share"] <= told["share_95"][1]
     assert any("placed differently" in note for note in quick.table().notes)
     assert any("volts: from −8 V to 8 V" in note for note in quick.table().notes)
     box = Box.of(quick.scene, None)
@@ -124,9 +124,7 @@ def test_one_percent_of_a_number_costs_what_runs_beside_say(quick):
         assert each[name].slope == pytest.approx(slope, rel=1e-3)
         assert each[name].error < 1e-3 * quick.speed, "the slope itself passes zero at the softest landing"
         assert each[name].worst >= max(hardest(path, -0.01), hardest(path, 0.01)) * (1.0 - 1e-4)
-    assert told.box >= max(one.worst for one in told.each) * 0.5 and told.words in " ".join(
-        quick.table().notes
-    )
+    assert told.box >= max(one.worst for one in told.each) * 0.5 and told.words in " ".join(quick.table().notes)
     assert quick.to_dict()["percents"]["each"][0] == told.each[0].to_dict()
 
 
@@ -137,9 +135,11 @@ def test_a_landing_bears_the_frequencies_unless_something_else_is_said(scene):
     known = ts.with_values(scene, {"provenance": {"robot.structure.frequencies": told}})
     bare = ts.with_values(scene, {"provenance": {}})
     for given, own, wanted in (
-        (bare, {}, [(616.77, 629.23), (6359.76, 6488.24)]), (known, {}, [(620.0, 630.0), (6000.0, 6500.0)]),
-        (known, {"risk": "nominal"}, None), (known, {"over": {GAP: ("66 um", "74 um")}}, [(66e-6, 74e-6)]),
-    ):  # fmt: skip
+        (bare, {}, [(616.77, 629.23), (6359.76, 6488.24)]),
+        (known, {}, [(620.0, 630.0), (6000.0, 6500.0)]),
+        (known, {"risk": "nominal"}, None),
+        (known, {"over": {GAP: ("66 um", "74 um")}}, [(66e-6, 74e-6)]),
+    ):
         asked = landing_request(given, LandingSettings(foot="tip", **own))
         assert (asked.over is None) == (wanted is None) == (asked.risk.name == "nominal")
         if wanted and asked.over is not None:
@@ -212,12 +212,8 @@ def test_a_risk_over_few_grounds_is_judged_on_all_of_them(scene):
 
 @pytest.mark.slow  # two designs; each of a whole search
 def test_a_pair_more_is_never_worse(scene):
-    designs = [
-        ts.design.landing(scene, "tip", pairs=n, effort=0.012, seed=3, risk="nominal") for n in (0, 1, 2)
-    ]
-    assert (
-        designs[0].speed == pytest.approx(designs[0].before.speed[0, 0], rel=1e-2) and designs[0].pairs == 0
-    )
+    designs = [ts.design.landing(scene, "tip", pairs=n, effort=0.012, seed=3, risk="nominal") for n in (0, 1, 2)]
+    assert designs[0].speed == pytest.approx(designs[0].before.speed[0, 0], rel=1e-2) and designs[0].pairs == 0
     exact = []
     for one in designs:
         run = ts.simulate_batch(ts.with_values(one.scene, {"signals.pzt": one.exact}), {GAP: [70e-6]}, 0.4)
@@ -242,9 +238,17 @@ def test_settling_is_measured_and_said(scene):
 @pytest.mark.parametrize("sensor", [Sensor.SPEED, pytest.param(Sensor.CONTACT, marks=pytest.mark.slow)])
 def test_a_learner_is_told_nothing_of_its_ground_and_softens_its_steps(scene, sensor):
     design = ts.design.landing(
-        scene, "tip", pairs=1, levels="free=-8V:8V", over={GAP: ("67 um", "73 um")}, risk="nominal", learn=12,
-        sensor=sensor, effort=0.01, seed=1,
-    )  # fmt: skip
+        scene,
+        "tip",
+        pairs=1,
+        levels="free=-8V:8V",
+        over={GAP: ("67 um", "73 um")},
+        risk="nominal",
+        learn=12,
+        sensor=sensor,
+        effort=0.01,
+        seed=1,
+    )
     found = design.learning
     assert found.speeds.shape == (40, 13) and found.regret.shape == (40, 12)
     assert (np.diff(found.regret, axis=1) >= -1e-12).all() and (found.regret >= 0.0).all()
@@ -255,16 +259,28 @@ def test_a_learner_is_told_nothing_of_its_ground_and_softens_its_steps(scene, se
 
 
 BAD = [
-    ({"foot": "toe"}, "no foot 'toe'"), ({"levels": "-80 V, 80 V"}, "beyond the drive's law"),
-    ({"levels": "8 V"}, "at least two"), ({"levels": "free=1V"}, "free=low:high"),
-    ({"levels": "-0.2 V, 0.2 V"}, "never lands"), ({"over": {GAP: ("74 um", "66 um")}}, "low below high"),
-    ({"over": {"signals.pzt.duty": (0.4, 0.6)}}, "is designed"), ({"risk": "worse"}, "expected worst"),
-    ({"pairs": 99}, "pairs"), ({"learn": -3}, "learn"), ({"pairs": 1.5}, "pairs"),
-    ({"shortest": 0.003}, "shortest: 4 plateaus of 3 ms"), ({"levels": ("-8 V", "high")}, "expected a voltage"),
-    ({"contact": 2.0}, "contact"), ({"ringing": -1.0}, "ringing"), ({"seed": -1}, "seed"),
-    ({"drive": "motor"}, "no drive 'motor'"), ({"tick": 1.0}, "tick"), ({"sensor": "sound"}, "sensor"),
-    ({"free": ("signals.pzt.duty",)}, "no switching time"), ({"effrt": 1.0}, "did you mean 'effort'"),
-]  # fmt: skip
+    ({"foot": "toe"}, "no foot 'toe'"),
+    ({"levels": "-80 V, 80 V"}, "beyond the drive's law"),
+    ({"levels": "8 V"}, "at least two"),
+    ({"levels": "free=1V"}, "free=low:high"),
+    ({"levels": "-0.2 V, 0.2 V"}, "never lands"),
+    ({"over": {GAP: ("74 um", "66 um")}}, "low below high"),
+    ({"over": {"signals.pzt.duty": (0.4, 0.6)}}, "is designed"),
+    ({"risk": "worse"}, "expected worst"),
+    ({"pairs": 99}, "pairs"),
+    ({"learn": -3}, "learn"),
+    ({"pairs": 1.5}, "pairs"),
+    ({"shortest": 0.003}, "shortest: 4 plateaus of 3 ms"),
+    ({"levels": ("-8 V", "high")}, "expected a voltage"),
+    ({"contact": 2.0}, "contact"),
+    ({"ringing": -1.0}, "ringing"),
+    ({"seed": -1}, "seed"),
+    ({"drive": "motor"}, "no drive 'motor'"),
+    ({"tick": 1.0}, "tick"),
+    ({"sensor": "sound"}, "sensor"),
+    ({"free": ("signals.pzt.duty",)}, "no switching time"),
+    ({"effrt": 1.0}, "did you mean 'effort'"),
+]
 
 
 @pytest.mark.parametrize(("changes", "said"), BAD)
@@ -285,9 +301,7 @@ def test_of_a_given_signal_only_the_free_switching_times_move(scene):
     own = ts.OnOff(levels=(8.0, -8.0, 8.0, -8.0), durations=(2e-4, 4e-4, 9.4e-3, 1e-2), repeat=True)
     given = ts.with_values(scene, {"signals.pzt": own})
     design = ts.design.landing(given, "tip", free=("signals.pzt.durations.1",), effort=0.012, risk="nominal")
-    assert design.signal.levels == own.levels and sum(design.signal.durations) == pytest.approx(
-        0.02, rel=1e-12
-    )
+    assert design.signal.levels == own.levels and sum(design.signal.durations) == pytest.approx(0.02, rel=1e-12)
     first, moved, held, last = design.signal.durations
     assert abs(first - 2e-4) < 3e-6 and abs(held - 9.4e-3) < 3e-6 and abs(moved + last - 1.04e-2) < 3e-6
     assert moved != pytest.approx(4e-4, rel=1e-3) and design.speed < design.before.speed[0, 0]

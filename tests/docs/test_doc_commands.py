@@ -153,13 +153,7 @@ def test_the_command_lines_of_a_page_run(page, tmp_path):
     once = dict.fromkeys(re.sub(r"\s+#.*", "", line) for one in pages for line in lines(one))
     script = "set -e\n" + "\n".join(once if len(pages) > 1 else lines(page))
     done = subprocess.run(
-        ["bash", "-c", script],
-        cwd=tmp_path,
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=900,
-        check=False,
+        ["bash", "-c", script], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=900, check=False
     )
     assert done.returncode == 0, f"{script}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
     assert [name for one in pages for name in HERE[one][1] if not (tmp_path / name).is_file()] == []

@@ -86,16 +86,27 @@ def plate(folder: Path) -> Names:
     sets = []
     for point in range(3):
         value = sum(
-            shapes[k, point] * shapes[k, 0] / (f**2 - hertz**2 + 2j * d * f * hertz)
-            for k, (f, d) in enumerate(poles)
+            shapes[k, point] * shapes[k, 0] / (f**2 - hertz**2 + 2j * d * f * hertz) for k, (f, d) in enumerate(poles)
         ) * -((2.0 * np.pi * hertz) ** 2)
         sets.append(
             pyuff.prepare_58(
-                binary=0, func_type=4, rsp_node=point + 1, rsp_dir=3, ref_dir=3, ref_node=1, data=value, x=hertz,
-                id1=f"point {point + 1}", rsp_ent_name="NONE", ref_ent_name="NONE", abscissa_spacing=1,
-                abscissa_spec_data_type=18, ordinate_spec_data_type=12, orddenom_spec_data_type=13,
+                binary=0,
+                func_type=4,
+                rsp_node=point + 1,
+                rsp_dir=3,
+                ref_dir=3,
+                ref_node=1,
+                data=value,
+                x=hertz,
+                id1=f"point {point + 1}",
+                rsp_ent_name="NONE",
+                ref_ent_name="NONE",
+                abscissa_spacing=1,
+                abscissa_spec_data_type=18,
+                ordinate_spec_data_type=12,
+                orddenom_spec_data_type=13,
             )
-        )  # fmt: skip
+        )
     pyuff.UFF(str(folder / "plate.uff")).write_sets(sets, mode="add")
     return {}
 
@@ -162,8 +173,12 @@ def drops(folder: Path) -> Names:
     study, (measured,) = blocks("validation.md")[-1], blocks("validation.md", "text")
     (folder / "drops").mkdir()
     for name, text in {
-        "device.toml": device, "claims.toml": claims, "study.py": study, "measured.csv": measured, "notes.md": "Drops.",
-    }.items():  # fmt: skip
+        "device.toml": device,
+        "claims.toml": claims,
+        "study.py": study,
+        "measured.csv": measured,
+        "notes.md": "Drops.",
+    }.items():
         (folder / "drops" / name).write_text(text, encoding="utf-8")
     return {}
 
@@ -178,17 +193,20 @@ def law(folder: Path) -> Names:
 
 def exported(names: Names) -> None:
     assert [Path(file).name for file in names["files"]] == [
-        "model.mat", "series.mat", "laws.m", "events.csv", "run_model.m", "lost.txt",
-    ]  # fmt: skip
+        "model.mat",
+        "series.mat",
+        "laws.m",
+        "events.csv",
+        "run_model.m",
+        "lost.txt",
+    ]
     assert names["lost"] == []
 
 
 def simulated_unit(names: Names) -> None:
     sim = ts.Session("millipede")
     sim.reset()
-    ways = [
-        sim.step({"R1": 14.0, "L1": 14.0}, dt).body["surge"] for dt in np.diff(names["seen"]["time"]).tolist()
-    ]
+    ways = [sim.step({"R1": 14.0, "L1": 14.0}, dt).body["surge"] for dt in np.diff(names["seen"]["time"]).tolist()]
     assert names["seen"]["body.surge"][1:].tolist() == ways
 
 
@@ -227,9 +245,7 @@ def climbs(names: Names) -> None:
     assert rises == pytest.approx(np.full(3, 2.45e-3), rel=0.05)
     held, fell = down.at(np.array([0.5, 0.8])).body[0]
     assert held > -3e-3 and fell < -0.2
-    assert names["modes"]["mode2"].frequency == pytest.approx(
-        math.sqrt(8e6 / 3.0) / (2.0 * math.pi), rel=1e-9
-    )
+    assert names["modes"]["mode2"].frequency == pytest.approx(math.sqrt(8e6 / 3.0) / (2.0 * math.pi), rel=1e-9)
     assert names["trot"].ok and names["trot"].ledger.closure < 1e-8
 
 
@@ -364,9 +380,11 @@ def leg(names: Names) -> None:
     legs = next(iter(scene.robot.structure.legs.values()))
     drives = {one.law.gain * abs(weight) for one in scene.robot.drives.values() for weight in one.load.weights.values()}
     values = {
-        "kg": (scene.robot.structure.body.mass, legs.mass), "N/m": (legs.stiffness_v, legs.stiffness_l),
-        "N s/m": (legs.damping_v, legs.damping_l), "N/V": sorted(drives),
-    }  # fmt: skip
+        "kg": (scene.robot.structure.body.mass, legs.mass),
+        "N/m": (legs.stiffness_v, legs.stiffness_l),
+        "N s/m": (legs.damping_v, legs.damping_l),
+        "N/V": sorted(drives),
+    }
     printed = re.findall(r"^\| \$\w+[^|]*\$ \| ([-\d.e]+ [^|]*) \|", PAGES["legs.md"], re.MULTILINE)
     read: dict[str, list[float]] = {unit: [] for unit in values}
     for text in printed:
@@ -381,10 +399,7 @@ def modes(names: Names) -> None:
 
 def orbits(names: Names) -> None:
     printed = PAGES["orbits.md"]
-    assert (
-        names["orbit"].kind == "stable, period 1, 4 impacts, 1 of them held"
-        and names["orbit"].kind in printed
-    )
+    assert names["orbit"].kind == "stable, period 1, 4 impacts, 1 of them held" and names["orbit"].kind in printed
     assert np.abs(names["orbit"].multipliers).max() < 1e-9
     assert names["gait"].kind in printed and names["gait"].travel == pytest.approx(1.539e-6, rel=1e-3)
 
@@ -426,9 +441,7 @@ def a_session(names: Names) -> None:
     assert names["first"].ok and names["second"].scene.robot.feet["tip"].gap == 65e-6
     assert names["second"].motion.engine.tables.native is names["first"].motion.engine.tables.native
     assert len(names["batch"]) == 3
-    assert {"robot.feet.tip.gap", "signals.pzt.phase", "ground.film.coefficient"} <= set(
-        names["session"].slots
-    )
+    assert {"robot.feet.tip.gap", "signals.pzt.phase", "ground.film.coefficient"} <= set(names["session"].slots)
 
 
 def swept(names: Names) -> None:

@@ -12,9 +12,7 @@ from scipy.linalg import eigh
 
 @pytest.fixture(scope="module")
 def robots() -> dict:
-    return tomllib.loads(
-        files("tarsus_reproduce").joinpath("data", "appendix_b.toml").read_text(encoding="utf-8")
-    )
+    return tomllib.loads(files("tarsus_reproduce").joinpath("data", "appendix_b.toml").read_text(encoding="utf-8"))
 
 
 def matrices(robot: dict) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

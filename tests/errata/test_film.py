@@ -13,9 +13,7 @@ GAP_AT_REST, PRINTED_GAP = 70e-6, 58e-6  # d_p and g_p of Table 2.2 [m]
 def force(film: Film, gap: float, gap_rate: float) -> float:
     """Film force [N] by a central difference of the law's momentum."""
     step = 1e-4 * (gap + film.thickness)
-    slope = (
-        film.momentum(gap + step, *film.parameters()) - film.momentum(gap - step, *film.parameters())
-    ) / (2 * step)
+    slope = (film.momentum(gap + step, *film.parameters()) - film.momentum(gap - step, *film.parameters())) / (2 * step)
     return slope * gap_rate
 
 

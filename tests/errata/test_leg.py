@@ -22,8 +22,7 @@ def test_e11_the_leg_stands_with_the_torque_in_micronewton_metres_only():
 
 # Slow: legs shorter and longer than one leg, each by its equations of motion.
 @pytest.mark.parametrize(
-    "hip",
-    [320e-6, pytest.param(250e-6, marks=pytest.mark.slow), pytest.param(400e-6, marks=pytest.mark.slow)],
+    "hip", [320e-6, pytest.param(250e-6, marks=pytest.mark.slow), pytest.param(400e-6, marks=pytest.mark.slow)]
 )
 def test_e12_the_speed_at_the_first_peak_is_zero_for_every_leg(hip):
     one = ts.with_values(millipede_leg().leg, {"hip.length": hip, "body_mass": 1.5e-6})

@@ -39,7 +39,5 @@ def test_e16_no_mass_that_the_leg_lifts_has_a_governing_frequency_with_the_dampi
         assert found.damping_ratio == pytest.approx(ratio, abs=0.01)
     # a ratio of 0.55 overshoots once, by an eighth, and its second peak is below 2 % of the step: nothing rings
     assert np.exp(-np.pi * 0.55 / np.sqrt(1.0 - 0.55**2)) < 0.13
-    motion = step_response(
-        ts.with_values(leg, {"body_mass": 0.2e-6}), np.linspace(0.0, 0.02, 2001), gravity=0.0
-    )
+    motion = step_response(ts.with_values(leg, {"body_mass": 0.2e-6}), np.linspace(0.0, 0.02, 2001), gravity=0.0)
     assert motion.lift.max() <= motion.lift[-1] * (1.0 + 1e-3), "0.2 mg creeps up without a peak"

@@ -53,9 +53,7 @@ MOST_BYTES = 300_000
 @pytest.mark.parametrize("file", ["index.md", *(f"notebooks/{name}.ipynb" for name in CLAIMS)])
 def test_the_index_and_every_notebook_open_with_a_picture_that_moves(file: str) -> None:
     docs = NOTEBOOKS.parent
-    text = (
-        read(Path(file).stem).cells[0].source if file.endswith(".ipynb") else (docs / file).read_text("utf-8")
-    )
+    text = read(Path(file).stem).cells[0].source if file.endswith(".ipynb") else (docs / file).read_text("utf-8")
     first = [line for line in text.splitlines() if line][1]
     (target,) = re.findall(r"^!\[.+\]\((.+\.gif)\)$", first)
     picture = (docs / file).parent / target
@@ -89,10 +87,5 @@ def test_notebooks_run(name: str, tmp_path: Path) -> None:
     notebook = read(name)
     notebook.cells.append(nbformat.v4.new_code_cell(CLAIMS[name]))
     NotebookClient(notebook, timeout=600, resources={"metadata": {"path": str(tmp_path)}}).execute()
-    pictures = [
-        out
-        for cell in notebook.cells
-        for out in cell.get("outputs", ())
-        if "image/png" in out.get("data", ())
-    ]
+    pictures = [out for cell in notebook.cells for out in cell.get("outputs", ()) if "image/png" in out.get("data", ())]
     assert pictures, "results are drawn"

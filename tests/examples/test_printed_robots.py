@@ -37,13 +37,8 @@ def test_hexapod_modes_describes_the_packaged_devices():
     form, spread = modal_form(model.matrices), example.rounding(model, 200)
     for name in ("hexapod", "hexapod-table"):
         device = ts.load_scene(name)
-        printed, found = (
-            example.described(device, model, form, spread).robot.structure,
-            device.robot.structure,
-        )
-        factors = (
-            np.array(found.damping_ratios) / printed.damping_ratios
-        )  # one calibrated factor for all modes
+        printed, found = (example.described(device, model, form, spread).robot.structure, device.robot.structure)
+        factors = np.array(found.damping_ratios) / printed.damping_ratios  # one calibrated factor for all modes
         np.testing.assert_allclose(factors, factors[0], rtol=1e-4)
         assert found.model_copy(update={"damping_ratios": printed.damping_ratios}) == printed
 

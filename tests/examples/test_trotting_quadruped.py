@@ -18,9 +18,7 @@ def test_the_robot_is_the_published_one():
     gain = scene.robot.drives["LF_lift"].law.gain
     assert 2.0 * gain * 112.5 == pytest.approx(1.5 * 2.9e-3 * 9.80665, rel=0.01)
     rises = {name: wave.volts(np.array([0.005])).item() for name, wave in scene.waveforms.items()}
-    assert {name for name, volts in rises.items() if name.endswith("lift") and volts > 0.0} == {
-        "LF_lift", "RH_lift",
-    }  # fmt: skip
+    assert {name for name, volts in rises.items() if name.endswith("lift") and volts > 0.0} == {"LF_lift", "RH_lift"}
 
 
 def test_it_trots_at_the_published_order_of_speed():

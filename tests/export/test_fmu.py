@@ -89,9 +89,7 @@ def test_steps_through_fmpy_are_those_of_a_session_and_of_a_run(name, values, tm
     drives = list(scene.robot.drives)
     least = -10.0 if len(drives) == 1 else 0.0
     levels = rng.uniform(least, 10.0, (STEPS, len(drives)))
-    rows = [
-        ((k + j) * DT, *levels[k]) for k in range(STEPS) for j in (0, 1)
-    ]  # two rows of one time are a jump
+    rows = [((k + j) * DT, *levels[k]) for k in range(STEPS) for j in (0, 1)]  # two rows of one time are a jump
     told = np.array(rows, dtype=[("time", float), *((f"volts.{drive}", float) for drive in drives)])
     found = simulate_fmu(
         str(unit_of(scene, tmp_path)),
@@ -185,13 +183,9 @@ def test_names_break_nothing_and_laws_come_along(tmp_path):
     laws = ts.load_laws(tmp_path / "own.py")
     text = scene_text(ts.load_scene("cantilever"))
     renamed = (
-        text.replace("feet.tip", "feet.3-tip")
-        .replace("drives.pzt", "drives.p-z")
-        .replace("signals.pzt", "signals.p-z")
+        text.replace("feet.tip", "feet.3-tip").replace("drives.pzt", "drives.p-z").replace("signals.pzt", "signals.p-z")
     )
-    scene = ts.with_values(
-        parse_scene(renamed), {"ground.laws": {"drag": laws["drag"](coefficient=1e-4, height=1e-6)}}
-    )
+    scene = ts.with_values(parse_scene(renamed), {"ground.laws": {"drag": laws["drag"](coefficient=1e-4, height=1e-6)}})
     scene = scene.model_copy(update={"name": HOSTILE})
     unit = unit_of(scene, tmp_path / "out")
     (tmp_path / "own.py").unlink()
@@ -210,14 +204,8 @@ def test_the_command_writes_what_it_proposes(tmp_path):
     said = ["--to", "fmu", "--duration", "3 ms", "--step", "0.5 ms", "-o", str(folder)]
     assert main(["export", "ball-on-table", *said]) == 0
     proposed = read_model_description(str(folder / "robot.fmu")).defaultExperiment
-    assert (float(proposed.startTime), float(proposed.stopTime), float(proposed.stepSize)) == (
-        0.0,
-        3e-3,
-        5e-4,
-    )
-    listed = [
-        f"- {one}" for one in ts.export("ball-on-table", "fmu", tmp_path, duration=1e-3).to_dict()["lost"]
-    ]
+    assert (float(proposed.startTime), float(proposed.stopTime), float(proposed.stepSize)) == (0.0, 3e-3, 5e-4)
+    listed = [f"- {one}" for one in ts.export("ball-on-table", "fmu", tmp_path, duration=1e-3).to_dict()["lost"]]
     assert (folder / "lost.txt").read_text(encoding="utf-8").splitlines() == listed and len(listed) == 2
 
 

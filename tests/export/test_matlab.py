@@ -34,9 +34,7 @@ class Bent(ts.SmoothLaw):
 def octave(folder: Path, text: str) -> str:
     program = shutil.which("octave-cli") or shutil.which("octave")
     assert program, "this lane needs GNU Octave on the path (Debian: octave)"
-    done = subprocess.run(
-        [program, "--norc", "--eval", text], cwd=folder, capture_output=True, text=True, timeout=900
-    )
+    done = subprocess.run([program, "--norc", "--eval", text], cwd=folder, capture_output=True, text=True, timeout=900)
     return done.stdout + done.stderr
 
 
@@ -51,13 +49,12 @@ def test_state_spaces_are_the_motion(name):
     for time in 0.5 * (events[wide] + events[wide + 1]):
         around = run.at(time + np.array([-1e-7, 0.0, 1e-7]))
         seen = around.state
-        still = (
-            np.zeros(len(described.feet)) if seen.contact is None else (seen.held & (seen.contact == 1))[:, 1]
-        )
+        still = np.zeros(len(described.feet)) if seen.contact is None else (seen.held & (seen.contact == 1))[:, 1]
         (k,) = [
-            k for k in range(len(spaces["A"]))
+            k
+            for k in range(len(spaces["A"]))
             if np.array_equal(spaces["held"][k] > 0, seen.held[:, 1]) and np.array_equal(spaces["along"][k] > 0, still)
-        ]  # fmt: skip
+        ]
         if seen.held[:, 1].sum() > still.sum() and name == "millipede":
             continue  # friction of feet that slide is a force beside those along normals
         feet = np.where(seen.held[:, 1], 0.0, seen.resistive[:, 1] + seen.smooth[:, 1])
@@ -85,9 +82,7 @@ def test_files_hold_what_names_say(tmp_path):
 
 def test_what_the_script_cannot_is_said(tmp_path):
     lost = ts.export("millipede", "matlab", tmp_path, duration=0.005).to_dict()["lost"]
-    assert lost == [
-        "run_model.m does not run this robot: its feet rub on the ground, and the script knows no friction"
-    ]
+    assert lost == ["run_model.m does not run this robot: its feet rub on the ground, and the script knows no friction"]
     assert loadmat(tmp_path / "model.mat", simplify_cells=True)["runs"] == 0
 
 
@@ -98,9 +93,9 @@ def test_what_the_script_cannot_is_said(tmp_path):
 def test_octave_makes_the_run_again(name, duration, tmp_path):
     ts.export(name, "matlab", tmp_path, duration=duration)
     said = octave(tmp_path, "run_model();")
-    here, there, same, off = re.findall(
-        r"(\d+) events here, (\d+) in events.csv; the first (\d+) .* to (\S+) s", said
-    )[0]
+    here, there, same, off = re.findall(r"(\d+) events here, (\d+) in events.csv; the first (\d+) .* to (\S+) s", said)[
+        0
+    ]
     assert here == there == same and int(same) >= 1, said
     assert float(off) < 1e-9 * 1e3 * ts.simulate(name, duration).end_time
 

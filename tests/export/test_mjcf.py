@@ -45,9 +45,7 @@ def test_tendons_are_the_structure(name):
     system, moves, parts = model.subject.plan.system, model.tree.moves, model.tree.parts.values()
     for matrix, one in ((system.mass, "mass"), (system.stiffness, "stiffness"), (system.damping, "damping")):
         if one == "damping" and (told := not np.allclose(matrix, matrix.T, rtol=1e-9, atol=0.0)):
-            assert (
-                any("damping: what of a matrix that is not symmetric" in said for said in model.lost) == told
-            )
+            assert any("damping: what of a matrix that is not symmetric" in said for said in model.lost) == told
             continue
         found = sum(getattr(part, one) * np.outer(part.row, part.row) for part in parts)
         wanted = moves.T @ matrix @ moves
@@ -87,9 +85,7 @@ def test_what_cannot_be_is_said(tmp_path):
 
 
 @pytest.mark.mujoco
-@pytest.mark.parametrize(
-    "name", ["cantilever", "ball-on-table", "quadruped", "hexapod", "millipede", "hamr-like"]
-)
+@pytest.mark.parametrize("name", ["cantilever", "ball-on-table", "quadruped", "hexapod", "millipede", "hamr-like"])
 def test_accelerations_are_those_of_the_scene(name):
     import mujoco
 
@@ -108,17 +104,13 @@ def test_accelerations_are_those_of_the_scene(name):
     found = moves @ (data.qacc * own) / second**2
     push = system.constant + system.loads @ force - system.stiffness @ x - system.damping @ v
     wanted = np.linalg.solve(system.mass, push)
-    if (
-        name == "hamr-like"
-    ):  # its hips are below its centre of mass, and MuJoCo's feet go sideways when it rolls
+    if name == "hamr-like":  # its hips are below its centre of mass, and MuJoCo's feet go sideways when it rolls
         found, wanted = np.delete(found, 2), np.delete(wanted, 2)
     assert found == pytest.approx(wanted, rel=1e-4, abs=1e-4 * np.abs(wanted).max())
 
 
 @pytest.mark.mujoco
-@pytest.mark.parametrize(
-    ("name", "within"), [("cantilever", 0.02), ("ball-on-table", 0.02), ("hexapod", 0.02)]
-)
+@pytest.mark.parametrize(("name", "within"), [("cantilever", 0.02), ("ball-on-table", 0.02), ("hexapod", 0.02)])
 def test_restitution_is_that_of_the_scene(name, within):
     from tarsus.export.mujoco_run import Loaded, restitution
 
@@ -142,19 +134,7 @@ def test_first_touchdowns_of_a_quadruped(tmp_path, capsys):
     """It has laws that MuJoCo has: restitution alone. Touchdowns agree to the length of a contact, and the script that
     comes along sees the same ones."""
     assert (
-        main(
-            [
-                "export",
-                "quadruped",
-                "--to",
-                "mjcf",
-                "--duration",
-                "110 ms",
-                "-o",
-                str(tmp_path / "out"),
-                "--json",
-            ]
-        )
+        main(["export", "quadruped", "--to", "mjcf", "--duration", "110 ms", "-o", str(tmp_path / "out"), "--json"])
         == 0
     )
     table = json.loads(capsys.readouterr().out)["measured"]["parts"][0]
@@ -163,10 +143,7 @@ def test_first_touchdowns_of_a_quadruped(tmp_path, capsys):
     assert rows[:, 4] == pytest.approx(rows[:, 0], abs=2e-5)
     assert rows[:, 5] == pytest.approx(rows[:, 1], rel=0.01)
     out = subprocess.run(
-        [sys.executable, tmp_path / "out" / "run_model.py", "0.05"],
-        capture_output=True,
-        text=True,
-        check=True,
+        [sys.executable, tmp_path / "out" / "run_model.py", "0.05"], capture_output=True, text=True, check=True
     ).stdout
     seen = [float(line.split()[0]) for line in out.splitlines() if line.endswith("foot1")]
     assert min(abs(time - 45.42e-3) for time in seen) < 2e-5

@@ -54,9 +54,7 @@ def test_a_star_stands_for_any_one_name() -> None:
     named = with_values(scene, {"provenance": {**scene.provenance, "robot.feet.tip": tip, GAP: tip}})
     assert named.origin(GAP) == tip
     changed = override(scene, {GAP: "75 um"})
-    assert changed.origin(GAP) == Provenance(
-        source=Source.ASSUMED, note="Set by the user; was 70 um (derived)."
-    )
+    assert changed.origin(GAP) == Provenance(source=Source.ASSUMED, note="Set by the user; was 70 um (derived).")
     assert changed.origin("robot.drives.pzt.law.linear") == feet
     assert "robot.feet.*.gap" in changed.provenance
     interval = Provenance(source=Source.DERIVED, note="Any foot.", interval=((6e-5, 8e-5),))

@@ -96,9 +96,7 @@ print(points.tobytes().hex())
 
 def test_writers_of_the_same_units_and_searches_do_not_meet(tmp_path):
     words = [sys.executable, "-c", WRITER, str(tmp_path / "store")]
-    writers = [
-        subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) for _ in range(2)
-    ]
+    writers = [subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) for _ in range(2)]
     said = [one.communicate() for one in writers]
     points = np.random.default_rng(0).random((40, 3))
     for _ in range(6):
@@ -216,9 +214,7 @@ def test_no_byte_of_a_unit_can_be_damaged_unseen(tmp_path):
     for place in range(len(whole)):
         file.write_bytes(whole[:place] + bytes([whole[place] ^ 0x21]) + whole[place + 1 :])
         found = store.read(0)  # zipfile and numpy have a dozen errors for this
-        assert found is None or all(
-            np.array_equal(found[name], right[name], equal_nan=True) for name in found
-        )
+        assert found is None or all(np.array_equal(found[name], right[name], equal_nan=True) for name in found)
 
 
 def test_a_unit_that_cannot_be_read_just_now_is_not_put_aside(tmp_path, monkeypatch):
@@ -231,9 +227,7 @@ def test_a_unit_that_cannot_be_read_just_now_is_not_put_aside(tmp_path, monkeypa
 
     monkeypatch.setattr(Path, "read_bytes", refused)
     for use in (store.check, lambda: collected(store)):
-        with pytest.raises(
-            InputError, match=r"cannot be used .too many open files.; finished parts are kept"
-        ):
+        with pytest.raises(InputError, match=r"cannot be used .too many open files.; finished parts are kept"):
             use()
     monkeypatch.undo()
     assert store.pending() == [] and len(collected(store)["code"]) == 6
@@ -254,10 +248,7 @@ RunStore(Path(sys.argv[1]), sys.argv[3], 3, 1).write(1, {"code": np.zeros(2, np.
     store = opened(tmp_path)
     store.write(0, arrays(0))
     words = [sys.executable, "-c", code, str(tmp_path)]
-    assert (
-        subprocess.run([*words, "die", store.digest]).returncode == 9
-        and len(list(tmp_path.rglob("*.part"))) == 1
-    )
+    assert subprocess.run([*words, "die", store.digest]).returncode == 9 and len(list(tmp_path.rglob("*.part"))) == 1
     again = subprocess.run([*words, "live", store.digest], capture_output=True, text=True)
     assert again.returncode == 0, again.stderr
     assert store.pending() == [2]
@@ -297,8 +288,7 @@ def search(store: RunStore, function=waves, stop: int = 3) -> list[dict[str, np.
 
 def same(one, other) -> bool:
     return all(
-        a.keys() == b.keys() and all(np.array_equal(a[k], b[k]) for k in a)
-        for a, b in zip(one, other, strict=True)
+        a.keys() == b.keys() and all(np.array_equal(a[k], b[k]) for k in a) for a, b in zip(one, other, strict=True)
     )
 
 
@@ -328,9 +318,7 @@ def test_a_search_that_is_asked_again_computes_nothing_and_finds_the_same(tmp_pa
     again = RunStore.open(tmp_path, TEXTS, resume=True)
     assert same(search(again, refused), whole)
     assert again.memo("search").computed == 0 and again.memo("search").reused == first.memo("search").computed
-    assert len(files) == 3 and all(
-        path.match(pattern) for path in files for pattern in runstore.UNIT_FILES[3:4]
-    )
+    assert len(files) == 3 and all(path.match(pattern) for path in files for pattern in runstore.UNIT_FILES[3:4])
     damaged, gone, _ = sorted(files)
     damaged.write_bytes(files[damaged][:-40])
     gone.unlink()

@@ -92,11 +92,7 @@ def test_read_run_gives_back_what_was_written(run: Run, folder: Path) -> None:
     assert list(back.measures) == list(run.measures)
     assert back.measures["peak"].value == run.measures["peak"].value
     assert back.measures["peak"].per_foot == dict(run.measures["peak"].per_foot)
-    assert (
-        [one.kind.name for one in back.measures.warnings]
-        == [one.kind.name for one in run.measures.warnings]
-        != []
-    )
+    assert [one.kind.name for one in back.measures.warnings] == [one.kind.name for one in run.measures.warnings] != []
     assert [*map(str, back.measures.warnings)] == [*map(str, run.measures.warnings)]
     for name in ("scope", "height", "dwell"):
         one, other = (made.measures["bounces"] for made in (back, run))
@@ -204,9 +200,7 @@ def test_refuses_a_file_and_a_place_that_cannot_be_made(run: Run, tmp_path: Path
     assert taken.read_text() == "a file"
 
 
-def test_refuses_a_folder_without_permission(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_refuses_a_folder_without_permission(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def closed(*args: object, **kwargs: object) -> str:
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
@@ -234,9 +228,7 @@ def test_interrupt_leaves_nothing_half_done(
     assert {path.name: path.read_bytes() for path in old.iterdir()} == before
 
 
-def test_interrupt_while_moving_is_seen_when_reading(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_interrupt_while_moving_is_seen_when_reading(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write_run(run.arrays(), tmp_path)
     moved = []
     replace = os.replace
@@ -299,13 +291,9 @@ def test_write_text_is_whole_or_absent(tmp_path: Path) -> None:
 
 
 def test_run_without_events_feet_or_drives_is_stored(tmp_path: Path) -> None:
-    structure = ts.Modal(
-        frequencies=(100.0,), damping_ratios=(0.1,), modal_masses=(1e-6,), shapes={"tip": (1.0,)}
-    )
+    structure = ts.Modal(frequencies=(100.0,), damping_ratios=(0.1,), modal_masses=(1e-6,), shapes={"tip": (1.0,)})
     start = ts.Initial(displacement=(1e-6,))
-    bare = ts.simulate(
-        ts.Scene(name="bare", robot=ts.Robot(structure=structure), initial=start, duration=1e-2)
-    )
+    bare = ts.simulate(ts.Scene(name="bare", robot=ts.Robot(structure=structure), initial=start, duration=1e-2))
     write_run(bare.arrays(), tmp_path, mat=True)
     back = load_run(tmp_path)
     assert len(back.events) == 0

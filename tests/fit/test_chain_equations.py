@@ -27,9 +27,15 @@ def test_a_chain_steps_as_one_dense_system_does(links: int) -> None:
     parts = [slice(k * q, (k + 1) * q) for k in range(links)]
     onward = [normal[a, b] for a, b in pairwise(parts)] + [np.zeros((q, q))]
     chain = ChainEquations(
-        np.array([normal[a, a] for a in parts]), np.array(onward), np.array([normal[a, shared] for a in parts]),
-        normal[shared, shared], right[:size].reshape(links, q), right[shared], float(off @ off), float(off.size),
-    )  # fmt: skip
+        np.array([normal[a, a] for a in parts]),
+        np.array(onward),
+        np.array([normal[a, shared] for a in parts]),
+        normal[shared, shared],
+        right[:size].reshape(links, q),
+        right[shared],
+        float(off @ off),
+        float(off.size),
+    )
     known, pull = np.diag([2.0, 3.0]), np.array([0.5, -0.1])
     whole, wanted = normal.copy(), right.copy()
     whole[shared, shared] += known

@@ -42,7 +42,7 @@ def held(friction: dict[str, object], squeeze: float) -> Scene:
         ground={"gravity": {"acceleration": 9.81}, "friction": friction},
         signals={"pad": shaken},
         duration=0.3,
-    )  # fmt: skip
+    )
 
 
 TWO = {"kind": "static_kinetic", "static": 0.4, "kinetic": 0.3}
@@ -126,7 +126,7 @@ def oscillator(wave: np.ndarray) -> Scene:
         },
         signals={"pull": {"kind": "sampled", "times": tuple(np.arange(len(wave)) * 0.01), "levels": tuple(wave)}},
         duration=0.4,
-    )  # fmt: skip
+    )
 
 
 def test_the_error_by_the_noise_of_an_input_is_the_scatter_of_fits_with_other_noise():

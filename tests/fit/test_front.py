@@ -21,9 +21,7 @@ def test_hypervolume_is_that_of_boxes():
     costs = rng.random((12, 3))
     samples = rng.random((40_000, 3))
     covered = (costs[:, None] <= samples[None]).all(axis=2).any(axis=0).mean()
-    assert hypervolume(costs, np.ones(3)) == pytest.approx(
-        covered, abs=0.01
-    )  # 4 standard errors of the sampling
+    assert hypervolume(costs, np.ones(3)) == pytest.approx(covered, abs=0.01)  # 4 standard errors of the sampling
 
 
 def test_ranks_peel_front_after_front():

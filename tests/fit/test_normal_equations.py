@@ -46,12 +46,8 @@ def test_records_that_share_an_unknown_end_where_one_dense_problem_does(decays):
     def every(x):
         return np.concatenate([left(one, *x[2 * n : 2 * n + 2], x[-1]) for n, one in enumerate(decays)])
 
-    dense = least_squares(
-        every, np.append(np.tile([1.0, 0.0], 8), 0.5), x_scale="jac", xtol=1e-12, ftol=1e-12
-    )
-    found = descend(
-        equations_of(decays), np.tile([1.0, 0.0], (8, 1)), np.array([0.5]), how=Descent(settled=1e-6)
-    )
+    dense = least_squares(every, np.append(np.tile([1.0, 0.0], 8), 0.5), x_scale="jac", xtol=1e-12, ftol=1e-12)
+    found = descend(equations_of(decays), np.tile([1.0, 0.0], (8, 1)), np.array([0.5]), how=Descent(settled=1e-6))
     assert found.settled.all() and found.shared == pytest.approx(dense.x[-1:], rel=1e-6)
     assert found.own == pytest.approx(dense.x[:-1].reshape(8, 2), rel=1e-5)
     information = found.equations.reduced()[0].sum()
@@ -65,13 +61,14 @@ def test_what_is_known_of_a_shared_unknown_weighs_as_one_more_residual(decays):
         own = [left(one, *x[2 * n : 2 * n + 2], x[-1]) for n, one in enumerate(decays)]
         return np.concatenate([*own, [100.0 * (x[-1] - 1.0)]])
 
-    dense = least_squares(
-        every, np.append(np.tile([1.0, 0.0], 8), 0.5), x_scale="jac", xtol=1e-12, ftol=1e-12
-    )
+    dense = least_squares(every, np.append(np.tile([1.0, 0.0], 8), 0.5), x_scale="jac", xtol=1e-12, ftol=1e-12)
     found = descend(
-        equations_of(decays), np.tile([1.0, 0.0], (8, 1)), np.array([0.5]), prior=(centre, information),
+        equations_of(decays),
+        np.tile([1.0, 0.0], (8, 1)),
+        np.array([0.5]),
+        prior=(centre, information),
         how=Descent(settled=1e-6),
-    )  # fmt: skip
+    )
     assert found.shared == pytest.approx(dense.x[-1:], rel=1e-6) and found.shared[0] < RATE - 0.05
 
 
@@ -82,17 +79,13 @@ def test_records_of_their_own_go_down_side_by_side_and_settled_ones_are_asked_no
     for n, one in enumerate(decays):
         alone = least_squares(lambda x, one=one: left(one, *x), [1.0, 0.0, 0.5], x_scale="jac")
         assert found.own[n] == pytest.approx(alone.x, rel=1e-3)
-        assert found.equations.covariance()[n] == pytest.approx(
-            np.linalg.inv(alone.jac.T @ alone.jac), rel=0.02
-        )
+        assert found.equations.covariance()[n] == pytest.approx(np.linalg.inv(alone.jac.T @ alone.jac), rel=0.02)
     assert found.settled.all() and asked[0] == 8 and asked[-1] < 8
 
 
 def test_an_unknown_at_its_bound_stays_there_and_the_others_are_best_for_it(decays):
     top = np.array([np.inf, np.inf, 1.0])
-    found = descend(
-        equations_of(decays), np.tile([1.0, 0.0, 0.5], (8, 1)), how=Descent(settled=1e-5, high=top)
-    )
+    found = descend(equations_of(decays), np.tile([1.0, 0.0, 0.5], (8, 1)), how=Descent(settled=1e-5, high=top))
     for n, one in enumerate(decays):
         alone = least_squares(lambda x, one=one: left(one, *x, 1.0), [1.0, 0.0], x_scale="jac")
         assert found.own[n] == pytest.approx([*alone.x, 1.0], rel=1e-4)

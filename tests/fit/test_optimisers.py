@@ -8,14 +8,7 @@ import numpy as np
 import pytest
 
 from tarsus.base.errors import InputError
-from tarsus.fit import (
-    Residuals,
-    Unknowns,
-    cma_es,
-    least_squares,
-    minimize,
-    pymoo_problem,
-)
+from tarsus.fit import Residuals, Unknowns, cma_es, least_squares, minimize, pymoo_problem
 from tarsus.fit.regressions import Valleys, steps
 
 
@@ -39,9 +32,7 @@ class Valley(Residuals):
 
     def goals_at(self, points):
         at = self.unknowns.values(points)
-        return np.array([((at - p) ** 2).sum(axis=1) for p in ((0.0, 0.0), (1.0, 0.0))]).T[
-            :, : 2 * self.goals
-        ]
+        return np.array([((at - p) ** 2).sum(axis=1) for p in ((0.0, 0.0), (1.0, 0.0))]).T[:, : 2 * self.goals]
 
     def constraints_at(self, points):
         return (self.unknowns.values(points)[:, :1] - 0.5)[:, : int(self.goals)]

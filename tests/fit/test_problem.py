@@ -70,10 +70,7 @@ def test_least_squares_finds_the_ball_that_was_measured(ball):
 def test_samples_of_a_gap_have_the_slopes_of_the_parabola(ball):
     times = np.linspace(0.05, 0.9, 9)
     problem = Problem(
-        ball,
-        [Unknown(E, 0.5, 0.9), Unknown(G, 5.0, 20.0)],
-        [Samples("ball", times, 0.0 * times, "1 mm")],
-        1.0,
+        ball, [Unknown(E, 0.5, 0.9), Unknown(G, 5.0, 20.0)], [Samples("ball", times, 0.0 * times, "1 mm")], 1.0
     )
     x = np.array([0.5, 0.4])
     e, g = problem.values(x).values()
@@ -83,9 +80,7 @@ def test_samples_of_a_gap_have_the_slopes_of_the_parabola(ball):
     assert problem.residuals(x) == pytest.approx(gap / 1e-3, rel=1e-6)
     by_fall, by_speed = 0.5 * fall / g, 0.5 * speed / g  # fall = sqrt(2/g) falls, the speed grows
     by_g = np.where(
-        late < 0.0,
-        -0.5 * times**2,
-        e * (by_speed * late + speed * by_fall) - 0.5 * late**2 - g * late * by_fall,
+        late < 0.0, -0.5 * times**2, e * (by_speed * late + speed * by_fall) - 0.5 * late**2 - g * late * by_fall
     )
     by_e = np.where(late < 0.0, 0.0, speed * late)
     np.testing.assert_allclose(
@@ -107,8 +102,7 @@ def test_priors_derived_numbers_and_limits_are_residuals_with_slopes(ball):
     x = np.array([0.5, 0.4])
     e, g, fall = 0.6, 11.0, np.sqrt(2.0 / 11.0)
     assert problem.residuals(x) == pytest.approx(
-        [(fall * (1.0 + 2.0 * e) - 1.0) / 0.1, (fall - 0.4) / 0.01, 1.0, np.log(g / 9.81) / np.log(1.1)],
-        rel=1e-7,
+        [(fall * (1.0 + 2.0 * e) - 1.0) / 0.1, (fall - 0.4) / 0.01, 1.0, np.log(g / 9.81) / np.log(1.1)], rel=1e-7
     )
     wanted = [
         [fall * 2.0 * 2.0 * 0.2 / 0.1, -0.5 * fall * (1.0 + 2.0 * e) / g * 15.0 / 0.1],
@@ -127,36 +121,29 @@ def test_priors_derived_numbers_and_limits_are_residuals_with_slopes(ball):
 def test_goals_are_minimised_with_their_gradient(ball):
     """As late a landing as a limit of 1 s, s = 30 ms soft, lets it: -t + ((t - 1) / s)^2 / 2 is least at 1 + s^2."""
     problem = Problem(
-        ball, [Unknown(E, 0.5, 0.9), Unknown(G, 5.0, 20.0)],
-        [Goal(second_landing, -1.0), Limit(second_landing, 0.03, high=1.0)], 3.0,
-    )  # fmt: skip
+        ball,
+        [Unknown(E, 0.5, 0.9), Unknown(G, 5.0, 20.0)],
+        [Goal(second_landing, -1.0), Limit(second_landing, 0.03, high=1.0)],
+        3.0,
+    )
     x = np.array([0.1, 0.3])
     fall, e = np.sqrt(2.0 / 9.5), 0.54
     assert problem.goals_at(x[None])[0] == pytest.approx([-fall * (1.0 + 2.0 * e)], rel=1e-8)
-    assert problem.goals_jacobian(x)[0] == pytest.approx(
-        [-2.0 * fall * 0.4, 0.5 * fall * 2.08 / 9.5 * 15.0], rel=1e-7
-    )
+    assert problem.goals_jacobian(x)[0] == pytest.approx([-2.0 * fall * 0.4, 0.5 * fall * 2.08 / 9.5 * 15.0], rel=1e-7)
     with pytest.raises(InputError, match="goals are no residuals"):
         least_squares(problem)
     found = ts.fit.minimize(problem)
-    assert second_landing(ts.simulate(problem.scene_at(found.x), 3.0).all_events) == pytest.approx(
-        1.0009, abs=1e-4
-    )
+    assert second_landing(ts.simulate(problem.scene_at(found.x), 3.0).all_events) == pytest.approx(1.0009, abs=1e-4)
 
 
 def test_where_an_event_lies_on_the_edge_of_a_measure_the_difference_is_told_from_the_derivative(ball):
     """The first landing of a ball at the very end of a drive's period: its measure has a kink there."""
     fall = float(np.sqrt(2.0 / 9.81))
     problem = Problem(
-        ball,
-        [Unknown(GAP, 0.5, 1.5)],
-        [Reading(lambda rows: abs(first_landing(rows) - fall), 0.0, 1e-3)],
-        1.0,
+        ball, [Unknown(GAP, 0.5, 1.5)], [Reading(lambda rows: abs(first_landing(rows) - fall), 0.0, 1e-3)], 1.0
     )
     x = np.array([0.5])
-    assert problem.flags(x) and abs(problem.jacobian(x)[0, 0]) < 0.02, (
-        "the two sides cancel in a central difference"
-    )
+    assert problem.flags(x) and abs(problem.jacobian(x)[0, 0]) < 0.02, "the two sides cancel in a central difference"
     beside = np.array([0.6])
     assert not problem.flags(beside)
     assert problem.jacobian(beside)[0, 0] == pytest.approx(0.5 * np.sqrt(2.0 / 9.81 / 1.1) / 1e-3, rel=1e-7)
@@ -166,9 +153,7 @@ def test_a_walker_is_differenced_in_one_batch_or_has_derivatives_and_both_agree(
     scene = trotter()
     path = "ground.friction.coefficient"
     at = float(ts.get_value(scene, path))
-    problem = Problem(
-        scene, [Unknown(path, 0.8 * at, 1.2 * at)], [Reading("mean_speed", 0.0, "1 mm/s")], 0.05
-    )
+    problem = Problem(scene, [Unknown(path, 0.8 * at, 1.2 * at)], [Reading("mean_speed", 0.0, "1 mm/s")], 0.05)
     x = np.array([0.45])
     slope = problem.jacobian(x)[0, 0]
     h = 1e-3
@@ -193,7 +178,7 @@ def test_a_walker_is_differenced_in_one_batch_or_has_derivatives_and_both_agree(
         ([Unknown(E, 0.5, 0.9)], [Limit("peak", 1.0)], "expected a lower or an upper bound"),
         ([Unknown(E, 0.5, 0.9)], [Goal("peak", 0.0)], "scale: expected a number that is not zero"),
     ],
-)  # fmt: skip
+)
 def test_what_does_not_fit_is_told(ball, unknowns, terms, said):
     with pytest.raises(InputError) as error:
         Problem(ball, unknowns, terms, 1.0)

@@ -27,9 +27,12 @@ TIP = Seen(Output(Quantity.DISPLACEMENT, "x0"), 2e-8, zero="zero", delay="late")
 SPEED = Seen(Output(Quantity.VELOCITY, "x0"), 1e-4, gain="gain", delay="late")
 OTHER = Seen(Output(Quantity.DISPLACEMENT, "x1"), 2e-8, discrepancy=1e-8)
 PRIORS = {
-    FILM: Prior(2.5e-19, factor=1.5), BOUNCE: Prior(0.4, factor=1.2), "gain": Prior(1.0, sd=0.05),
-    "zero": Prior(0.0, sd=1e-7), "late": Prior(0.0, sd=1e-5),
-}  # fmt: skip
+    FILM: Prior(2.5e-19, factor=1.5),
+    BOUNCE: Prior(0.4, factor=1.2),
+    "gain": Prior(1.0, sd=0.05),
+    "zero": Prior(0.0, sd=1e-7),
+    "late": Prior(0.0, sd=1e-5),
+}
 TRUE = {"gain": 1.02, "zero": 5e-8, "late": 4e-6}
 
 
@@ -64,9 +67,7 @@ def chain() -> tuple[RecordProblem, list[Segment]]:
             span = begin + 3e-5, hit + 2e-4
             segments.append(Segment(r, begin, span, at(run, begin) + 0.3 * spread, spread))
         span = let_go + 3e-5, let_go + 3e-3
-        segments.append(
-            Segment(r, let_go, span, at(run, let_go), spread, Contacts(leaving=[0]))
-        )
+        segments.append(Segment(r, let_go, span, at(run, let_go), spread, Contacts(leaving=[0])))
     return RecordProblem(tuple(scenes), tuple(records), PRIORS), segments
 
 
@@ -80,9 +81,7 @@ def gradient_off(problem: RecordProblem, segments: list[Segment], seed: int) -> 
     worst = 0.0
     for k in range(q + len(moved)):
         by_own, by_moved = np.eye(q + len(moved))[k][:q] * step, np.eye(q + len(moved))[k][q:] * step
-        up, down = (
-            problem.costs(segments, own + s * by_own, moved + s * by_moved, weights) for s in (1.0, -1.0)
-        )
+        up, down = (problem.costs(segments, own + s * by_own, moved + s * by_moved, weights) for s in (1.0, -1.0))
         right = system.right_own[:, k] if k < q else system.right_shared[:, k - q]
         off = np.max(np.abs((down - up) / (4.0 * step) - right))
         assert np.isfinite(off)
@@ -112,9 +111,16 @@ def test_eliminating_the_starts_is_dense_least_squares() -> None:
     assert np.abs(dense.x[q * count :] - found.moved).max() / sd.max() < 0.02
     covariance = np.linalg.inv(dense.jac.T @ dense.jac)[q * count :, q * count :]
     assert np.sqrt(np.diag(covariance)) == pytest.approx(sd, rel=1e-3)
-    true = np.array([p.offsets(np.array(v)) for p, v in zip(PRIORS.values(), [
-        *(float(get_value(problem.scenes[0], path)) for path in (FILM, BOUNCE)), *TRUE.values()
-    ], strict=True)])  # fmt: skip
+    true = np.array(
+        [
+            p.offsets(np.array(v))
+            for p, v in zip(
+                PRIORS.values(),
+                [*(float(get_value(problem.scenes[0], path)) for path in (FILM, BOUNCE)), *TRUE.values()],
+                strict=True,
+            )
+        ]
+    )
     assert np.abs((found.moved - true) / sd).max() < 3.0
     assert sd[-1] * 1e-5 < 1e-7  # the delay is known to a hundredth of a sample
     assert np.nanmean(found.left) == pytest.approx(1.0, abs=0.15)
@@ -181,10 +187,7 @@ def test_a_delay_is_found_from_windows_that_follow_each_other(late: float) -> No
     ]
     spread = np.array([2e-7, 2e-7, 1e-3, 1e-3])
     edges = times[[20, 120, 220, 320]] - 0.1 * abs(late)
-    segments = [
-        Segment(0, begin, (begin, end), at(run, begin), spread)
-        for begin, end in pairwise(edges)
-    ]
+    segments = [Segment(0, begin, (begin, end), at(run, begin), spread) for begin, end in pairwise(edges)]
     priors = {name: PRIORS[name] for name in ("gain", "zero", "late")}
     problem = RecordProblem((scene,), (SeenRecord((TIP, SPEED), times, np.array(rows)),), priors)
     found = problem.solve(segments)

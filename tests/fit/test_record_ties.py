@@ -19,9 +19,7 @@ from tarsus.solve.contacts import Contacts
 from tarsus.solve.outputs import Output
 
 FRICTION, BOUNCE = "ground.friction.coefficient", "ground.restitution.coefficient"
-BODY = tuple(
-    Output(kind, at) for kind in (Quantity.DISPLACEMENT, Quantity.VELOCITY) for at in ("body_x", "body")
-)
+BODY = tuple(Output(kind, at) for kind in (Quantity.DISPLACEMENT, Quantity.VELOCITY) for at in ("body_x", "body"))
 NOISE = (1e-7, 1e-7, 5e-5, 5e-5)
 EDGES = (6e-3, 17.7e-3, 28.1e-3)
 
@@ -170,11 +168,7 @@ def test_feet_that_are_all_alike_are_the_ground_and_one_that_is_not_is_its_own()
     scene = problem.scenes[0]
     more = 1.2
     alike = np.array(
-        [
-            0.0,
-            0.0,
-            *[problem.priors[f"under {foot}: {FRICTION}"].offsets(np.array(more)) for foot in ("L1", "R1")],
-        ]
+        [0.0, 0.0, *[problem.priors[f"under {foot}: {FRICTION}"].offsets(np.array(more)) for foot in ("L1", "R1")]]
     )
     changed = replace(
         problem, scenes=(with_values(scene, {FRICTION: more * float(get_value(scene, FRICTION))}),), priors={}
@@ -190,7 +184,5 @@ def test_feet_that_are_all_alike_are_the_ground_and_one_that_is_not_is_its_own()
     assert [one.tolist() for one in landed] == [[1], [0]] and plan.feet == 2
     one = problem.flown(segments, zeros, alike * np.array([1.0, 1.0, 1.0, 0.0]))
     first = one.batch.first[1]
-    np.testing.assert_allclose(
-        one.outputs[:, :first], problem.flown(segments, zeros, np.zeros(4)).outputs[:, :first]
-    )
+    np.testing.assert_allclose(one.outputs[:, :first], problem.flown(segments, zeros, np.zeros(4)).outputs[:, :first])
     np.testing.assert_allclose(one.outputs[:, first:], by_ground[:, first:], rtol=1e-12, atol=1e-18)

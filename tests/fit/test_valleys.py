@@ -9,9 +9,7 @@ from tarsus.fit.valleys import Budget, Visited, inside, search, shorter_steps
 
 
 def _bowls(numbers, points):
-    return np.where(numbers == 1, 0.0, 0.3) + ((points - 0.7) ** 2).sum(axis=1) * (
-        1.0 + 30.0 * (points[:, 0] > 0.9)
-    )
+    return np.where(numbers == 1, 0.0, 0.3) + ((points - 0.7) ** 2).sum(axis=1) * (1.0 + 30.0 * (points[:, 0] > 0.9))
 
 
 def test_the_search_finds_the_better_of_two_families():
@@ -20,13 +18,7 @@ def test_the_search_finds_the_better_of_two_families():
     assert visited.numbers[best[0]] == 1 and visited.costs[best[0]] < 1e-6
     assert np.allclose(visited.points[best[0]], 0.7, atol=1e-3)
     assert (
-        len(
-            {
-                (int(n), *np.round(x, 1))
-                for n, x in zip(visited.numbers[best], visited.points[best], strict=True)
-            }
-        )
-        == 3
+        len({(int(n), *np.round(x, 1)) for n, x in zip(visited.numbers[best], visited.points[best], strict=True)}) == 3
     )
 
 

@@ -69,11 +69,7 @@ def session(target: Path, device: Scene, seed: int) -> Path:
     """A short session on a device: everything but the bounces."""
     wanted = (*KEPT[:6], "ramps-60hz-100")
     write_campaign(
-        device,
-        target,
-        Instrument(),
-        seed,
-        recordings=[r for r in planned(device, 20e3, "pzt") if r.name in wanted],
+        device, target, Instrument(), seed, recordings=[r for r in planned(device, 20e3, "pzt") if r.name in wanted]
     )
     return target
 

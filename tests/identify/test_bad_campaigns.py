@@ -53,10 +53,7 @@ def drawn_out(samples: int) -> Callable[[np.ndarray], np.ndarray]:
     [
         (clip, ["tip_displacement", "clipped"]),
         (gap, ["tip_velocity", "1 gap", "sample 100"]),
-        (
-            lambda c: c.update(fs=25e3),
-            ["pzt volts", "not the one that the campaign states", "rate of 25000 Hz right?"],
-        ),
+        (lambda c: c.update(fs=25e3), ["pzt volts", "not the one that the campaign states", "rate of 25000 Hz right?"]),
         (lambda c: c.update(fs=20060.0), ["pzt volts", "1.003 times as fast", "20060 Hz right"]),
         (swap, ["'tip' and 'center' look swapped"]),
         (lambda c: c.pop("pzt_volts"), ["drive is missing", "no channel 'pzt_volts'"]),
@@ -101,9 +98,7 @@ def test_swapped_channels_of_sweeps_are_told_by_the_modes(tmp_path):
     chain.read()
     read = [one.record for one in chain.evidence.readings if one.file.startswith("sweep")]
     records = [record for record in read if record is not None]
-    with pytest.raises(
-        InputError, match=r"sweep-1.uff.*channels 'center' and 'tip' look swapped|'tip' and 'center'"
-    ):
+    with pytest.raises(InputError, match=r"sweep-1.uff.*channels 'center' and 'tip' look swapped|'tip' and 'center'"):
         identify_resonances(chain.opened.model, records, (200.0, 8900.0), 1)
 
 
@@ -180,9 +175,7 @@ def test_missing_files_are_told_and_the_others_read(tmp_path):
     for file in folder.iterdir():
         if file.is_file() and file.suffix != ".toml":
             file.unlink()
-    with pytest.raises(
-        InputError, match=r"records: none of the files that it names is there: there is no file"
-    ):
+    with pytest.raises(InputError, match=r"records: none of the files that it names is there: there is no file"):
         read_campaign(folder)
 
 
@@ -279,11 +272,7 @@ def swapped(record: Measurement) -> Measurement:
     ("change", "channel", "words"),
     [
         (shorter, "", "it has 27000 samples at 20000 Hz, most sweeps 36000"),
-        (
-            lambda r: row(r, "tip velocity", 1e3),
-            "tip velocity",
-            "it is 1e+03 times what the other sweeps show",
-        ),
+        (lambda r: row(r, "tip velocity", 1e3), "tip velocity", "it is 1e+03 times what the other sweeps show"),
         (lambda r: row(r, "tip velocity", -1.0), "tip velocity", "it is -1 times"),
         (lambda r: row(r, "pzt volts", 0.5), "pzt volts", "all responses are 2 times"),
         (lambda r: row(r, "center velocity", 0.0), "center velocity", "it does not respond"),
@@ -341,9 +330,7 @@ def test_a_campaign_file_tells_all_its_faults_at_once(tmp_path):
     (folder / "campaign.toml").write_text(empty, encoding="utf-8")
     with pytest.raises(InputError) as caught:
         read_campaign(folder)
-    assert caught.value.problems == [
-        "campaign.toml: records.sweep-3.files: expected at least one file, got none"
-    ]
+    assert caught.value.problems == ["campaign.toml: records.sweep-3.files: expected at least one file, got none"]
 
 
 def test_faults_of_the_device_name_its_file(tmp_path):

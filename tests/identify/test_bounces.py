@@ -201,9 +201,13 @@ def trend(falling: float, seed: int) -> Surprises:
     fitted.inverse[:] = 6e-4**2 * np.ones((2, 2)) + 2e-4**2 * np.eye(2)  # of departure and (signed) approach
     found = ratio_of(fitted, np.arange(36))
     one = Influence(
-        (PATH,), found.told[:, None, None], found.clipped[:, None], np.ones(1), {EVENT: np.arange(36)},
+        (PATH,),
+        found.told[:, None, None],
+        found.clipped[:, None],
+        np.ones(1),
+        {EVENT: np.arange(36)},
         {SPEED: np.log(found.support)},
-    )  # fmt: skip
+    )
     return surprises([one], seed)
 
 

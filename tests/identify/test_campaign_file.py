@@ -42,8 +42,7 @@ def test_a_set_takes_what_it_does_not_say_from_the_one_it_is_like():
 
 
 @pytest.mark.parametrize(
-    ("like", "path"),
-    [("slw", "records.fast.like"), ("fast", "records.fast.like"), ("sine", "records.sine.like")],
+    ("like", "path"), [("slw", "records.fast.like"), ("fast", "records.fast.like"), ("sine", "records.sine.like")]
 )
 def test_a_set_that_is_like_none_or_itself_is_refused(like, path):
     with pytest.raises(InputError) as caught:
@@ -68,9 +67,7 @@ def test_what_synthesize_writes_is_short_and_means_the_same():
     assert len(short.splitlines()) < 0.25 * len(whole.splitlines())
     for name, one in again.items():
         assert matching(folder(), one.files) == read.records[name].files
-        assert one.model_copy(update={"like": None, "files": ()}) == sets[name].model_copy(
-            update={"files": ()}
-        )
+        assert one.model_copy(update={"like": None, "files": ()}) == sets[name].model_copy(update={"files": ()})
 
 
 def test_degrees_of_freedom_are_the_points_that_scenes_name_after_them():

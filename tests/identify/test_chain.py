@@ -220,9 +220,7 @@ def test_what_a_step_excluded_is_all_that_it_did_not_use():
 
 
 def test_reasons_that_differ_in_a_number_are_one_with_their_sum():
-    left = [
-        Excluded("a", "tip", f"the impact at {at} s has only {n} samples") for at, n in ((0.1, 2), (1e-5, 3))
-    ]
+    left = [Excluded("a", "tip", f"the impact at {at} s has only {n} samples") for at, n in ((0.1, 2), (1e-5, 3))]
     left.append(Excluded("all", "tip", "178 of 378 bounces, evenly from all: 200 are enough", 178))
     assert [count for count, _ in by_reason(left)] == [178, 2]
 

@@ -62,11 +62,20 @@ def recorded(model: FootModel, change: Change = lambda x, v, time: (x, v), late:
     random = np.random.default_rng(6)
     return [
         Trace(
-            f"air-{k}", "air", model.points, time, x + noise_x[:, None] * random.standard_normal(x.shape),
-            v + noise_v[:, None] * random.standard_normal(v.shape), 0.0 * time, noise_x, noise_v, 0.0 * noise_x, FAR,
+            f"air-{k}",
+            "air",
+            model.points,
+            time,
+            x + noise_x[:, None] * random.standard_normal(x.shape),
+            v + noise_v[:, None] * random.standard_normal(v.shape),
+            0.0 * time,
+            noise_x,
+            noise_v,
+            0.0 * noise_x,
+            FAR,
         )
         for k in (1, 2)
-    ]  # fmt: skip
+    ]
 
 
 def looked_at(traces: list[Trace]) -> AirFit:
@@ -174,11 +183,7 @@ def test_how_far_a_number_may_be_off_is_said_where_a_cause_is_named():
     failed = next(one for one in air_checks(found, other) if not one.passed)
     assert failed.far and set(failed.far) <= set(failed.paths)
     judged = judge_samples(
-        PATHS[2:3],
-        other.values[2:3],
-        other.samples[:, 2:3],
-        doubts={PATHS[2]: ["why"]},
-        far=dict(failed.far),
+        PATHS[2:3], other.values[2:3], other.samples[:, 2:3], doubts={PATHS[2]: ["why"]}, far=dict(failed.far)
     )
     assert "may be wrong by " in judged[PATHS[2]].sentence("N")
 

@@ -31,10 +31,7 @@ def test_the_clock_is_found_and_taken_off(slow):
     assert found is not None and found.value == pytest.approx(slow, abs=max(4.0 * found.error, 2.0 * slow**2))
     assert found.error < 0.05 * PACE
     instruments = Instruments({}, STEP, pace=found)
-    assert (
-        "clock" in instruments.sentences()[0]
-        and ("slow" if slow > 0.0 else "fast") in instruments.sentences()[0]
-    )
+    assert "clock" in instruments.sentences()[0] and ("slow" if slow > 0.0 else "fast") in instruments.sentences()[0]
     taken = instruments.taken_off(sweeps[0][0], True)
     assert taken.step == pytest.approx(STEP * (1.0 + slow), rel=1e-9)
     off = 1e-6 * taken["u"] - taken["x"]

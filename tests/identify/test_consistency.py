@@ -22,9 +22,7 @@ from tarsus.synthesis.recordings import Instrument, Recording, recorded, rest_of
 
 def held_out(volts: float, hz: float, kind: type[Square] | type[Sine]) -> Recording:
     name = f"{kind.__name__.lower()}-{volts:g}v-{hz:g}hz"
-    return Recording(
-        name, Purpose.VALIDATION, kind(amplitude=volts, frequency=hz), (6.0 if hz > 5.0 else 3.0) / hz
-    )
+    return Recording(name, Purpose.VALIDATION, kind(amplitude=volts, frequency=hz), (6.0 if hz > 5.0 else 3.0) / hz)
 
 
 FEW = (
@@ -67,17 +65,24 @@ def scaled(trace: Trace, x: float = 1.0, v: float = 1.0) -> Trace:
     first = np.array([1.0, 0.0])
     by_x, by_v = 1.0 + first * (x - 1.0), 1.0 + first * (v - 1.0)
     return replace(
-        trace, x=trace.x * by_x[:, None], v=trace.v * by_v[:, None],
-        noise_x=trace.noise_x * np.abs(by_x), noise_v=trace.noise_v * np.abs(by_v),
-    )  # fmt: skip
+        trace,
+        x=trace.x * by_x[:, None],
+        v=trace.v * by_v[:, None],
+        noise_x=trace.noise_x * np.abs(by_x),
+        noise_v=trace.noise_v * np.abs(by_v),
+    )
 
 
 def with_velocity_of(trace: Trace, other: Trace) -> Trace:
     count = min(len(trace.time), len(other.time))
     return replace(
-        trace, x=trace.x[:, :count], v=other.v[:, :count], time=trace.time[:count], volts=trace.volts[:count],
+        trace,
+        x=trace.x[:, :count],
+        v=other.v[:, :count],
+        time=trace.time[:count],
+        volts=trace.volts[:count],
         noise_v=other.noise_v,
-    )  # fmt: skip
+    )
 
 
 WRONG: dict[str, tuple[Callable[[Trace], Trace], str]] = {
@@ -104,9 +109,7 @@ def test_wrong_records_do_not(rate, decibels):
     for change, words in WRONG.values():
         told = refused([change(t) for t in traces])
         assert set(told) == {t.set for t in traces} and all(words in said for said in told.values()), told
-    between = [
-        t for t in traces if t.set != "air"
-    ]  # its drive jumps too often for a scale to be told closely
+    between = [t for t in traces if t.set != "air"]  # its drive jumps too often for a scale to be told closely
     assert set(refused([scaled(t, x=1.1) for t in between])) == {t.set for t in between}
     quick = [t for t in between if t.set != "ramps"]  # slow ones hardly tell a velocity that is 1 ms late
     late = [replace(t, v=np.roll(t.v, round(1e-3 / t.step), axis=1)) for t in quick]

@@ -34,10 +34,7 @@ def truth():
 @pytest.fixture(scope="module")
 def bounces(truth):
     """The two sets that a campaign of this device plans, one record each at 40 dB and 20 kHz."""
-    waves = (
-        Square(amplitude=5.0, frequency=117.463, offset=5.0),
-        Square(amplitude=8.0, frequency=46.9852, offset=8.0),
-    )
+    waves = (Square(amplitude=5.0, frequency=117.463, offset=5.0), Square(amplitude=8.0, frequency=46.9852, offset=8.0))
     out = []
     for number, wave in enumerate(waves):
         take = Recording(f"bounces-{number + 1}", Purpose.BOUNCES, wave, 0.2)
@@ -67,8 +64,7 @@ def told(truth, bounces, seen):
 def test_restitution_hangs_on_the_film_and_the_impacts_tell_both(truth, bounces, seen, told):
     true, level = truth.scene.ground.restitution.coefficient, (-truth.gap, 0.0)
     before, after = (
-        identify_restitution(known.model(), known, bounces, level, seed=5).step
-        for known in (seen[0], told[0])
+        identify_restitution(known.model(), known, bounces, level, seed=5).step for known in (seen[0], told[0])
     )
     assert abs(before.value(PATH) / true - 1.0) > 0.03
     assert after.value(PATH) == pytest.approx(true, rel=0.02)

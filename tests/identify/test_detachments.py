@@ -34,25 +34,14 @@ def test_a_hop_within_the_noise_is_no_flight():
     speed[56:74] = 1e-3  # hops are fast
     one = np.full(1, noise)
     trace = Trace(
-        "one.mat",
-        "ramps",
-        ("tip",),
-        time,
-        height[None],
-        speed[None],
-        np.zeros(len(time)),
-        one,
-        10.0 * one,
-        0.1 * one,
+        "one.mat", "ramps", ("tip",), time, height[None], speed[None], np.zeros(len(time)), one, 10.0 * one, 0.1 * one
     )
     items, left = find_detachments([trace], "tip", 0.0)
     assert [trace.time[one.hold.first] for one in items] == [pytest.approx(time[74], abs=1e-4)]
     assert [said.reason for said in left] == [
         f"the foot is back on the ground too soon after its release at {time[55]:.5g} s"
     ]
-    away = replace(
-        trace, x=trace.x + 1e-5
-    )  # a record in which the foot never stands costs none of the others
+    away = replace(trace, x=trace.x + 1e-5)  # a record in which the foot never stands costs none of the others
     again, _ = find_detachments([away, trace], "tip", 0.0)
     assert [(one.trace, one.hold) for one in again] == [(1, one.hold) for one in items]
 
@@ -77,12 +66,8 @@ def test_a_pressed_foot_does_not_let_go(tmp_path):
     assert len(items) > 20
     pulls = offs.pulls_of(fitted)
     assert np.all(pulls.pull > -3.0 * pulls.error)
-    run = simulate(
-        with_values(truth, {"signals.pzt": take.signal, "initial.displacement": rest_state(truth)}), 0.1
-    )
+    run = simulate(with_values(truth, {"signals.pzt": take.signal, "initial.displacement": rest_state(truth)}), 0.1)
     releases = run.events[run.events["kind"] == 3]["time"]
-    moments = [
-        traces[i.trace].time[i.first] - late for i, late in zip(items, fitted.unknowns[:, 0], strict=True)
-    ]
+    moments = [traces[i.trace].time[i.first] - late for i, late in zip(items, fitted.unknowns[:, 0], strict=True)]
     off = np.abs(np.array(moments)[:, None] - releases).min(axis=1)
     assert np.median(off) < 3e-6 and off.max() < 15e-6

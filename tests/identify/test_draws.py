@@ -37,10 +37,7 @@ def test_a_number_known_to_a_factor_only_is_moved_to_where_draws_lie() -> None:
     np.testing.assert_allclose(off[:, 0], wanted, rtol=0.0, atol=0.05 * wanted.std())
 
 
-@pytest.mark.parametrize(
-    ("groups", "unequal", "noisier"),
-    [(1, 0.0, 1.0), (2, 2.0, 3.0), (3, 0.0, 3.0), (8, 1.0, 3.0)],
-)
+@pytest.mark.parametrize(("groups", "unequal", "noisier"), [(1, 0.0, 1.0), (2, 2.0, 3.0), (3, 0.0, 3.0), (8, 1.0, 3.0)])
 def test_newton_draws_cover_the_truth_for_few_and_unequal_groups(groups, unequal, noisier):
     """Groups that are noisier than is known, and one alone, of which nothing but its noise is known."""
     random, covered, trials = np.random.default_rng(groups), 0, 300
@@ -95,14 +92,10 @@ def test_draws_inside_stay_and_an_estimate_far_outside_is_no_number():
     inside = random.uniform(0.4, 0.6, (DRAWS, 1))
     values, samples, ends = within(np.array([0.5]), inside, ((0.0, 1.0),))
     assert values[0] == 0.5 and ends == ((-np.inf, np.inf),) and np.array_equal(samples, inside)
-    above, drawn, ends = within(
-        np.array([1.3]), 1.3 + 0.01 * random.standard_normal((DRAWS, 1)), ((0.0, 1.0),)
-    )
+    above, drawn, ends = within(np.array([1.3]), 1.3 + 0.01 * random.standard_normal((DRAWS, 1)), ((0.0, 1.0),))
     step = StepResult("one", ("e",), above, drawn, bounds={"e": ends[0]})
     assert np.all(drawn <= 1.0) and "lies outside" in step.unsound()[0]
-    near, drawn, ends = within(
-        np.array([1.01]), 1.01 + 0.02 * random.standard_normal((DRAWS, 1)), ((0.0, 1.0),)
-    )
+    near, drawn, ends = within(np.array([1.01]), 1.01 + 0.02 * random.standard_normal((DRAWS, 1)), ((0.0, 1.0),))
     step = StepResult("one", ("e",), near, drawn, bounds={"e": ends[0]})
     assert step.value("e") == 1.0 == step.interval("e")[1] and step.unsound() == []
 

@@ -6,16 +6,7 @@ import numpy as np
 import pytest
 
 from tarsus.identify.drive_check import cut_short, drive_faults, fit_drive, stated_length
-from tarsus.model.drive.waveforms import (
-    Constant,
-    Poling,
-    RampedSquare,
-    Sampled,
-    Sine,
-    Square,
-    SweptSine,
-    Waveform,
-)
+from tarsus.model.drive.waveforms import Constant, Poling, RampedSquare, Sampled, Sine, Square, SweptSine, Waveform
 
 RATE = 20e3
 REST = 0.01
@@ -34,12 +25,7 @@ WAVES = {
 
 
 def recorded(
-    wave: str,
-    gain: float = 1.0,
-    offset: float = 0.0,
-    late: float = 0.0,
-    pace: float = 1.0,
-    noise: float = 0.0,
+    wave: str, gain: float = 1.0, offset: float = 0.0, late: float = 0.0, pace: float = 1.0, noise: float = 0.0
 ) -> tuple[np.ndarray, float]:
     """Volts that a recorder sees in whole steps of 20 V / 2^16, and its sampling step; late in samples, offset in
     amplitudes, noise in root mean squares."""
@@ -63,14 +49,7 @@ def faults(wave: str, **changes: float) -> list[str]:
 
 
 ALL_AT_ONCE = {"gain": 0.5, "late": 7.0}
-ONE_BY_ONE = [
-    {"gain": 1.2},
-    {"gain": -1.0},
-    {"offset": 0.05},
-    {"late": 10.0},
-    {"late": -4.0},
-    {"pace": 1.003},
-]
+ONE_BY_ONE = [{"gain": 1.2}, {"gain": -1.0}, {"offset": 0.05}, {"late": 10.0}, {"late": -4.0}, {"pace": 1.003}]
 STAY = ("bounces", "sine")
 """A square and a smooth wave that are tried with every change by default."""
 SWEPT = ("up", "down")

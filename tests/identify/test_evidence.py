@@ -116,9 +116,7 @@ def test_loops_on_the_ground_show_it(tmp_path, monkeypatch):
     path = "robot.drives.pzt.law.constant"
     low, high = found.steps["hysteresis"].interval(path)
     assert found.level is not None and found.steps["hysteresis"].taken == ()
-    assert found.known.values[found.known.paths.index(path)] == pytest.approx(
-        float_paths(true)[path].value, rel=0.05
-    )
+    assert found.known.values[found.known.paths.index(path)] == pytest.approx(float_paths(true)[path].value, rel=0.05)
     assert low < high
 
 

@@ -60,9 +60,14 @@ def test_short_flights_go_both_ways(run, model):
     def come(state, begin, near):
         """The state 80 us beside a launch, on the flight's first sample."""
         launch = Launches(
-            Varied(state[None]), Varied(np.array([begin])), Varied(np.zeros((1, 2))), Varied(felt(model)[None]),
-            np.array([model.gap]), near, -begin,
-        )  # fmt: skip
+            Varied(state[None]),
+            Varied(np.array([begin])),
+            Varied(np.zeros((1, 2))),
+            Varied(felt(model)[None]),
+            np.array([model.gap]),
+            near,
+            -begin,
+        )
         return flow_of(model, 1e-5).fly(launch, np.zeros((1, 1)), np.array([1]), np.eye(4))[0][0]
 
     there = come(states[:, 0], -80e-6, force)
@@ -80,13 +85,12 @@ def test_derivatives_of_flights_are_those_of_their_arithmetic(run, model, expone
     there = run.at(release + np.array([1e-4, 2e-4, 3e-4])).state
     count, q = 3, 11
     base = {
-        "state": np.concatenate([there.x, there.v]).T, "begin": np.array([-2e-5, 0.0, -7e-5]),
+        "state": np.concatenate([there.x, there.v]).T,
+        "begin": np.array([-2e-5, 0.0, -7e-5]),
         "offset": np.tile([1e-7, 1e-4], (count, 1)),
         "film": np.tile([2e-21, 5e-5, 2e-21, 2e-5, exponent], (count, 1)),
-    }  # fmt: skip
-    slopes = {
-        name: np.abs(value[..., None]) * random.normal(size=(*value.shape, q)) for name, value in base.items()
     }
+    slopes = {name: np.abs(value[..., None]) * random.normal(size=(*value.shape, q)) for name, value in base.items()}
     slopes["begin"] = 1e-5 * random.normal(size=(count, q))
     drive = run.at(release + np.array([1e-4, 2e-4, 3e-4])).force[0][:, None] + np.linspace(0.0, 1e-7, 31)
     near = drive[:, :1] + 1e-8 * np.arange(-8, 1)
@@ -98,9 +102,7 @@ def test_derivatives_of_flights_are_those_of_their_arithmetic(run, model, expone
             for name, value in base.items()
         }
         launch = Launches(**moved, neutral=np.full(count, model.gap), near=near, near_step=1e-5)
-        return flow.fly(
-            launch, drive, np.array([11, 4, 7]), np.kron(np.eye(2), model.rows), np.full(drive.shape, 16.0)
-        )
+        return flow.fly(launch, drive, np.array([11, 4, 7]), np.kron(np.eye(2), model.rows), np.full(drive.shape, 16.0))
 
     values, by = flown(0.0, None)
     assert values.shape == (22, 4) and by.shape == (22, 4, q)

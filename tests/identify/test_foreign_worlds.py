@@ -14,13 +14,34 @@ from tarsus.identify.chain import Identification, identify
 DEVICE = Device()
 DRIVE = "robot.drives.pzt"
 FURTHER = (
-    "spring that relaxes", "foot that rocks", "frequencies drift", "adhesion drifts", "restitution drifts",
-    "foot remounted", "another device in one file", "spot off the foot", "adhesion that reaches", "plays that lag",
-    "converter that holds", "volts in the velocities", "volts in the displacements", "zeros that wander",
-    "coupled velocity", "table that vibrates", "gain of the velocities", "light of the tip at the centre",
-    "colder in the sweeps", "spot that roams", "head that rings", "samples lost on the way", "clamp that creeps",
-    "bending along the ground", "dust under the foot", "amplifier that sags", "cables swapped in one file",
-)  # fmt: skip
+    "spring that relaxes",
+    "foot that rocks",
+    "frequencies drift",
+    "adhesion drifts",
+    "restitution drifts",
+    "foot remounted",
+    "another device in one file",
+    "spot off the foot",
+    "adhesion that reaches",
+    "plays that lag",
+    "converter that holds",
+    "volts in the velocities",
+    "volts in the displacements",
+    "zeros that wander",
+    "coupled velocity",
+    "table that vibrates",
+    "gain of the velocities",
+    "light of the tip at the centre",
+    "colder in the sweeps",
+    "spot that roams",
+    "head that rings",
+    "samples lost on the way",
+    "clamp that creeps",
+    "bending along the ground",
+    "dust under the foot",
+    "amplifier that sags",
+    "cables swapped in one file",
+)
 
 
 def truth_of(device: Device, world: World) -> dict[str, float]:
@@ -123,9 +144,7 @@ def test_nothing_is_determined_and_wrong(world: str, cause: str, tmp_path: Path)
         ("creep, and late", "us after their velocities"),
     ],
 )
-def test_differences_without_an_alternative_leave_nothing_wrong(
-    world: str, cause: str, tmp_path: Path
-) -> None:
+def test_differences_without_an_alternative_leave_nothing_wrong(world: str, cause: str, tmp_path: Path) -> None:
     device = DEVICE.drawn(0.1, 3)
     found, _ = identified(device, world, tmp_path)
     assert any(cause in one for one in said_of(found)), said_of(found)

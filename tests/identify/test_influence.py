@@ -37,15 +37,11 @@ def session() -> list[Trace]:
     out, none = [], np.zeros((1, 2))
     for k in range(SETS * REPEATS):
         name, volts = f"set {k // REPEATS}", (1.0 + k // REPEATS) * np.array([-1.0, 1.0])
-        out.append(
-            Trace(f"{k}.mat", name, ("tip",), np.arange(2.0), none, none, volts, *3 * [np.ones(1)], None, k)
-        )
+        out.append(Trace(f"{k}.mat", name, ("tip",), np.arange(2.0), none, none, volts, *3 * [np.ones(1)], None, k))
     return out
 
 
-def line(
-    random: np.random.Generator, by_file: float = 0.0, drift: float = 0.0, bend: float = 0.0
-) -> Influence:
+def line(random: np.random.Generator, by_file: float = 0.0, drift: float = 0.0, bend: float = 0.0) -> Influence:
     """A line over contact time through pulls with noise of one; each file has a deviation of its own, the constant
     drifts with the order, and the line bends."""
     traces = session()
@@ -58,9 +54,13 @@ def line(
     levels, covariates = of_records(traces, which)
     events = events_of([traces[k].set for k in which], np.tile(np.arange(float(EVENTS)), len(traces)), 0.5)
     return Influence(
-        PATHS, np.einsum("na,nb->nab", design, design), design * left[:, None], np.ones(2),
-        {EVENT: events} | levels, covariates | {CONTACT: time},
-    )  # fmt: skip
+        PATHS,
+        np.einsum("na,nb->nab", design, design),
+        design * left[:, None],
+        np.ones(2),
+        {EVENT: events} | levels,
+        covariates | {CONTACT: time},
+    )
 
 
 def told(surprise: Surprises) -> set[tuple[str, str]]:
@@ -170,9 +170,7 @@ def test_a_ground_that_gives_way_is_told_over_the_volts_that_press_the_foot():
             x = np.maximum(-2e-6 * volts, -6e-6 + follows * volts) + 4e-7 * random.standard_normal(len(time))
             v = 1e-6 * random.standard_normal(len(time)) - 5e-4 * (np.abs(-2e-6 * volts) < 6e-6)
             own = np.array([4e-7]), np.array([1e-6]), np.array([2e-8])
-            traces.append(
-                Trace(f"{k}.mat", f"set {k // 3}", ("tip",), time, x[None], v[None], volts, *own, None, k)
-            )
+            traces.append(Trace(f"{k}.mat", f"set {k // 3}", ("tip",), time, x[None], v[None], volts, *own, None, k))
         stands = stands_of(traces, [], "tip")
         assert stands is not None and len(stands.levels) == 12
         assert stands.levels == pytest.approx(-6e-6, abs=3e-7)
@@ -195,20 +193,14 @@ def test_a_frequency_that_drifts_through_the_sweeps_is_told_with_its_slope():
         random, modes = np.random.default_rng(seed), []
         for k, mode in enumerate(found.fit.modes):
             scatter = 2.0 * np.pi * np.sqrt(count) * float(found.step.std[k]) * random.standard_normal(count)
-            modes.append(
-                replace(mode, shifts=1j * (scatter + 2.0 * np.pi * drift * (k == 0) * np.arange(count)))
-            )
-        one = of_sweeps(
-            replace(found, fit=replace(found.fit, modes=tuple(modes)), sources=sources), order, volts
-        )
+            modes.append(replace(mode, shifts=1j * (scatter + 2.0 * np.pi * drift * (k == 0) * np.arange(count))))
+        one = of_sweeps(replace(found, fit=replace(found.fit, modes=tuple(modes)), sources=sources), order, volts)
         assert one is not None and one.score.sum(axis=0) == pytest.approx(0.0, abs=1e-6)
         return one
 
     for seed in range(10):
         chance += bool(surprises([drifting(seed, 0.0)], seed).found)
-        told = [
-            one for one in surprises([drifting(seed, rise)], seed).found if one.path.endswith("frequencies.0")
-        ]
+        told = [one for one in surprises([drifting(seed, rise)], seed).found if one.path.endswith("frequencies.0")]
         assert told[0].along == ORDER and told[0].slope == pytest.approx(rise / 3.0, abs=5.0 * told[0].error)
     assert chance <= binom.ppf(0.999, 10, CHANCE)
 

@@ -100,10 +100,7 @@ def test_slow_records_that_modes_alias_in_tell_no_delay() -> None:
     for begin, slope in ((0.0, 2e-4), (0.5, -2e-4), (1.5, 2e-4), (2.5, -1e-4)):
         past = np.maximum(time - begin, 0.0)
         ringing = (speed - slope) * np.where(past > 0.0, np.exp(pole * past), 0.0)
-        x, v = (
-            x + (slope - speed) * past + (ringing / pole).real,
-            v + (slope - speed) * (past > 0.0) + ringing.real,
-        )
+        x, v = (x + (slope - speed) * past + (ringing / pole).real, v + (slope - speed) * (past > 0.0) + ringing.real)
         speed = slope
     channels = (Channel("x", Quantity.DISPLACEMENT, "tip"), Channel("v", Quantity.VELOCITY, "tip"))
     random = np.random.default_rng(5)

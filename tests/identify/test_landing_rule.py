@@ -14,10 +14,7 @@ from tarsus.model.drive.waveforms import Sine
 from tarsus.model.laws.landing import CaptureUnlessPulled, RestituteFirst
 
 CAPTURE, RESTITUTE = CaptureUnlessPulled(), RestituteFirst(speed=20e-3)
-SIGNALS = {
-    "slow": Sine(amplitude=8.0, frequency=50.0),
-    "fast": Sine(amplitude=8.0, frequency=100.0),
-}
+SIGNALS = {"slow": Sine(amplitude=8.0, frequency=50.0), "fast": Sine(amplitude=8.0, frequency=100.0)}
 RATE, NOISE_X, NOISE_V = 20e3, 5e-8, 2e-4
 
 

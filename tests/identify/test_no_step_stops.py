@@ -117,9 +117,7 @@ def test_without_detachments_the_impacts_tell_the_film_and_the_device_says_what_
     assert write_identification(found, tmp_path)
 
 
-@pytest.mark.parametrize(
-    "gone", [("modal",), pytest.param(("modal", "loops"), marks=pytest.mark.slow)], ids=" ".join
-)
+@pytest.mark.parametrize("gone", [("modal",), pytest.param(("modal", "loops"), marks=pytest.mark.slow)], ids=" ".join)
 def test_without_a_structure_the_sentence_says_so(gone, tmp_path):
     """And what does not hang on it is there: the ground that the records show, and a report."""
     found = identify(without(read_campaign(folder()), *gone))

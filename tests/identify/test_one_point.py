@@ -75,9 +75,7 @@ ON_THE_GROUND = (
 OMITTED = "sweep-3", "sweep-4", "sweep-5", "sweep-6"
 
 
-def campaign(
-    target: Path, modes: Sequence[tuple[float, float]], *purposes: Purpose, further: str = ""
-) -> Opened:
+def campaign(target: Path, modes: Sequence[tuple[float, float]], *purposes: Purpose, further: str = "") -> Opened:
     """Records of some purposes on the device, each once; two sweeps."""
     frequencies, ratios = ([*one] for one in zip(*modes, strict=True))
     source = target / "device-as-it-is.toml"

@@ -38,11 +38,19 @@ def covered(trials: int, repeats: int = 3) -> tuple[np.ndarray, np.ndarray]:
     for trial in range(trials):
         seen = [
             Trace(
-                f"loops-{k}", "loops", model.points, time, x + NOISE * random.standard_normal(x.shape), 0.0 * x,
-                volts, own, own, 0.1 * own,
+                f"loops-{k}",
+                "loops",
+                model.points,
+                time,
+                x + NOISE * random.standard_normal(x.shape),
+                0.0 * x,
+                volts,
+                own,
+                own,
+                0.1 * own,
             )
             for k in range(repeats)
-        ]  # fmt: skip
+        ]
         step = identify_hysteresis(Estimates.nothing(model), seen, None, known, trial)
         at = [k for k, path in enumerate(step.paths) if ".weights." in path]
         ends = np.array([step.interval(step.paths[k]) for k in at])

@@ -52,13 +52,8 @@ def test_damping_is_not_moved_by_a_drive_that_bends():
     model = read_campaign(folder()).model
     record = sweep(device, high=2000.0)
     found = [
-        identify_modes(
-            estimate_frf([one], ["volts"], ["tip_x"], BAND), BAND, 4, between_fits=False
-        ).damping_ratios[0]
-        for one in (
-            record,
-            *straightened([record], [(0.0, meant(3.0, high=2000.0))], of_device(model, device)),
-        )
+        identify_modes(estimate_frf([one], ["volts"], ["tip_x"], BAND), BAND, 4, between_fits=False).damping_ratios[0]
+        for one in (record, *straightened([record], [(0.0, meant(3.0, high=2000.0))], of_device(model, device)))
     ]
     off = np.abs(np.array(found) / device.damping[0] - 1.0)
     assert off[0] > 5e-5

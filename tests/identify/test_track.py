@@ -12,9 +12,7 @@ from tarsus.base.spec import get_value, with_values
 from tarsus.identify.track import FALSE_ALARMS, drift_of, track
 
 
-@pytest.mark.parametrize(
-    ("series", "numbers", "n"), [(400, 3, 5), pytest.param(2000, 5, 8, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize(("series", "numbers", "n"), [(400, 3, 5), pytest.param(2000, 5, 8, marks=pytest.mark.slow)])
 def test_a_steady_device_raises_alarms_as_seldom_as_stated(series, numbers, n):
     draw = np.random.default_rng(1)
     errors = draw.uniform(0.5, 2.0, (series, numbers, n))
@@ -48,9 +46,7 @@ def test_a_series_needs_two_campaigns():
 @pytest.mark.slow
 def test_a_device_whose_adhesion_grew_is_found_and_nothing_else_moves(tmp_path):
     device = truth()
-    grown = with_values(
-        device, {"ground.adhesion.initial": 1.5 * get_value(device, "ground.adhesion.initial")}
-    )
+    grown = with_values(device, {"ground.adhesion.initial": 1.5 * get_value(device, "ground.adhesion.initial")})
     sessions = [session(tmp_path / str(seed), device, seed) for seed in (11, 12, 13)]
     found = ts.identify(sessions[0], track=[*sessions[1:], session(tmp_path / "14", grown, 14)])
     assert [one.path for one in found.drifts if one.since is not None] == ["ground.adhesion.initial"]

@@ -86,8 +86,7 @@ def test_a_fault_of_a_step_is_not_taken_for_one_of_the_data():
 
 # Slow: the same in the other direction. Metres stated as millimetres stay.
 @pytest.mark.parametrize(
-    ("factor", "words"),
-    [(1e3, "e+03 times as much"), pytest.param(1e-3, "times as much", marks=pytest.mark.slow)],
+    ("factor", "words"), [(1e3, "e+03 times as much"), pytest.param(1e-3, "times as much", marks=pytest.mark.slow)]
 )
 def test_motion_in_the_wrong_unit_throughout_is_told_by_the_gap(monkeypatch, factor, words):
     modes_as_found(monkeypatch)
@@ -95,9 +94,7 @@ def test_motion_in_the_wrong_unit_throughout_is_told_by_the_gap(monkeypatch, fac
     chain.read()
     wrong = {
         purpose: [
-            replace(
-                t, **{name: factor * getattr(t, name) for name in ("x", "v", "noise_x", "noise_v", "zero")}
-            )
+            replace(t, **{name: factor * getattr(t, name) for name in ("x", "v", "noise_x", "noise_v", "zero")})
             for t in traces
         ]
         for purpose, traces in chain.evidence.traces.items()
@@ -107,9 +104,7 @@ def test_motion_in_the_wrong_unit_throughout_is_told_by_the_gap(monkeypatch, fac
     (said,) = chain.evidence.remarks
     assert "are its displacements and velocities in mm stated as m" in said and words in said
     assert chain.evidence.level is None and not any(chain.evidence.traces.values())
-    assert {one.file for one in chain.evidence.left_out} == {
-        t.file for traces in wrong.values() for t in traces
-    }
+    assert {one.file for one in chain.evidence.left_out} == {t.file for traces in wrong.values() for t in traces}
     chain.read = lambda: None
     told = chain.run()  # the sweeps still tell the modes
     assert list(told.steps) == ["resonances"]

@@ -46,10 +46,12 @@ def test_only_the_product_is_known(exponents):
 
 def test_an_end_at_a_limit_is_open_and_two_heaps_are_two_pieces():
     random = np.random.default_rng(3)
-    draws = np.column_stack([
-        random.uniform(40.0, 100.0, 4000),
-        np.exp(random.choice(np.log([2.0, 20.0]), 4000) + random.normal(0.0, 0.05, 4000)),
-    ])  # fmt: skip
+    draws = np.column_stack(
+        [
+            random.uniform(40.0, 100.0, 4000),
+            np.exp(random.choice(np.log([2.0, 20.0]), 4000) + random.normal(0.0, 0.05, 4000)),
+        ]
+    )
     limits = {"k": (0.0, 100.0)}
     found = judge_samples(("k", "two"), (70.0, 2.0), draws, limits=limits)
     assert found["k"].word == "undecided" and found["k"].combination is None and found["k"].related == ()

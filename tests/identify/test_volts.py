@@ -42,9 +42,7 @@ def test_memory_is_that_of_the_whole_record():
     time, levels = samples(wave, start=0.0)
     made = Volts.of(levels, 3)
     first, count = 700, 40
-    dense = np.sort(
-        np.concatenate([np.linspace(0.0, time[first + count - 1], 200_001), time[first : first + count]])
-    )
+    dense = np.sort(np.concatenate([np.linspace(0.0, time[first + count - 1], 200_001), time[first : first + count]]))
     whole = drive.law.force(wave.volts(dense), drive.history)
     wanted = np.interp(time[first : first + count], dense, whole)
     force = made.force(drive.law, drive.history, first, count)

@@ -22,9 +22,7 @@ from tarsus.plan.rows import rows_of
 from tarsus.solve import Output, WindowStart, output_rows, simulate_windows
 
 FRICTION, BOUNCE = "ground.friction.coefficient", "ground.restitution.coefficient"
-BODY = tuple(
-    Output(kind, at) for kind in (Quantity.DISPLACEMENT, Quantity.VELOCITY) for at in ("body_x", "body")
-)
+BODY = tuple(Output(kind, at) for kind in (Quantity.DISPLACEMENT, Quantity.VELOCITY) for at in ("body_x", "body"))
 NOISE = np.array([1e-7, 1e-7, 5e-5, 5e-5])
 
 

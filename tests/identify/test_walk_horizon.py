@@ -17,9 +17,7 @@ from tarsus.identify.walking import WalkRecord, identify_walk
 from tarsus.solve.outputs import Output
 
 PATHS = ("ground.restitution.coefficient", "ground.friction.coefficient", "ground.adhesion.initial")
-BODY = tuple(
-    Output(kind, at) for kind in (Quantity.DISPLACEMENT, Quantity.VELOCITY) for at in ("body_x", "body")
-)
+BODY = tuple(Output(kind, at) for kind in (Quantity.DISPLACEMENT, Quantity.VELOCITY) for at in ("body_x", "body"))
 
 
 def record(seconds: float) -> tuple[ts.Scene, WalkRecord]:

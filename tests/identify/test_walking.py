@@ -37,9 +37,7 @@ LEGS = [
     for leg in ("L1", "R1")
     for name in ("stiffness_v", "damping_v", "stiffness_l", "damping_l")
 ]
-BODY = tuple(
-    Output(kind, at) for kind in (Quantity.DISPLACEMENT, Quantity.VELOCITY) for at in ("body_x", "body")
-)
+BODY = tuple(Output(kind, at) for kind in (Quantity.DISPLACEMENT, Quantity.VELOCITY) for at in ("body_x", "body"))
 
 
 def body_record(scene: Scene, seconds: float, rng: np.random.Generator) -> WalkRecord:
@@ -55,9 +53,7 @@ def body_record(scene: Scene, seconds: float, rng: np.random.Generator) -> WalkR
 def test_the_ground_is_found_while_the_robot_walks() -> None:
     rng = np.random.default_rng(0)
     nominal = ts.load_scene("millipede", hz=50, volts=14)
-    truth = with_values(
-        nominal, {p: float(get_value(nominal, p) * np.exp(0.1 * rng.standard_normal())) for p in LEGS}
-    )
+    truth = with_values(nominal, {p: float(get_value(nominal, p) * np.exp(0.1 * rng.standard_normal())) for p in LEGS})
     spread = dict.fromkeys(GROUND, 1.0) | dict.fromkeys(LEGS, 0.1)
     record = replace(body_record(truth, 0.1, rng), scene=with_values(nominal, GROUND))
     found = identify_walk([record], spread)
@@ -92,9 +88,7 @@ def test_noise_is_seen_below_a_motion_with_jumps() -> None:
     rng, times = np.random.default_rng(1), np.arange(4000) / 20e3
     motion = 1e-3 * np.sin(2.0 * np.pi * 100.0 * times) + 2e-3 * (times % 0.01 > 0.004)
     found = noise_of(np.array([motion + 5e-5 * rng.standard_normal(4000)]))
-    assert found[0] == pytest.approx(
-        5e-5, rel=0.1
-    )  # one in forty values is beside a jump, and 4000 have a scatter
+    assert found[0] == pytest.approx(5e-5, rel=0.1)  # one in forty values is beside a jump, and 4000 have a scatter
 
 
 def test_what_a_device_knows_of_itself_narrows_what_is_sought() -> None:
@@ -114,10 +108,7 @@ def test_legs_that_no_record_tells_apart_widen_the_intervals(turns: bool) -> Non
     times = np.arange(1, 401) / 20e3
     values = ts.simulate(scene, 0.02).outputs(list(outputs), times)
     noise = 0.01 * np.sqrt((values**2).mean(axis=1))
-    legs = {
-        f"robot.structure.legs.{leg}.stiffness_v": 1.2 + 0.1 * k
-        for k, leg in enumerate(("L1", "R1", "L2", "R2"))
-    }
+    legs = {f"robot.structure.legs.{leg}.stiffness_v": 1.2 + 0.1 * k for k, leg in enumerate(("L1", "R1", "L2", "R2"))}
     record = WalkRecord(scene, times, outputs, values, noise)
     walker = scene.robot.structure
     assert isinstance(walker, Walker)
@@ -131,10 +122,7 @@ def four_legs() -> Scene:
     """The millipede on two pairs of legs that walk in diagonals, turning about both axes."""
     scene = ts.load_scene("millipede", hz=50, volts=14)
     robot = scene.robot.model_dump(exclude_none=True)
-    one, places = (
-        robot["structure"]["legs"]["L1"],
-        {"L1": (1, 1), "R1": (1, -1), "L2": (-1, 1), "R2": (-1, -1)},
-    )
+    one, places = (robot["structure"]["legs"]["L1"], {"L1": (1, 1), "R1": (1, -1), "L2": (-1, 1), "R2": (-1, -1)})
     robot["structure"]["legs"] = {leg: one | {"x": 1e-3 * x, "y": 1e-3 * y} for leg, (x, y) in places.items()}
     robot["structure"]["body"] |= {"mass": 2e-7, "roll_inertia": 2e-13, "pitch_inertia": 2e-13}
     drive, foot = (json.dumps(robot[what]["L1"]) for what in ("drives", "feet"))
@@ -209,13 +197,16 @@ def test_rough_ground_is_known_or_leaves_nothing_determined(known: bool) -> None
         level,
         {
             "ground.profile": {
-                "kind": "random", "seed": 3, "rms": 2e-7, "correlation_length": 3e-4, "hurst": 0.8, "spacing": 4e-5
+                "kind": "random",
+                "seed": 3,
+                "rms": 2e-7,
+                "correlation_length": 3e-4,
+                "hurst": 0.8,
+                "spacing": 4e-5,
             }
         },
-    )  # fmt: skip
-    truth = with_values(
-        rough, {p: float(get_value(rough, p) * np.exp(0.1 * rng.standard_normal())) for p in LEGS}
     )
+    truth = with_values(rough, {p: float(get_value(rough, p) * np.exp(0.1 * rng.standard_normal())) for p in LEGS})
     record = replace(body_record(truth, 0.1, rng), scene=with_values(rough if known else level, GROUND))
     found = identify_walk([record], dict.fromkeys(GROUND, 1.0) | dict.fromkeys(LEGS, 0.1))
     true = np.array([float(get_value(truth, path)) for path in found.paths])
@@ -232,5 +223,7 @@ def test_a_window_that_is_not_followed_is_joined_to_the_one_before_it_in_its_rec
     windows = [Segment(number, a, (a, b), np.zeros(2), np.ones(2)) for number, a, b in edges]
     joined = _joined(windows, np.array([True, False, False, False, True]))
     assert [(one.record, one.begin, one.span) for one in joined] == [
-        (0, 0.0, (0.0, 0.3)), (1, 0.0, (0.0, 0.1)), (1, 0.1, (0.1, 0.2)),
-    ]  # fmt: skip
+        (0, 0.0, (0.0, 0.3)),
+        (1, 0.0, (0.0, 0.1)),
+        (1, 0.1, (0.1, 0.2)),
+    ]

@@ -96,9 +96,7 @@ def test_a_second_delay_that_fits_as_well_is_refused_with_both():
     """A sine without a beginning: any period will do, the smallest delay is taken, and the gate says so."""
     n = np.arange(6000.0)
     noise = 0.01 * np.random.default_rng(0).standard_normal(6000)
-    record, reference = (
-        measurement(np.sin(2.0 * np.pi * (n + late) / 330.0) + noise) for late in (0.0, 17.0)
-    )
+    record, reference = (measurement(np.sin(2.0 * np.pi * (n + late) / 330.0) + noise) for late in (0.0, 17.0))
     found = align(record, reference, ["a"], before=1.0)
     assert found.delay / record.step == pytest.approx(-17.0, abs=0.1)
     verdict = residual_gate(found)

@@ -91,10 +91,7 @@ def test_neighbours_made_of_the_same_samples_tell_less():
     for _ in range(300):
         noise = 0.01 * random.standard_normal(n + 1)
         y = 0.5 * x + noise[1:] + noise[:-1]
-        for kept, found in (
-            (covered, common_ratio(y, x, cov, following=following)),
-            (blind, common_ratio(y, x, cov)),
-        ):
+        for kept, found in ((covered, common_ratio(y, x, cov, following=following)), (blind, common_ratio(y, x, cov))):
             kept.append(found.low <= 0.5 <= found.high)
     assert 0.91 < np.mean(covered) < 0.98
     assert np.mean(blind) < 0.9

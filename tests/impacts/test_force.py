@@ -93,9 +93,7 @@ def test_a_ratio_of_noises_is_not_given():
 def test_points_stand_for_coordinates():
     m = point_matrices(SMALL, ["b", "a"])
     assert m.mass == pytest.approx(np.array([[1e-3, 5e-4], [5e-4, 2e-3]]))
-    weighted = ts.Lumped(
-        coordinates=("a", "b"), mass=(1e-3, 1e-3), stiffness=(1.0, 1.0), weights={"mean": (0.5, 0.5)}
-    )
+    weighted = ts.Lumped(coordinates=("a", "b"), mass=(1e-3, 1e-3), stiffness=(1.0, 1.0), weights={"mean": (0.5, 0.5)})
     rows = np.array([[0.5, 0.5], [1.0, 0.0]])
     found = point_matrices(weighted, ["mean", "a"]).mass
     assert rows.T @ found @ rows == pytest.approx(1e-3 * np.eye(2))

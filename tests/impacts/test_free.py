@@ -27,9 +27,7 @@ def samples(before: np.ndarray, change: np.ndarray, late: float, earlier: int, l
     return np.array([(expm(flow * t) @ (after if t > 0.0 else before))[6:] for t in times])
 
 
-BEFORE = np.concatenate(
-    [1e-6 * np.array([-9.0, 2.0, 1.0, 3.0, -1.0, 2.0]), [-0.03, 0.01, 0.02, -0.01, 0.01, 0.02]]
-)
+BEFORE = np.concatenate([1e-6 * np.array([-9.0, 2.0, 1.0, 3.0, -1.0, 2.0]), [-0.03, 0.01, 0.02, -0.01, 0.01, 0.02]])
 CHANGE = 0.045 * np.array([1.0, -0.35, -0.21, -0.13, -0.51, 0.23])
 
 

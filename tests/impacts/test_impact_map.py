@@ -118,9 +118,7 @@ def test_a_slow_instrument_needs_samples_left_out():
 
 def test_another_map_is_measured_as_it_is():
     near = hexapod(
-        signal=ts.Square(amplitude=10.0, frequency=20.0),
-        impact=DominantMode(mode=6, passive=False),
-        restitution=0.4,
+        signal=ts.Square(amplitude=10.0, frequency=20.0), impact=DominantMode(mode=6, passive=False), restitution=0.4
     )
     far = ts.with_values(near, {"robot.feet.foot1.gap": 0.03})
     close, in_air = ts.simulate(near, 0.04), ts.simulate(far, 0.04)
@@ -144,10 +142,7 @@ def test_intervals_cover_over_many_drives():
     assert max(abs(one.relative) for one in restitution) < 0.02
     for column in columns:
         # the jump of the foot over its own is 1
-        off, size = (
-            np.linalg.norm([one.value - one.true for one in column]),
-            [1.0, *(one.true for one in column)],
-        )
+        off, size = (np.linalg.norm([one.value - one.true for one in column]), [1.0, *(one.true for one in column)])
         assert off < 0.05 * np.linalg.norm(size)
     # 40 and 200 intervals of 95 %: what less than one in a thousand such series would miss
     assert sum(not one.covered for one in restitution) <= 7

@@ -60,7 +60,8 @@ def clipped() -> Measurement:
 ONE = measurement(wave(0.0))
 WRONG: dict[str, tuple[Ask, Said]] = {
     "too little before": (
-        aligned(ONE, ONE, before=5e-4), "51 samples lie before 0.0005 s: aligning two records takes at least"
+        aligned(ONE, ONE, before=5e-4),
+        "51 samples lie before 0.0005 s: aligning two records takes at least",
     ),
     "a constant": (aligned(measurement(FLAT), ONE), "channel 'a' is constant before the first contact"),
     "a constant in the air": (aligned(ONE, measurement(FLAT)), "constant in the reference record"),
@@ -69,7 +70,8 @@ WRONG: dict[str, tuple[Ask, Said]] = {
     "no value": (lambda at: spread([]), "no value"),
     "no pair": (lambda at: common_ratio([], [], []), "no impact"),
     "one point of two": (
-        lambda at: point_matrices(SMALL, ["a"]), "as many of these as the structure has coordinates, 2, got 1"
+        lambda at: point_matrices(SMALL, ["a"]),
+        "as many of these as the structure has coordinates, 2, got 1",
     ),
     "one point twice": (lambda at: point_matrices(SMALL, ["a", "a"]), "do not determine the coordinates"),
     "no point": (lambda at: point_matrices(SMALL, ["a", "c"]), "no point 'c'"),
@@ -83,10 +85,12 @@ WRONG: dict[str, tuple[Ask, Said]] = {
     ),
     "no vibration": (lambda at: FreeResponse(LOOSE, ("a",), np.ones(1), 5e-6), "no vibration"),
     "point that is not there": (
-        lambda at: FreeResponse(structure(), ("feet1",), np.ones(1), 5e-6), "no point 'feet1'; valid names are 'foot1'"
+        lambda at: FreeResponse(structure(), ("feet1",), np.ones(1), 5e-6),
+        "no point 'feet1'; valid names are 'foot1'",
     ),
     "no jump": (
-        lambda at: detect_impacts(measurement(saw()), "a"), "no impacts found in channel 'a': its largest jump is "
+        lambda at: detect_impacts(measurement(saw()), "a"),
+        "no impacts found in channel 'a': its largest jump is ",
     ),
     "no motion": (lambda at: detect_impacts(measurement(np.ones(100)), "a"), "channel 'a' is constant"),
     "ten samples": (lambda at: detect_impacts(measurement(np.ones(10)), "a"), "channel 'a' has 10 samples"),
@@ -99,9 +103,10 @@ WRONG: dict[str, tuple[Ask, Said]] = {
     "no record in the air": (mapped(in_air=lambda: []), "at least one record"),
     "clipped": (mapped(close=clipped), "channel 'foot2' is clipped: 1 of"),
     "nothing clear": (
-        mapped(window=FitWindow(clarity=1e6)), ("none of the ", " impacts found in channel 'foot1' can be used")
+        mapped(window=FitWindow(clarity=1e6)),
+        ("none of the ", " impacts found in channel 'foot1' can be used"),
     ),
-}  # fmt: skip
+}
 
 
 @wrong_inputs.cases(WRONG)

@@ -60,20 +60,25 @@ def robot_of(scene: Any) -> Robot:
     impact = scene.ground.impact
     if impact is not None and impact.kind != "mass_weighted":
         found = np.stack(
-            [
-                direction(impact, name, normals[:, i], mass, stiffness, rows)
-                for i, (name, _) in enumerate(feet)
-            ],
-            axis=1,
+            [direction(impact, name, normals[:, i], mass, stiffness, rows) for i, (name, _) in enumerate(feet)], axis=1
         )
     # displacements that (2.13) goes by: coordinates, of which a foot is one, or those of as many points as modes
     points = np.array(list(rows.values())) if structure.kind == "modal" else np.eye(len(mass))
     own = [int(np.argmin(np.abs(points - rows[foot.point]).sum(axis=1))) for _, foot in feet]
     return Robot(
-        mass, damping, stiffness, normals, tangents, sideways,
-        np.array(loads).reshape(len(loads), len(mass)).T, up, ahead, found, points,
+        mass,
+        damping,
+        stiffness,
+        normals,
+        tangents,
+        sideways,
+        np.array(loads).reshape(len(loads), len(mass)).T,
+        up,
+        ahead,
+        found,
+        points,
         [(place, foot.normal) for place, (_, foot) in zip(own, feet, strict=True)],
-    )  # fmt: skip
+    )
 
 
 def lumped(s: Any) -> tuple[Array, Array, Array, dict[str, Array], Array]:
@@ -84,9 +89,7 @@ def lumped(s: Any) -> tuple[Array, Array, Array, dict[str, Array], Array]:
     elif s.damping_ratios is not None:  # by the undamped modes: phi' M phi = 1, phi' C phi = 2 zeta omega
         squares, shapes = eigh(stiffness, mass)
         onto = shapes.T @ mass
-        damping = (
-            onto.T @ np.diag(2.0 * np.array(s.damping_ratios) * np.sqrt(np.maximum(squares, 0.0))) @ onto
-        )
+        damping = onto.T @ np.diag(2.0 * np.array(s.damping_ratios) * np.sqrt(np.maximum(squares, 0.0))) @ onto
     else:
         damping = np.zeros((n, n))
     rows = dict(zip(s.coordinates, np.eye(n), strict=True)) | {p: np.array(w) for p, w in s.weights.items()}
@@ -124,10 +127,7 @@ def walker(s: Any) -> tuple[Array, Array, Array, dict[str, Array], Array]:
     def spring(upper: tuple[Array, Array], lower: tuple[Array, Array], by: Any, tilt: float = 0.0) -> None:
         x, z = (a - b for a, b in zip(upper, lower, strict=True))
         turned = np.exp(1j * tilt) * (x + 1j * z)  # along the leg is upward once it is turned upright
-        for row, k, c in (
-            (turned.real, by.stiffness_l, by.damping_l),
-            (turned.imag, by.stiffness_v, by.damping_v),
-        ):
+        for row, k, c in ((turned.real, by.stiffness_l, by.damping_l), (turned.imag, by.stiffness_v, by.damping_v)):
             stiffness[:] += k * np.outer(row, row)
             damping[:] += c * np.outer(row, row)
 
@@ -176,9 +176,7 @@ def walker(s: Any) -> tuple[Array, Array, Array, dict[str, Array], Array]:
     return np.diag(masses), damping, stiffness, rows, up
 
 
-def direction(
-    impact: Any, foot: str, normal: Array, mass: Array, stiffness: Array, rows: dict[str, Array]
-) -> Array:
+def direction(impact: Any, foot: str, normal: Array, mass: Array, stiffness: Array, rows: dict[str, Array]) -> Array:
     """Change of the velocities per unit change of the foot's rate."""
     if impact.kind == "dominant_mode":
         _, shapes = eigh(stiffness, mass)
@@ -186,7 +184,5 @@ def direction(
         shape = shapes[:, np.argmax(shares) if impact.mode is None else impact.mode - 1]
     else:
         column = impact.columns[foot]
-        shape = np.linalg.lstsq(
-            np.array([rows[p] for p in column]), np.array(list(column.values())), rcond=None
-        )[0]
+        shape = np.linalg.lstsq(np.array([rows[p] for p in column]), np.array(list(column.values())), rcond=None)[0]
     return shape / (normal @ shape)

@@ -40,15 +40,11 @@ class Comparison:
 
 def nudged(scene: Scene, by: float) -> Scene:
     """The scene with its feet higher above the ground by a length [m]; those on it stay there."""
-    changes = {
-        f"robot.feet.{name}.gap": foot.gap + by for name, foot in scene.robot.feet.items() if foot.gap > 0.0
-    }
+    changes = {f"robot.feet.{name}.gap": foot.gap + by for name, foot in scene.robot.feet.items() if foot.gap > 0.0}
     return ts.with_values(scene, changes) if changes else scene
 
 
-def compare(
-    scene: Scene, accuracy: ts.Accuracy | None = None, least: float = LEAST, stops: float = 0.0
-) -> Comparison:
+def compare(scene: Scene, accuracy: ts.Accuracy | None = None, least: float = LEAST, stops: float = 0.0) -> Comparison:
     """Simulate a scene three times, and say what differs within the horizon by more than ``least``, of the begin of
     sticking by more than ``stops``, and the nudge. A run that friction jams is one where it does so here."""
     run = ts.simulate(scene, accuracy=accuracy)
@@ -56,20 +52,14 @@ def compare(
     assert run.ok or jammed, run.code
     length, rate = run.plan.length, run.plan.rate
     moved = ts.simulate(nudged(scene, NUDGE * length), accuracy=accuracy)
-    found = simulate(
-        scene, max(length, *(foot.gap for foot in scene.robot.feet.values()))
-    )  # no flights: by the widest
+    found = simulate(scene, max(length, *(foot.gap for foot in scene.robot.feet.values())))  # no flights: by the widest
     at_once = LEAST / rate
-    events, others = (
-        in_order(one.events, one.events["time"], one.events["foot"], at_once) for one in (run, moved)
-    )
+    events, others = (in_order(one.events, one.events["time"], one.events["foot"], at_once) for one in (run, moved))
     known = len(found.events)
     seen = in_order(found.events, [one[0] for one in found.events], [one[1] for one in found.events], at_once)
 
     def ends(i: int, wrong: str) -> Comparison:
-        shared = found.undetermined <= (events[i]["time"] if i < len(events) else run.end_time) * (
-            1.0 + 1e-12
-        )
+        shared = found.undetermined <= (events[i]["time"] if i < len(events) else run.end_time) * (1.0 + 1e-12)
         return Comparison(len(events), i, None if shared else wrong, shared)
 
     for i, event in enumerate(events):

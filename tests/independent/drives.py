@@ -45,9 +45,7 @@ def line(start: float, end: float, first: float, last: float) -> Piece:
     return Piece(start, end, lambda t: first + slope * (t - start), lambda t: slope)
 
 
-def cycles(
-    wave: Any, end: float, places: Sequence[float], make: Callable[[float, float, float], Piece]
-) -> list[Piece]:
+def cycles(wave: Any, end: float, places: Sequence[float], make: Callable[[float, float, float], Piece]) -> list[Piece]:
     """Pieces between the given places of every cycle; make(start, end, middle of the piece in its cycle)."""
     shift = wave.phase / (2.0 * math.pi)
     first = math.floor(shift) - 1
@@ -71,9 +69,11 @@ def command(wave: Any, end: float) -> Signal:
 
         def swing(a: float, b: float, middle: float) -> Piece:
             return Piece(
-                a, b, lambda t: wave.offset + wave.amplitude * math.sin(w * t + wave.phase),
+                a,
+                b,
+                lambda t: wave.offset + wave.amplitude * math.sin(w * t + wave.phase),
                 lambda t: wave.amplitude * w * math.cos(w * t + wave.phase),
-            )  # fmt: skip
+            )
 
         pieces = cycles(wave, end, [0.25, 0.75], swing)
     elif kind == "square":
@@ -98,10 +98,7 @@ def command(wave: Any, end: float) -> Signal:
 
         pieces = cycles(wave, end, [half, 0.5 - half, 0.5 + half, 1.0 - half], part)
     elif kind == "ramp":
-        pieces = [
-            line(0.0, wave.duration, wave.start, wave.stop),
-            line(wave.duration, math.inf, wave.stop, wave.stop),
-        ]
+        pieces = [line(0.0, wave.duration, wave.start, wave.stop), line(wave.duration, math.inf, wave.stop, wave.stop)]
     elif kind == "poling":
         pieces = [line(0.0, wave.hold, wave.level, wave.level)]
         if wave.fall > 0.0:
@@ -126,9 +123,7 @@ def chirp(wave: Any) -> list[Piece]:
     rate = (wave.stop_frequency - wave.start_frequency) / wave.duration
 
     def value(t: float) -> float:
-        return wave.offset + wave.amplitude * math.sin(
-            2.0 * math.pi * (wave.start_frequency + 0.5 * rate * t) * t
-        )
+        return wave.offset + wave.amplitude * math.sin(2.0 * math.pi * (wave.start_frequency + 0.5 * rate * t) * t)
 
     def slope(t: float) -> float:
         phase = 2.0 * math.pi * (wave.start_frequency + 0.5 * rate * t) * t
@@ -146,8 +141,7 @@ def samples(wave: Any) -> list[Piece]:
         spline = CubicSpline(times, levels, bc_type="natural")
         slope = spline.derivative()
         inner = [
-            Piece(a, b, lambda t: float(spline(t)), lambda t: float(slope(t)))
-            for a, b in itertools.pairwise(times)
+            Piece(a, b, lambda t: float(spline(t)), lambda t: float(slope(t))) for a, b in itertools.pairwise(times)
         ]
     else:
         inner = [line(a, b, u, v) for a, b, u, v in zip(times, times[1:], levels, levels[1:], strict=False)]
@@ -171,9 +165,11 @@ def amplified(signal: Signal, amplifier: Any, start: float, end: float) -> Signa
     for piece in signal.pieces:
         time, stop = max(piece.start, 0.0), min(piece.end, end)
         while time < stop:
-            made = with_lag(piece, time, stop, volts, lag, slew, low, high) if lag > 0.0 else (
-                without_lag(piece, time, stop, volts if out else start, slew, low, high)
-            )  # fmt: skip
+            made = (
+                with_lag(piece, time, stop, volts, lag, slew, low, high)
+                if lag > 0.0
+                else (without_lag(piece, time, stop, volts if out else start, slew, low, high))
+            )
             out.append(made)
             time, volts = made.end, made.value(made.end)
     return Signal(out, end)
@@ -220,9 +216,7 @@ def with_lag(
     follow: Function = lambda t: float(found.sol(t)[0])  # noqa: E731
     ends = [stop]
     if slew < math.inf:
-        ends.append(
-            first_zero(lambda t: abs(p.value(t) - follow(t)) - slew * lag * (1.0 + 1e-11), time, stop)
-        )
+        ends.append(first_zero(lambda t: abs(p.value(t) - follow(t)) - slew * lag * (1.0 + 1e-11), time, stop))
     if math.isfinite(high):
         ends.append(first_zero(lambda t: follow(t) - high * (1.0 + 1e-13), time, stop))
     if math.isfinite(low):
@@ -236,9 +230,7 @@ def rising(p: Piece, time: float, stop: float, rail: float, side: float) -> bool
     return side * (p.value(soon) - rail) >= 0.0
 
 
-def without_lag(
-    p: Piece, time: float, stop: float, volts: float, slew: float, low: float, high: float
-) -> Piece:
+def without_lag(p: Piece, time: float, stop: float, volts: float, slew: float, low: float, high: float) -> Piece:
     """The same of an amplifier without a lag: it is at the command between the rails, or slews towards it."""
 
     def wanted(t: float) -> float:
@@ -274,10 +266,17 @@ def force(signal: Signal, law: Any, history: Sequence[float], end: float) -> Sig
     max(V - r, min(V + r, what it was))."""
     if law.kind == "linear":
         return Signal(
-            [Piece(p.start, p.end, lambda t, p=p: law.offset + law.gain * p.value(t),
-                   lambda t, p=p: law.gain * p.slope(t))
-             for p in signal.pieces], end,
-        )  # fmt: skip
+            [
+                Piece(
+                    p.start,
+                    p.end,
+                    lambda t, p=p: law.offset + law.gain * p.value(t),
+                    lambda t, p=p: law.gain * p.slope(t),
+                )
+                for p in signal.pieces
+            ],
+            end,
+        )
     if law.kind == "two_branch":
         return Signal(branches(signal, law, history, end), end)
     if law.kind == "creeping":

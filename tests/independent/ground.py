@@ -19,11 +19,7 @@ class Laws:
         self.film = ground.film
         self.attraction = ground.electrostatic
         self.restitution, self.adhesion = ground.restitution, ground.adhesion
-        self.along_leg, self.friction, self.landing = (
-            ground.leg_electrostatic,
-            ground.friction,
-            ground.landing,
-        )
+        self.along_leg, self.friction, self.landing = (ground.leg_electrostatic, ground.friction, ground.landing)
         self.magnet = self.drag = self.pad = None
         self.wants_volts = False
         for law in ground.laws.values():
@@ -59,11 +55,7 @@ class Laws:
         if self.attraction is not None:
             out -= self.attraction.coefficient * (volts / (gap + self.attraction.offset)) ** 2
         if self.along_leg is not None:
-            out -= (
-                self.along_leg.coefficient
-                * volts**2
-                * leg_share(gap, self.along_leg.offset, self.along_leg.rest)
-            )
+            out -= self.along_leg.coefficient * volts**2 * leg_share(gap, self.along_leg.offset, self.along_leg.rest)
         if self.magnet is not None:
             out -= self.magnet.strength / (gap + self.magnet.depth) ** 4
         if self.drag is not None:
@@ -117,8 +109,5 @@ def passive_angle(e: float, skew: float) -> float:
         return 0.0
     size = (1.0 + e) * skew * math.sqrt(1.0 - e * e)
     return brentq(
-        lambda a: math.sin(a) * (1.0 - e * e * math.cos(a)) - size * math.cos(a),
-        0.0,
-        0.5 * math.pi,
-        xtol=1e-15,
+        lambda a: math.sin(a) * (1.0 - e * e * math.cos(a)) - size * math.cos(a), 0.0, 0.5 * math.pi, xtol=1e-15
     )

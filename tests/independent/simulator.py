@@ -48,9 +48,7 @@ def tiled(line: Any, near: float) -> np.ndarray:
     if not line.repeats:
         return np.vstack([points[0] - [1.0, 0.0], points, points[-1] + [1.0, 0.0]])
     first = math.floor((near - points[0, 0]) / step[0])
-    return np.vstack(
-        [*(points[:-1] + (first + k) * step for k in range(-10, 10)), points[:1] + (first + 10) * step]
-    )
+    return np.vstack([*(points[:-1] + (first + k) * step for k in range(-10, 10)), points[:1] + (first + 10) * step])
 
 
 def simulate(scene: Any, length: float, times: Sequence[float] = (), tolerance: float = TOLERANCE) -> Found:
@@ -60,9 +58,7 @@ def simulate(scene: Any, length: float, times: Sequence[float] = (), tolerance: 
 
 
 class Simulator:
-    def __init__(
-        self, scene: Any, length: float, times: Sequence[float] = (), tolerance: float = TOLERANCE
-    ) -> None:
+    def __init__(self, scene: Any, length: float, times: Sequence[float] = (), tolerance: float = TOLERANCE) -> None:
         self.robot, self.laws = robot_of(scene), Laws(scene.ground)
         self.times, self.tolerance, self.states = list(times), tolerance, list[np.ndarray]()
         self.onto: dict[tuple[int, ...], tuple[np.ndarray, list[tuple[int, bool]]]] = {}
@@ -74,17 +70,17 @@ class Simulator:
         self.inverse = np.linalg.inv(robot.mass)
         feet = list(scene.robot.feet.values())
         self.rest_gap = np.array([foot.gap for foot in feet])
-        rise = (
-            math.cos(self.laws.incline) * robot.up + math.sin(self.laws.incline) * robot.ahead
-        )  # against gravity
+        rise = math.cos(self.laws.incline) * robot.up + math.sin(self.laws.incline) * robot.ahead  # against gravity
         self.weight = -self.laws.gravity * (robot.mass @ rise)
         self.forces, volts = [], {}
         for name, drive in scene.robot.drives.items():
             wave = scene.signals.get(name)
             start = drive.history[-1] if drive.history else 0.0
-            told = drives.command(wave, self.end) if wave is not None else drives.Signal(
-                [drives.line(0.0, math.inf, 0.0, 0.0)], self.end
-            )  # fmt: skip
+            told = (
+                drives.command(wave, self.end)
+                if wave is not None
+                else drives.Signal([drives.line(0.0, math.inf, 0.0, 0.0)], self.end)
+            )
             volts[name] = drives.amplified(told, drive.amplifier, start, self.end)
             self.forces.append(drives.force(volts[name], drive.law, drive.history, self.end))
         for load, signal in moving.pushes(scene, robot, self.end):
@@ -96,17 +92,13 @@ class Simulator:
             wired = [names[0]] * self.m
         self.volts = [volts.get(name) if name is not None else None for name in wired]
         signals = [*self.forces, *volts.values()]
-        self.kinks = sorted(
-            {p.start for s in signals for p in s.pieces if 0.0 < p.start < self.end} | {self.end}
-        )
+        self.kinks = sorted({p.start for s in signals for p in s.pieces if 0.0 < p.start < self.end} | {self.end})
         stiff = np.abs(np.linalg.eigvals(self.inverse @ robot.stiffness)).max(initial=0.0)
         self.rate = max(math.sqrt(stiff), 2.0 * math.pi / self.end)
         self.no_slip = 1e-13 * length * self.rate  # nor is a slide of rounding
         self.contact, self.since = [AIR] * self.m, [0.0] * self.m
         self.sense, self.fresh = [0.0] * self.m, [False] * self.m
-        self.landing = (
-            scene.ground.landing.kind if scene.ground.landing is not None else "capture_unless_pulled"
-        )
+        self.landing = scene.ground.landing.kind if scene.ground.landing is not None else "capture_unless_pulled"
         self.restitutes_first = getattr(scene.ground.landing, "speed", 0.0)
         self.passive = scene.ground.impact is None or scene.ground.impact.passive
         self.out = Found()
@@ -147,10 +139,7 @@ class Simulator:
         """Fix the pieces of all signals from a time on, so that an integrator never looks beyond a kink."""
         self.known.clear()
         ahead = time + 1e-9 * max(min(k for k in self.kinks if k > time) - time, 0.0)
-        self.now = (
-            [s.at(ahead) for s in self.forces],
-            [None if s is None else s.at(ahead) for s in self.volts],
-        )
+        self.now = ([s.at(ahead) for s in self.forces], [None if s is None else s.at(ahead) for s in self.volts])
 
     def foot_volts(self, i: int, t: float) -> float:
         piece = self.now[1][i]
@@ -249,9 +238,9 @@ class Simulator:
         """The equations (k, k) and (k,) of the friction forces of feet that slide."""
         rows = self.robot.tangents[:, slides]
         without = np.array([self.pulls(t, z, push)[i, False] for i in slides])
-        by_force = np.array(
-            [[self.pulls(t, z, push + row)[i, False] for row in rows.T] for i in slides]
-        ) - without[:, None]  # fmt: skip
+        by_force = (
+            np.array([[self.pulls(t, z, push + row)[i, False] for row in rows.T] for i in slides]) - without[:, None]
+        )
         matrix, right = np.eye(len(slides)), np.zeros(len(slides))
         for k, i in enumerate(slides):
             strength = self.strength(i, t)
@@ -270,21 +259,12 @@ class Simulator:
             return True
         inverse, rows = self.inverse, self.held_beside(slides)
         if rows.shape[1]:
-            inverse = (
-                inverse
-                - inverse @ rows @ np.linalg.pinv(rows.T @ inverse @ rows, rcond=1e-11) @ rows.T @ inverse
-            )
+            inverse = inverse - inverse @ rows @ np.linalg.pinv(rows.T @ inverse @ rows, rcond=1e-11) @ rows.T @ inverse
         steep = []
         for i in slides:
             strength = self.strength(i, self.time)
-            slip = (
-                0.0
-                if at_rest
-                else max(self.sense[i] * float(self.robot.tangents[:, i] @ self.z[self.n :]), 0.0)
-            )
-            steep.append(
-                self.sense[i] * (self.laws.bound(1.0, strength, slip) - self.laws.bound(0.0, strength, slip))
-            )
+            slip = 0.0 if at_rest else max(self.sense[i] * float(self.robot.tangents[:, i] @ self.z[self.n :]), 0.0)
+            steep.append(self.sense[i] * (self.laws.bound(1.0, strength, slip) - self.laws.bound(0.0, strength, slip)))
         normals, tangents = self.robot.normals[:, slides], self.robot.tangents[:, slides]
         matrix = normals.T @ inverse @ (normals - tangents * steep)
         return all(
@@ -296,9 +276,7 @@ class Simulator:
     def shares_ways(self) -> bool:
         """Whether several feet on the ground have fewer ways than constraints, were all of them to stick."""
         held = [i for i in range(self.m) if self.contact[i] != AIR]
-        rows = np.hstack(
-            [self.robot.normals[:, held], self.robot.tangents[:, [i for i in held if self.rubs(i)]]]
-        )
+        rows = np.hstack([self.robot.normals[:, held], self.robot.tangents[:, [i for i in held if self.rubs(i)]]])
         return len(held) > 1 and np.linalg.matrix_rank(rows, tol=1e-9 * np.abs(rows).max()) < rows.shape[1]
 
     def held_beside(self, slides: list[int]) -> np.ndarray:
@@ -410,9 +388,14 @@ class Simulator:
         watches = self.watches()
         none = {"touch": self.least, "stop": self.no_slip}
         solver = DOP853(
-            self.rates, self.time, self.z, stop, rtol=self.tolerance, atol=0.1 * self.tolerance * scale,
+            self.rates,
+            self.time,
+            self.z,
+            stop,
+            rtol=self.tolerance,
+            atol=0.1 * self.tolerance * scale,
             max_step=min((0.3 if self.tolerance == TOLERANCE else 1.0) / self.rate, self.end / 20.0),
-        )  # fmt: skip
+        )
         begun = dict.fromkeys(watches, False)  # whether it has been seen above zero
         for key, watch in watches.items():
             starts_at_zero = self.fresh[key[0]] and key[1] in ("touch", "stop")
@@ -454,9 +437,7 @@ class Simulator:
         while len(self.states) < len(self.times) and self.times[len(self.states)] <= until:
             self.states.append(dense(self.times[len(self.states)]))
 
-    def polish(
-        self, before: tuple[float, np.ndarray], first: tuple[float, tuple[int, str]], watch: Callable
-    ) -> None:
+    def polish(self, before: tuple[float, np.ndarray], first: tuple[float, tuple[int, str]], watch: Callable) -> None:
         """Integrate straight to where the event was seen, and correct it by the motion there."""
         self.time, self.z = before
         target = first[0]
@@ -538,8 +519,7 @@ class Simulator:
             self.take(feet, senses)
             pulls = self.reactions(self.time, self.z)
             bounds = [
-                self.laws.bound(self.margin(i, self.time, pulls[i, False]), self.strength(i, self.time))
-                for i in feet
+                self.laws.bound(self.margin(i, self.time, pulls[i, False]), self.strength(i, self.time)) for i in feet
             ]
             forces = [-s * b if s else -pulls[i, True] for i, s, b in zip(feet, senses, bounds, strict=True)]
             speeds_up = senses * (tangents.T @ self.rates(self.time, self.z)[self.n :])
@@ -633,14 +613,10 @@ class Simulator:
         kind = self.decide(i, speed, after, pull, mobility, small)
         if kind == BOUNCE:
             self.note(i, BOUNCE)
-            self.z[self.n :] = (
-                v + self.answer(i, speed, after, rows, response, mobility) + self.rubbed(i, after)
-            )
+            self.z[self.n :] = v + self.answer(i, speed, after, rows, response, mobility) + self.rubbed(i, after)
             self.fresh[i] = True
             return self.slides_on()
-        over = (
-            self.time - 2.0 * after / (pull * mobility) / (1.0 - after / speed) if kind == REST else self.time
-        )
+        over = self.time - 2.0 * after / (pull * mobility) / (1.0 - after / speed) if kind == REST else self.time
         self.note(i, kind, over)
         self.z[self.n :] = v + response / mobility * speed + self.rubbed(i, 0.0)
         self.hold(i)
@@ -657,9 +633,7 @@ class Simulator:
         if most == 0.0 or not tangent.any():
             return straight, 0.0
         _, rubbed = self.struck(tangent, rows)
-        less = float(normal @ rubbed) / float(
-            normal @ pushed
-        )  # of the normal impulse, by one along the ground
+        less = float(normal @ rubbed) / float(normal @ pushed)  # of the normal impulse, by one along the ground
         # |p_t| <= most (straight - less p_t)
         low, high = -math.inf, math.inf
         if 1.0 + most * less > 0.0:
@@ -723,9 +697,7 @@ class Simulator:
         """(2.13), in the displacements of the structure's points: what the others and the drives do to foot i, and its
         own spring and damper with the sign as printed."""
         robot, normal = self.robot, self.robot.normals[:, i]
-        load = self.weight + sum(
-            robot.loads[:, d] * piece.value(self.time) for d, piece in enumerate(self.now[0])
-        )
+        load = self.weight + sum(robot.loads[:, d] * piece.value(self.time) for d, piece in enumerate(self.now[0]))
         p, up = robot.own_point[i]
         back = np.linalg.inv(robot.points)  # coordinates by the points' displacements
         x, v = robot.points @ self.z[: self.n], robot.points @ self.z[self.n :]

@@ -24,7 +24,7 @@ from independent.simulator import (
     STUCK,
     Found,
     Simulator,
-)  # fmt: skip
+)
 
 ON_GROUND = STUCK
 

@@ -12,9 +12,7 @@ from hypothesis import strategies as st
 import tarsus as ts
 from tarsus.solve.motion import NOTHING
 
-QUICK = settings(
-    max_examples=12, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
-)
+QUICK = settings(max_examples=12, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 
 
 def check(run: ts.Run, closure: float = 1e-8) -> ts.Run:
@@ -45,14 +43,20 @@ def check(run: ts.Run, closure: float = 1e-8) -> ts.Run:
 
 
 def mass(
-    *, frequency: float = 0.0, ratio: float = 0.0, gap: float = 1e-5, signal: object = None, gain: float = 1e-4,
-    start: float = 0.0, speed: float = 0.0, duration: float = 0.03, **ground: object,
-) -> ts.Scene:  # fmt: skip
+    *,
+    frequency: float = 0.0,
+    ratio: float = 0.0,
+    gap: float = 1e-5,
+    signal: object = None,
+    gain: float = 1e-4,
+    start: float = 0.0,
+    speed: float = 0.0,
+    duration: float = 0.03,
+    **ground: object,
+) -> ts.Scene:
     """One mass of 1 mg on a spring, with a drive and a foot that the drive's volts attract."""
     w = 2.0 * math.pi * frequency
-    structure = ts.Lumped(
-        coordinates=("x",), mass=1e-6, stiffness=1e-6 * w**2, damping=2.0 * ratio * w * 1e-6
-    )
+    structure = ts.Lumped(coordinates=("x",), mass=1e-6, stiffness=1e-6 * w**2, damping=2.0 * ratio * w * 1e-6)
     drive = ts.Drive(load=ts.PointLoad(weights={"x": 1.0}), law=ts.LinearForce(gain=gain))
     return ts.Scene(
         name="one mass",
@@ -69,14 +73,20 @@ def mass(
 def rigid(gaps: tuple[float, float], **ground: object) -> ts.Scene:
     """A rigid body on two feet, falling."""
     structure = ts.Lumped(
-        coordinates=("z", "turn"), mass=(1e-6, 1e-6), stiffness=(0.0, 0.0), damping=(0.0, 0.0),
-        weights={"l": (1.0, 1.0), "r": (1.0, -1.0)}, upward=(1.0, 0.0),
-    )  # fmt: skip
+        coordinates=("z", "turn"),
+        mass=(1e-6, 1e-6),
+        stiffness=(0.0, 0.0),
+        damping=(0.0, 0.0),
+        weights={"l": (1.0, 1.0), "r": (1.0, -1.0)},
+        upward=(1.0, 0.0),
+    )
     feet = {name: ts.Foot(point=name, gap=gap) for name, gap in zip("lr", gaps, strict=True)}
     return ts.Scene(
-        name="rigid body", robot=ts.Robot(structure=structure, feet=feet), duration=0.05,
+        name="rigid body",
+        robot=ts.Robot(structure=structure, feet=feet),
+        duration=0.05,
         ground=ts.Ground(gravity=ts.Gravity(), **ground),  # type: ignore[arg-type]
-    )  # fmt: skip
+    )
 
 
 RAMP = ts.waveforms.Ramp(start=-5.0, stop=20.0, duration=0.02)
@@ -85,12 +95,8 @@ SINE, SQUARE = ts.Sine(amplitude=5.0, frequency=100.0), ts.Square(amplitude=5.0,
 lengths = st.one_of(st.just(0.0), st.floats(1e-9, 1e-4))
 restitution = st.one_of(st.sampled_from([0.0, 1.0, 0.5]), st.floats(0.0, 0.99))
 signals = st.one_of(
-    st.builds(
-        ts.Sine, amplitude=st.floats(0.0, 20.0), frequency=st.floats(20.0, 2000.0), phase=st.floats(0.0, 6.0)
-    ),
-    st.builds(
-        ts.Square, amplitude=st.floats(0.0, 20.0), frequency=st.floats(20.0, 1000.0), duty=st.floats(0.1, 0.9)
-    ),
+    st.builds(ts.Sine, amplitude=st.floats(0.0, 20.0), frequency=st.floats(20.0, 2000.0), phase=st.floats(0.0, 6.0)),
+    st.builds(ts.Square, amplitude=st.floats(0.0, 20.0), frequency=st.floats(20.0, 1000.0), duty=st.floats(0.1, 0.9)),
     st.builds(
         ts.waveforms.RampedSquare,
         amplitude=st.floats(0.0, 20.0),
@@ -98,55 +104,67 @@ signals = st.one_of(
         duty=st.floats(0.0, 1.0),
     ),
     st.builds(
-        ts.waveforms.Ramp,
-        start=st.floats(-20.0, 20.0),
-        stop=st.floats(-20.0, 20.0),
-        duration=st.floats(1e-4, 0.02),
+        ts.waveforms.Ramp, start=st.floats(-20.0, 20.0), stop=st.floats(-20.0, 20.0), duration=st.floats(1e-4, 0.02)
     ),
 )
 
 
 @QUICK
 @given(
-    e=restitution, signal=signals, frequency=st.floats(30.0, 3000.0), ratio=st.floats(0.0, 2.0), gap=lengths,
+    e=restitution,
+    signal=signals,
+    frequency=st.floats(30.0, 3000.0),
+    ratio=st.floats(0.0, 2.0),
+    gap=lengths,
     adhesion=st.one_of(st.none(), st.tuples(st.floats(0.0, 1e-4), st.floats(0.0, 1.0))),
     film=st.one_of(st.none(), st.tuples(st.floats(0.0, 1e-20), st.floats(1e-6, 1e-4))),
-)  # fmt: skip
+)
 def test_one_mass(e, signal, frequency, ratio, gap, adhesion, film):
     check(
         ts.simulate(
             mass(
-                frequency=frequency, ratio=ratio, gap=gap, signal=signal,
+                frequency=frequency,
+                ratio=ratio,
+                gap=gap,
+                signal=signal,
                 restitution=ts.Restitution(coefficient=e),
                 adhesion=None if adhesion is None else ts.Adhesion(initial=adhesion[0], rate=adhesion[1]),
                 film=None if film is None else ts.Film(coefficient=film[0], thickness=film[1]),
             )
         )
-    )  # fmt: skip
+    )
 
 
 @QUICK
 @given(
-    e=restitution, signal=signals, coefficient=st.floats(0.0, 1e-15), offset=st.floats(1e-7, 1e-5),
+    e=restitution,
+    signal=signals,
+    coefficient=st.floats(0.0, 1e-15),
+    offset=st.floats(1e-7, 1e-5),
     adhesion=st.one_of(st.none(), st.floats(0.0, 1e-4)),
-)  # fmt: skip
+)
 def test_electrostatics(e, signal, coefficient, offset, adhesion):
     check(
         ts.simulate(
             mass(
-                frequency=500.0, ratio=0.02, signal=signal, restitution=ts.Restitution(coefficient=e),
+                frequency=500.0,
+                ratio=0.02,
+                signal=signal,
+                restitution=ts.Restitution(coefficient=e),
                 electrostatic=ts.Electrostatic(coefficient=coefficient, offset=offset),
                 adhesion=None if adhesion is None else ts.Adhesion(initial=adhesion, rate=1e-3),
             )
         )
-    )  # fmt: skip
+    )
 
 
 @QUICK
 @given(
-    e=st.floats(0.0, 0.9), left=lengths, difference=st.one_of(st.just(1e-12), lengths),
+    e=st.floats(0.0, 0.9),
+    left=lengths,
+    difference=st.one_of(st.just(1e-12), lengths),
     adhesion=st.one_of(st.none(), st.floats(0.0, 1e-5)),
-)  # fmt: skip
+)
 def test_two_feet(e, left, difference, adhesion):
     ground = {"adhesion": ts.Adhesion(initial=adhesion, rate=1e-4)} if adhesion is not None else {}
     check(ts.simulate(rigid((left, left + difference), restitution=ts.Restitution(coefficient=e), **ground)))
@@ -156,13 +174,12 @@ def test_two_feet(e, left, difference, adhesion):
 @pytest.mark.parametrize("law", ["none", "film", "adhesion"])
 def test_damping_of_any_strength(ratio, law):
     ground = {
-        "none": {}, "film": {"film": ts.Film(coefficient=1e-21, thickness=1e-6)},
+        "none": {},
+        "film": {"film": ts.Film(coefficient=1e-21, thickness=1e-6)},
         "adhesion": {"adhesion": ts.Adhesion(initial=1e-6, rate=1e-3)},
-    }[law]  # fmt: skip
+    }[law]
     run = ts.simulate(
-        mass(
-            frequency=500.0, ratio=ratio, signal=SQUARE, restitution=ts.Restitution(coefficient=0.5), **ground
-        )
+        mass(frequency=500.0, ratio=ratio, signal=SQUARE, restitution=ts.Restitution(coefficient=0.5), **ground)
     )
     check(run)
 
@@ -189,11 +206,15 @@ def test_adhesion_of_any_strength(initial, rate, gap, signal):
     run = check(
         ts.simulate(
             mass(
-                frequency=500.0, ratio=0.02, gap=gap, signal=signal, adhesion=ts.Adhesion(initial=initial, rate=rate),
+                frequency=500.0,
+                ratio=0.02,
+                gap=gap,
+                signal=signal,
+                adhesion=ts.Adhesion(initial=initial, rate=rate),
                 restitution=ts.Restitution(coefficient=0.4),
             )
         )
-    )  # fmt: skip
+    )
     if initial == 1e9:
         assert not np.any(run.events["kind"] == 3)
 
@@ -205,9 +226,7 @@ def test_a_film_is_resolved_in_a_step_of_half_an_oscillation():
     """
     film = ts.Film(coefficient=3.0400345887930194e-21, thickness=2.3662972318957683e-05)
     signal = ts.Square(amplitude=1.0, frequency=35.0)
-    scene = mass(
-        frequency=32.0, gap=0.0, signal=signal, restitution=ts.Restitution(coefficient=0.0), film=film
-    )
+    scene = mass(frequency=32.0, gap=0.0, signal=signal, restitution=ts.Restitution(coefficient=0.0), film=film)
     run = check(ts.simulate(scene))
     assert run.events["speed_before"][0] == pytest.approx(1.3940093460159, rel=1e-9)
 
@@ -218,21 +237,29 @@ THICK = ts.Film(coefficient=7.751589404059684e-21, thickness=6.449820320703989e-
 @pytest.mark.parametrize(
     ("signal", "ratio", "gap", "film"),
     [
-        *((ts.Sine(amplitude=volts, frequency=20.0, phase=1.0), ratio, gap, THICK)
-          for volts, ratio, gap in ((2e-80, 1.0, 0.0), (1e-12, 1.0, 0.0), (0.0, 0.5, 0.0), (0.0, 0.0, 7.7825e-5))),
-        (ts.Sine(amplitude=1.192092896e-07, frequency=20.0), 0.0, 0.0,
-         ts.Film(coefficient=6.14213840557671e-21, thickness=1e-6)),
-        (ts.Square(amplitude=2.61e-8, frequency=100.0), 0.451, 1.22e-8,
-         ts.Film(coefficient=1.85e-22, thickness=2.81e-6)),
+        *(
+            (ts.Sine(amplitude=volts, frequency=20.0, phase=1.0), ratio, gap, THICK)
+            for volts, ratio, gap in ((2e-80, 1.0, 0.0), (1e-12, 1.0, 0.0), (0.0, 0.5, 0.0), (0.0, 0.0, 7.7825e-5))
+        ),
+        (
+            ts.Sine(amplitude=1.192092896e-07, frequency=20.0),
+            0.0,
+            0.0,
+            ts.Film(coefficient=6.14213840557671e-21, thickness=1e-6),
+        ),
+        (
+            ts.Square(amplitude=2.61e-8, frequency=100.0),
+            0.451,
+            1.22e-8,
+            ts.Film(coefficient=1.85e-22, thickness=2.81e-6),
+        ),
     ],
-)  # fmt: skip
+)
 def test_rounding_in_a_film_is_no_open_account(signal, ratio, gap, film):
     """Energies are differences of those of the film's momentum, whose rounding is larger than what next to no motion
     has; or the way of the foot is 1e-5 of the film's thickness, and its gap known to 5e-10 of that. Found by search."""
     plastic = ts.Restitution(coefficient=0.0)
-    check(
-        ts.simulate(mass(frequency=30.0, ratio=ratio, gap=gap, signal=signal, restitution=plastic, film=film))
-    )
+    check(ts.simulate(mass(frequency=30.0, ratio=ratio, gap=gap, signal=signal, restitution=plastic, film=film)))
 
 
 def test_a_film_leaves_the_account_of_small_motion_as_strict():
@@ -245,9 +272,7 @@ def test_a_film_leaves_the_account_of_small_motion_as_strict():
 def test_release_comes_where_the_pull_equals_the_strength():
     """A foot pressed on the ground, then lifted by a ramp of 2 V/ms at 0.1 mN/V: 1 um of spring and 50 uN to beat."""
     signal = ts.waveforms.Ramp(start=-1.0, stop=39.0, duration=0.02)
-    scene = mass(
-        frequency=500.0, ratio=0.02, gap=0.0, signal=signal, adhesion=ts.Adhesion(initial=5e-5, rate=1e-3)
-    )
+    scene = mass(frequency=500.0, ratio=0.02, gap=0.0, signal=signal, adhesion=ts.Adhesion(initial=5e-5, rate=1e-3))
     run = check(ts.simulate(scene))
     assert run.events["kind"].tolist()[:2] == [5, 3]
     # -1e-4 + 0.2 t = 5e-5 + 1e-3 t
@@ -268,17 +293,17 @@ def test_volts_that_switch_exactly_at_an_impact():
     """Free fall over 10 um under 9.81 m/s^2 lands at the very moment of the switch."""
     fall = math.sqrt(2.0 * 1e-5 / 9.81)
     signal = ts.OnOff(levels=(0.0, 5.0, 0.0), durations=(fall, 1e-4, 1.0))
-    run = check(
-        ts.simulate(mass(signal=signal, gravity=ts.Gravity(), restitution=ts.Restitution(coefficient=0.5)))
-    )
+    run = check(ts.simulate(mass(signal=signal, gravity=ts.Gravity(), restitution=ts.Restitution(coefficient=0.5))))
     assert run.events["time"][0] == pytest.approx(fall, rel=1e-12)
 
 
 def test_very_stiff_and_very_soft_modes_together():
     structure = ts.Modal(
-        frequencies=(0.5, 300.0, 3e6), damping_ratios=(0.01, 0.02, 0.05), modal_masses=(1e-6, 1e-6, 1e-7),
+        frequencies=(0.5, 300.0, 3e6),
+        damping_ratios=(0.01, 0.02, 0.05),
+        modal_masses=(1e-6, 1e-6, 1e-7),
         shapes={"tip": (1.0, 1.0, 0.3)},
-    )  # fmt: skip
+    )
     scene = ts.Scene(
         name="stiff and soft",
         robot=ts.Robot(
@@ -287,16 +312,15 @@ def test_very_stiff_and_very_soft_modes_together():
             feet={"tip": ts.Foot(point="tip", gap=1e-6)},
         ),
         ground=ts.Ground(restitution=ts.Restitution(coefficient=0.3), adhesion=ts.Adhesion(initial=1e-6, rate=0.0)),
-        signals={"d": SQUARE}, duration=0.004,
-    )  # fmt: skip
+        signals={"d": SQUARE},
+        duration=0.004,
+    )
     run = check(ts.simulate(scene))
     assert len(run.events) > 0
 
 
 def test_a_long_run_ends():
-    scene = mass(
-        frequency=500.0, ratio=0.02, gap=1e-6, signal=SQUARE, restitution=ts.Restitution(coefficient=0.5)
-    )
+    scene = mass(frequency=500.0, ratio=0.02, gap=1e-6, signal=SQUARE, restitution=ts.Restitution(coefficient=0.5))
     run = ts.simulate(scene, duration=20.0)
     assert run.ok and run.ledger.closure < 1e-8
 
@@ -307,15 +331,11 @@ def test_chatter_in_a_stiff_film_comes_to_rest():
 
     film = ts.Film(coefficient=1e-11 * UNIT, thickness=2.5e-6)
     plates = ts.Electrostatic(coefficient=5e-9 * UNIT, offset=33e-6)
-    scene = hexapod(
-        signal=ts.Sine(amplitude=10.0, frequency=40.0), static=4.5e-6, film=film, electrostatic=plates
-    )
+    scene = hexapod(signal=ts.Sine(amplitude=10.0, frequency=40.0), static=4.5e-6, film=film, electrostatic=plates)
     for gap in (1e-6, 1e-8):
         run = ts.simulate(scene, duration=0.2, accuracy=ts.Accuracy(gap=gap, steps=20000))
         assert run.end_time == 0.2 and run.log.finish[0, 1] < 5000
-        assert (
-            len(run.events) < 1000 and np.isin(run.events["kind"], (2, 4)).sum() >= 8
-        )  # once a period at least
+        assert len(run.events) < 1000 and np.isin(run.events["kind"], (2, 4)).sum() >= 8  # once a period at least
     assert run.ok  # at the coarse one the account stays open
 
 
@@ -334,8 +354,7 @@ def test_a_foot_let_go_without_acceleration_rises():
     from printed_robots import hexapod
 
     scene = ts.with_values(
-        hexapod(signal=ts.Sine(amplitude=10.0, frequency=60.0), static=20e-6),
-        {"initial.velocity": (0.0,) * 6},
+        hexapod(signal=ts.Sine(amplitude=10.0, frequency=60.0), static=20e-6), {"initial.velocity": (0.0,) * 6}
     )
     speeds = 1e-3 * np.random.default_rng(1).normal(size=(140, 6))
     vary = {f"initial.velocity.{i}": speeds[:, i] for i in range(6)}

@@ -28,9 +28,7 @@ def forms(scene: ts.Scene) -> set[str]:
     rows = {(tuple(robot.structure.row(point)), normal) for point, normal in feet}
     words = {kind, f"{len(robot.structure.legs)} legs"} if kind == "walker" else {kind}
     words |= {f"by {ground.landing.kind}"} if ground.landing else set()
-    words |= {
-        name for name in ("film", "adhesion", "friction", "electrostatic", "gravity") if getattr(ground, name)
-    }
+    words |= {name for name in ("film", "adhesion", "friction", "electrostatic", "gravity") if getattr(ground, name)}
     words |= {"own law"} if ground.laws else set()
     words |= {wave.kind for wave in scene.signals.values()}
     words |= {drive.law.kind for drive in robot.drives.values()}
@@ -45,11 +43,40 @@ def forms(scene: ts.Scene) -> set[str]:
 
 
 NEEDED = {
-    "modal", "lumped", "beam", "walker", "2 legs", "4 legs", "6 legs", "rigid", "feet at one place", "no feet",
-    "more feet than coordinates", "film", "adhesion", "friction", "electrostatic", "gravity", "own law", "e = 0",
-    "e = 1", "by restitute_first", "by pull_as_printed", "linear", "prandtl_ishlinskii", "amplifier", "constant",
-    "sine", "square", "ramped_square", "ramp", "on_off", "poling", "swept_sine", "sampled",
-}  # fmt: skip
+    "modal",
+    "lumped",
+    "beam",
+    "walker",
+    "2 legs",
+    "4 legs",
+    "6 legs",
+    "rigid",
+    "feet at one place",
+    "no feet",
+    "more feet than coordinates",
+    "film",
+    "adhesion",
+    "friction",
+    "electrostatic",
+    "gravity",
+    "own law",
+    "e = 0",
+    "e = 1",
+    "by restitute_first",
+    "by pull_as_printed",
+    "linear",
+    "prandtl_ishlinskii",
+    "amplifier",
+    "constant",
+    "sine",
+    "square",
+    "ramped_square",
+    "ramp",
+    "on_off",
+    "poling",
+    "swept_sine",
+    "sampled",
+}
 
 
 def test_the_scenes_are_of_all_kinds() -> None:

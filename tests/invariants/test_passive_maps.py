@@ -18,10 +18,7 @@ def random_scene(number: int) -> ts.Scene:
         rng.integers(3)
     ]
     return hexapod(
-        signal=drive,
-        gap=float(rng.uniform(1e-6, 3e-5)),
-        restitution=float(rng.uniform(0.0, 1.0)),
-        impact=chosen,
+        signal=drive, gap=float(rng.uniform(1e-6, 3e-5)), restitution=float(rng.uniform(0.0, 1.0)), impact=chosen
     )
 
 
@@ -42,9 +39,7 @@ def assert_bounded(number: int, duration: float) -> None:
 
 
 # Slow: more of the same kind. Three stay.
-@pytest.mark.parametrize(
-    "number", [0, 4, 5, *(pytest.param(one, marks=pytest.mark.slow) for one in (1, 2, 3, 6, 7))]
-)
+@pytest.mark.parametrize("number", [0, 4, 5, *(pytest.param(one, marks=pytest.mark.slow) for one in (1, 2, 3, 6, 7))])
 def test_a_second_of_random_scenes(number):
     assert_bounded(number, 1.0)
 

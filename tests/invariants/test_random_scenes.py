@@ -30,9 +30,7 @@ def test_a_scene_nobody_chose_ends_well_or_says_what_failed(seed: int) -> None:
 SLIDING = (5, 9, 24, 35)
 
 
-@pytest.mark.parametrize(
-    "seed", [*SLIDING, *(pytest.param(s, marks=pytest.mark.slow) for s in range(100, 250))]
-)
+@pytest.mark.parametrize("seed", [*SLIDING, *(pytest.param(s, marks=pytest.mark.slow) for s in range(100, 250))])
 def test_feet_that_slide_do_so_too(seed: int) -> None:
     """Friction along ways that the structure couples with the normals as it will: no run stalls."""
     found = look_at(sliding_scene(seed))
@@ -112,13 +110,7 @@ def test_a_hop_lower_than_the_error_of_a_step_is_followed_by_shorter_ones() -> N
             "ground.restitution.coefficient": 0.427929,
             "robot.drives.pzt.law.gain": -1.4341913e-6,
             "robot.structure.damping_ratios": ratios,
-            "signals.pzt": {
-                "kind": "sine",
-                "amplitude": 5.0,
-                "offset": 5.0,
-                "frequency": 134.0,
-                "phase": 0.0,
-            },
+            "signals.pzt": {"kind": "sine", "amplitude": 5.0, "offset": 5.0, "frequency": 134.0, "phase": 0.0},
         },
     )
     frequencies = 133.97417776 * (1.0 + 1e-4 * np.arange(-5, 25))

@@ -13,15 +13,7 @@ import tarsus as ts
 from kernels import KERNELS, in_use, missing
 from walking_scenes import trotter
 
-DEVICES = (
-    "cantilever",
-    "cantilever-1",
-    "hexapod",
-    "quadruped",
-    "millipede",
-    "millipede-table",
-    "millipede-30",
-)
+DEVICES = ("cantilever", "cantilever-1", "hexapod", "quadruped", "millipede", "millipede-table", "millipede-30")
 """Modal and lumped, with general damping and impact maps, walkers by their legs and from a standing start."""
 
 
@@ -42,8 +34,11 @@ def events_with(kernels: str | None) -> list[str]:
     given |= {"OPENBLAS_CORETYPE": kernels} if kernels else {}
     there = subprocess.run(
         [sys.executable, "-c", "import test_same_everywhere as own; print('\\n'.join(own.events()))"],
-        env=given, capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        env=given,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     return there.stdout.splitlines()
 
 

@@ -52,9 +52,7 @@ def uneven_walk(seed: int) -> Scene:
     walker, profile = scene.robot.structure, scene.ground.profile
     assert isinstance(walker, Walker) and profile is not None
     below = np.array([leg.x for leg in walker.legs.values()])
-    top = float(
-        np.max(heights_of(profile.points(), profile.repeats, np.concatenate([below - 1e-5, below + 1e-5])))
-    )
+    top = float(np.max(heights_of(profile.points(), profile.repeats, np.concatenate([below - 1e-5, below + 1e-5]))))
     start = (max(top, 0.0) + 2e-6) * walker.vertical()
     drives = {f"robot.drives.{name}.law.gain": 2e-6 * dice.log(0.3, 6.0) for name in scene.robot.drives}
     return with_values(scene, {"initial": {"displacement": tuple(start.tolist())}} | drives)

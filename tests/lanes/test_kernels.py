@@ -33,8 +33,12 @@ def run_engine(environment: dict[str, str], *options: str) -> str:
     command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "--tb=short", *options]
     done = subprocess.run(
         [*command, *(str(TESTS / file) for file in ENGINE)],
-        cwd=TESTS.parent, env=os.environ | environment, capture_output=True, text=True, timeout=540,
-    )  # fmt: skip
+        cwd=TESTS.parent,
+        env=os.environ | environment,
+        capture_output=True,
+        text=True,
+        timeout=540,
+    )
     assert done.returncode == 0, done.stdout[-6000:] + done.stderr[-2000:]
     return done.stdout
 
@@ -52,9 +56,11 @@ def test_the_engine_on_other_kernels(kernel: str) -> None:
     if lacking := missing(kernel):
         pytest.skip(lacking)
     probe = subprocess.run(
-        [sys.executable, str(TESTS / "kernels.py")], env=os.environ | {"OPENBLAS_CORETYPE": kernel},
-        capture_output=True, text=True,
-    )  # fmt: skip
+        [sys.executable, str(TESTS / "kernels.py")],
+        env=os.environ | {"OPENBLAS_CORETYPE": kernel},
+        capture_output=True,
+        text=True,
+    )
     assert re.findall(r"(\w+) in ", probe.stdout) == [kernel] * len(here), (probe.returncode, probe.stdout)
     said = run_engine({"OPENBLAS_CORETYPE": kernel})
     names = re.findall(r"(\w+) in ", next(line for line in said.splitlines() if "OpenBLAS: " in line))

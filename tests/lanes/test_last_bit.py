@@ -35,6 +35,4 @@ def test_a_product_is_moved_by_the_rounding_of_its_sums(imaginary: float) -> Non
     found, size = product(a, b, 1), np.abs(np.real(a)) @ np.abs(b)
     assert 0.3 < np.abs(np.real(found) / (EPS * size)).max() <= 1.5, "what cancels leaves its terms' rounding"
     assert np.abs(np.imag(found)).max() <= 1.5 * EPS * imaginary * size.max()
-    assert np.array_equal(product(np.diag(b), a[:3], 1), np.diag(b) @ a[:3]), (
-        "sums of one term are rounded alike"
-    )
+    assert np.array_equal(product(np.diag(b), a[:3], 1), np.diag(b) @ a[:3]), "sums of one term are rounded alike"

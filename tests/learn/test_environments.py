@@ -65,9 +65,14 @@ def test_seeds_draw_the_same_ground_and_actions_have_the_same_events():
 def test_many_are_each_what_one_is():
     learn.register()
     worlds = gymnasium.make_vec(
-        "tarsus/Walker-v0", num_envs=4, vectorization_mode="vector_entry_point", scene="millipede", ground=GROUND,
-        dt="2 ms", steps=3,
-    )  # fmt: skip
+        "tarsus/Walker-v0",
+        num_envs=4,
+        vectorization_mode="vector_entry_point",
+        scene="millipede",
+        ground=GROUND,
+        dt="2 ms",
+        steps=3,
+    )
     seen, info = worlds.reset(seed=3)
     assert seen.shape == (4, 7) and worlds.observation_space.contains(seen)
     grounds = {path: of.copy() for path, of in info["ground"].items()}
@@ -120,9 +125,7 @@ def test_grounds_come_from_an_identification(tmp_path):
 
 
 def test_what_does_not_fit_is_said_in_a_sentence():
-    with pytest.raises(
-        ts.InputError, match=r"reward: 'progres': there is no 'progres'; did you mean 'progress'"
-    ):
+    with pytest.raises(ts.InputError, match=r"reward: 'progres': there is no 'progres'; did you mean 'progress'"):
         _make(reward="progres")
     with pytest.raises(ts.InputError, match="only numbers, names"):
         _make(reward="__import__('os').name")

@@ -13,17 +13,22 @@ from cli_options import options_by_verb
 MOST_OPTIONS = 12
 """Of a command, beside those that all share: as many as a help page shows at once; what is longer goes into a file."""
 
-SHARED = {
-    "--set", "--law", "--seed", "--threads", "--on", "--output", "--resume", "--overwrite", "--report", "--json",
-}  # fmt: skip
+SHARED = {"--set", "--law", "--seed", "--threads", "--on", "--output", "--resume", "--overwrite", "--report", "--json"}
 """Options that mean the same in every verb that takes them."""
 
 OF_THE_LINE = {
-    "--set", "--law",  # make the scene that the function is given
-    "--output", "--overwrite", "--report", "--mat", "--static", "--json", "--browser",  # what becomes of the result
+    "--set",
+    "--law",  # make the scene that the function is given
+    "--output",
+    "--overwrite",
+    "--report",
+    "--mat",
+    "--static",
+    "--json",
+    "--browser",  # what becomes of the result
     "--against",  # what is shown beside the result
     "--on",  # names what `threads` takes as an object
-}  # fmt: skip
+}
 """Options that are about words, files and the console."""
 
 OTHERWISE = {

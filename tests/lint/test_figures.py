@@ -30,9 +30,7 @@ def test_the_pages_hold_the_tables_of_the_results(figures):
 
 def test_a_number_that_was_typed_is_found(figures, tmp_path, monkeypatch):
     page = tmp_path / "README.md"
-    page.write_text(
-        (ROOT / "README.md").read_text(encoding="utf-8").replace(" % | ", " % |  ", 1), encoding="utf-8"
-    )
+    page.write_text((ROOT / "README.md").read_text(encoding="utf-8").replace(" % | ", " % |  ", 1), encoding="utf-8")
     monkeypatch.setattr(figures, "PAGES", (page,))
     monkeypatch.setattr(figures, "ROOT", tmp_path)
     assert figures.page_differences() == ["README.md: run `python docs/figures.py`"]

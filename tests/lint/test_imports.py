@@ -13,6 +13,7 @@ LONGEST = 20
 """Modules of the longest chain of imports, from a page of the reproduction down to the one exception: it only becomes
 shorter. What is imported where it is used, or for types alone, does not count."""
 
+
 def _name(file: Path) -> str:
     parts = file.relative_to(SOURCES).with_suffix("").parts
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)

@@ -80,9 +80,7 @@ def test_the_engine_numbers_events_codes_and_states_as_python_does():
     from tarsus.core import arrays
 
     text = (PACKAGE / "tarsus" / "core" / "native" / "march" / "kinds.hpp").read_text(encoding="utf-8")
-    enums = {
-        name: re.sub(r"//.*", "", body) for name, body in re.findall(r"enum (\w+) \{(.*?)\}", text, re.DOTALL)
-    }
+    enums = {name: re.sub(r"//.*", "", body) for name, body in re.findall(r"enum (\w+) \{(.*?)\}", text, re.DOTALL)}
     kinds = dict(re.findall(r"(\w+) = (\d+)", enums["EventKind"]))
     assert {name: int(number) for name, number in kinds.items()} == {one.name: one.value for one in EventKind}
     assert [one.strip() for one in enums["Contact"].split(",")] == [one.name for one in FootState]

@@ -18,9 +18,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 LISTED = load_file(DOCS / "names.py").listed((DOCS / "api.md").read_text(encoding="utf-8"))
 
 ARRAYS = re.compile(r"ArrayLike|NDArray|Floats|ndarray")
-SHAPE = re.compile(
-    r"\((\.\.\., ?)?[a-z0-9_]+( ?[+*-] ?[a-z0-9_]+)*(, ?[a-z0-9_]+( ?[+*-] ?[a-z0-9_]+)*)*,?\)"
-)
+SHAPE = re.compile(r"\((\.\.\., ?)?[a-z0-9_]+( ?[+*-] ?[a-z0-9_]+)*(, ?[a-z0-9_]+( ?[+*-] ?[a-z0-9_]+)*)*,?\)")
 UNIT = re.compile(r"\[[^\]]+\]|\bunit|\bSI\b|\bshares?\b|\bdimensionless\b|\bsame\b")
 
 
@@ -58,12 +56,31 @@ def test_what_is_listed_says_what_it_is(name):
 
 
 FIRST = (
-    "load_scene", "files.library.device_names", "read_scene", "with_values", "get_value", "base.spec.float_paths",
-    "quantity", "load_laws", "simulate", "simulate_batch", "gradient", "periodic", "branch", "attractors", "sweep",
-    "atlas.verb.atlas", "calibrate.calibrating.calibrate",
-    "load_ensemble", "fit.least_squares", "fit.minimize", "design.gait", "design.landing", "design.standing",
+    "load_scene",
+    "files.library.device_names",
+    "read_scene",
+    "with_values",
+    "get_value",
+    "base.spec.float_paths",
+    "quantity",
+    "load_laws",
+    "simulate",
+    "simulate_batch",
+    "gradient",
+    "periodic",
+    "branch",
+    "attractors",
+    "sweep",
+    "atlas.verb.atlas",
+    "calibrate.calibrating.calibrate",
+    "load_ensemble",
+    "fit.least_squares",
+    "fit.minimize",
+    "design.gait",
+    "design.landing",
+    "design.standing",
     "read_measurement",
-)  # fmt: skip
+)
 """Functions that a user meets first."""
 
 
@@ -92,16 +109,11 @@ def test_examples_of_docstrings_run(name, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "example",
-    [pytest.param(one, id=one.names[0], marks=[pytest.mark.full] * one.slow) for one in EXAMPLES],
+    "example", [pytest.param(one, id=one.names[0], marks=[pytest.mark.full] * one.slow) for one in EXAMPLES]
 )
 def test_examples_of_the_reference_run(example, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    ran(
-        doctest.DocTestParser().get_doctest(
-            example.text, {}, example.names[0], str(example.file), example.line
-        )
-    )
+    ran(doctest.DocTestParser().get_doctest(example.text, {}, example.names[0], str(example.file), example.line))
 
 
 def test_every_page_of_the_reference_has_an_example():

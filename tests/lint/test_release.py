@@ -34,9 +34,7 @@ def test_floors_are_the_lowest_versions_that_are_allowed():
     found = {tuple(one.split("==")) for one in floors}
     assert {name for name, _ in found} == {name for name, _ in wanted}
     for name, version in wanted:
-        assert any(one == name and (pin == version or pin.startswith(f"{version}.")) for one, pin in found), (
-            name
-        )
+        assert any(one == name and (pin == version or pin.startswith(f"{version}.")) for one, pin in found), name
 
 
 def test_ci_tries_every_python_and_system():

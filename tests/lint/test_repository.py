@@ -43,14 +43,16 @@ def test_every_lane_is_run_by_one_of_the_two_scripts():
     ("printed", "words"),
     [
         ("....\n4 passed, 70 deselected in 130.03s (0:02:10)\n", "4 passed"),
-        ("== 1 failed, 3 passed in 9.1s ==\n== SkylakeX\n== 4 passed, 1 warning in 8.2s ==\n",
-         "1 failed, 3 passed; 4 passed, 1 warning"),
+        (
+            "== 1 failed, 3 passed in 9.1s ==\n== SkylakeX\n== 4 passed, 1 warning in 8.2s ==\n",
+            "1 failed, 3 passed; 4 passed, 1 warning",
+        ),
         ("== 2 errors in 0.50s ==\n", "2 errors"),
         ("a | b\n\nno space   left\n \n", "no space left"),
         ("a | b\n", "a / b"),
         ("", "nothing was printed"),
     ],
-)  # fmt: skip
+)
 def test_the_table_of_lanes_has_every_closing_line_of_a_lane(printed, words):
     script = run_path(str(ROOT / ".ci" / "all"))
     assert script["last_words"](printed, script["Lane"]("").told) == words
@@ -90,9 +92,7 @@ def test_links_between_pages_lead_somewhere(page):
 
 
 def test_every_erratum_that_can_be_computed_has_a_test():
-    tests = "".join(
-        path.read_text(encoding="utf-8") for path in (ROOT / "tests" / "errata").glob("test_*.py")
-    )
+    tests = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests" / "errata").glob("test_*.py"))
     page = (ROOT / "docs" / "errata.md").read_text(encoding="utf-8")
     listed = {int(number) for number in re.findall(r"^### E(\d+):", page, re.MULTILINE)}
     tested = {int(number) for number in re.findall(r"def test_e(\d+)_", tests)}

@@ -7,10 +7,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 NATIVE = ROOT / "src" / "tarsus" / "core" / "native"
-FLOORS = [
-    {"base"}, {"laws", "drives"}, {"march"}, {"measure", "modal", "legged"}, {"flights"},
-    {"packet"},
-]  # fmt: skip
+FLOORS = [{"base"}, {"laws", "drives"}, {"march"}, {"measure", "modal", "legged"}, {"flights"}, {"packet"}]
 """From below; rooms of one floor do not know each other. Bindings (*.cpp) are doors, and may know every room."""
 
 

@@ -17,8 +17,14 @@ import tarsus as ts
 from scene_files import scene
 
 PACKAGE = Path(ts.__file__).parent
-PREPARED = ["solve/simulation.py", "files/library.py", "solve/run.py", "plan/lowering.py", "plan/rows.py",
-            "solve/engine.py"]  # fmt: skip
+PREPARED = [
+    "solve/simulation.py",
+    "files/library.py",
+    "solve/run.py",
+    "plan/lowering.py",
+    "plan/rows.py",
+    "solve/engine.py",
+]
 MODES = ["core/modes.py", "core/blocks.py"]
 
 

@@ -31,9 +31,7 @@ def switch() -> ts.Run:
 
 def test_touchdowns_and_flights_of_a_ball(ball):
     (foot,) = ball.foot_names
-    assert [touchdown(ball, foot, n) for n in (1, 2, 3)] == pytest.approx(
-        [FALL, 2.0 * FALL, 2.5 * FALL], rel=1e-12
-    )
+    assert [touchdown(ball, foot, n) for n in (1, 2, 3)] == pytest.approx([FALL, 2.0 * FALL, 2.5 * FALL], rel=1e-12)
     assert [flight(ball, foot, n) for n in (1, 2)] == pytest.approx([FALL, 0.5 * FALL], rel=1e-12)
     times = touchdown_times(ball, foot)
     assert times[-1] == pytest.approx(3.0 * FALL, rel=1e-9) and np.all(np.diff(times) > 0.0)
@@ -68,10 +66,7 @@ def test_volts_at_pull_in_and_pull_out(switch):
         (lambda run: flight(run, run.foot_names[0], 0), "expected a number from 1"),
         (lambda run: volts_at(run, "gat", 0.0), "no drive 'gat'"),
         (lambda run: point_speed(run, "tip", 0.0, 1.0), "no point 'tip'"),
-        (
-            lambda run: point_speed(run, run.scene.robot.structure.points[0], 1.0, 1.0),
-            "expected a time after 1 s",
-        ),
+        (lambda run: point_speed(run, run.scene.robot.structure.points[0], 1.0, 1.0), "expected a time after 1 s"),
     ],
 )
 def test_what_a_run_does_not_have(ball, ask, said):

@@ -55,9 +55,12 @@ class Hand:
 def test_a_flight_clears_the_height_and_what_does_not_is_contact():
     # lands at 1, flies 0.2 um until 2, flies 0.05 um until 2.5 (chatter), stuck until 4
     events = table(
-        (1.0, BOUNCE, 5e-6, 0.3), (2.0, BOUNCE, 2e-7, 0.2), (2.5, CAPTURE, 5e-8, 0.1), (4.0, RELEASE, 0.0, 0.0),
+        (1.0, BOUNCE, 5e-6, 0.3),
+        (2.0, BOUNCE, 2e-7, 0.2),
+        (2.5, CAPTURE, 5e-8, 0.1),
+        (4.0, RELEASE, 0.0, 0.0),
         (10.0, MARK, 7e-6, 0.0),
-    )  # fmt: skip
+    )
     measures = period_statistics(Hand(events, 10.0, 10.0), dwell=1.0)
     assert measures["bounces"].value == 1.0
     assert measures["impacts"].value == 3.0
@@ -85,9 +88,11 @@ MS, US = 1e-3, 1e-6
     ("stay", "count"), [(0.0, 1), (50 * US, 1), (0.49 * MS, 1), (0.51 * MS, 0), (0.6 * MS, 0), (9 * MS, 0)]
 )
 def test_a_flight_after_a_short_capture_is_a_bounce(stay, count):
-    begins = [(4 * MS, BOUNCE, 9e-6, 0.1)] if stay == 0.0 else [
-        (4 * MS, CAPTURE, 9e-6, 0.1), (4 * MS + stay, RELEASE, 0.0, 0.0)
-    ]  # fmt: skip
+    begins = (
+        [(4 * MS, BOUNCE, 9e-6, 0.1)]
+        if stay == 0.0
+        else [(4 * MS, CAPTURE, 9e-6, 0.1), (4 * MS + stay, RELEASE, 0.0, 0.0)]
+    )
     run = Hand(table(*begins, (15 * MS, CAPTURE, 25e-6, 0.1)), T, T)
     measures = measures_of_feet(run)
     assert measures["bounces"].value == count == measures["total_bounces"].value
@@ -138,9 +143,7 @@ def test_a_measure_that_was_renamed_says_its_present_name():
 
 
 def test_names_of_the_whole_run_begin_alike():
-    assert all(
-        re.match("(max|total|longest)_", name) for name in whole_run_statistics(Hand(table(), 1.0, 0.25))
-    )
+    assert all(re.match("(max|total|longest)_", name) for name in whole_run_statistics(Hand(table(), 1.0, 0.25)))
 
 
 def test_each_foot_has_its_own():
@@ -164,22 +167,14 @@ def test_each_foot_has_its_own():
 
 def test_the_spread_of_the_worst_foot_is_its_own():
     events = table(
-        (0.4, BOUNCE, 4e-6, 0.0),
-        (0.9, CAPTURE, 2e-6, 0.0),
-        (1.1, RELEASE, 0.0, 0.0),
-        (1.5, CAPTURE, 5e-6, 0.0),
+        (0.4, BOUNCE, 4e-6, 0.0), (0.9, CAPTURE, 2e-6, 0.0), (1.1, RELEASE, 0.0, 0.0), (1.5, CAPTURE, 5e-6, 0.0)
     )
     other = table(
-        (0.4, BOUNCE, 1e-6, 0.0),
-        (0.9, CAPTURE, 1e-6, 0.0),
-        (1.1, RELEASE, 0.0, 0.0),
-        (1.5, CAPTURE, 4e-6, 0.0),
+        (0.4, BOUNCE, 1e-6, 0.0), (0.9, CAPTURE, 1e-6, 0.0), (1.1, RELEASE, 0.0, 0.0), (1.5, CAPTURE, 4e-6, 0.0)
     )
     other["foot"] = 1
     both = np.concatenate([events, other])
-    peak = period_statistics(
-        Hand(both[np.argsort(both["time"], kind="stable")], 2.0, 1.0, ("a", "b")), skip=0
-    )["peak"]
+    peak = period_statistics(Hand(both[np.argsort(both["time"], kind="stable")], 2.0, 1.0, ("a", "b")), skip=0)["peak"]
     assert peak.value == pytest.approx(4.5e-6) and peak.n == 2
     assert peak.spread == pytest.approx(np.std([4e-6, 5e-6], ddof=1)), "not the larger one of foot b"
 
@@ -276,14 +271,12 @@ def test_a_warning_where_periods_are_too_few_for_a_spread():
 
 def test_a_run_that_stopped_early_has_the_periods_that_it_reached():
     events = table((0.4, BOUNCE, 4e-6, 0.1), (0.9, CAPTURE, 2e-6, 0.1))
-    early = measures_of_feet(
-        Hand(events, 1e12, 1.0, reached=3.5)
-    )  # laid out over 1e12 periods: no memory holds it
+    early = measures_of_feet(Hand(events, 1e12, 1.0, reached=3.5))  # laid out over 1e12 periods: no memory holds it
     assert early["bounces"].n == 2 and early["duty_factor"].value == 1.0
     broken = measures_of_feet(Hand(events, 10.0, 5.0, reached=2.0))
-    assert broken["duty_factor"].value == pytest.approx(1.1 / 2.0) and broken[
-        "longest_contact"
-    ].value == pytest.approx(1.1)
+    assert broken["duty_factor"].value == pytest.approx(1.1 / 2.0) and broken["longest_contact"].value == pytest.approx(
+        1.1
+    )
     never = period_statistics(Hand(table((0.0, START, 0.0, 0.0)), 10.0, 5.0, reached=0.0))
     assert all(np.isnan(one.value) and one.n == 0 for one in never.values())
     assert [one.kind for one in never.warnings] == [CautionKind.FEW_PERIODS]

@@ -71,10 +71,14 @@ def on_ground(kinds: np.ndarray) -> np.ndarray:
 def one_table(runs: list[Hand]) -> RunTable:
     first = np.cumsum([0, *(len(run.all_events) for run in runs)])
     return RunTable(
-        np.concatenate([run.all_events for run in runs]), first, runs[0].foot_names,
-        np.array([run.end_time for run in runs]), np.array([run.period for run in runs]),
-        np.zeros(len(runs), dtype=int), lambda _: None,
-    )  # fmt: skip
+        np.concatenate([run.all_events for run in runs]),
+        first,
+        runs[0].foot_names,
+        np.array([run.end_time for run in runs]),
+        np.array([run.period for run in runs]),
+        np.zeros(len(runs), dtype=int),
+        lambda _: None,
+    )
 
 
 class Plain:

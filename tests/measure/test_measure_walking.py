@@ -102,9 +102,7 @@ def test_a_run_that_ended_early_has_the_periods_that_it_reached(walk):
     assert math.isnan(none["stride"].value) and none["stride"].n == 0
     empty = walk_statistics(replace(walk, marks=None))
     assert list(empty) == list(walk_statistics(walk))
-    assert {name: m.unit for name, m in empty.items()} == {
-        name: m.unit for name, m in walk_statistics(walk).items()
-    }
+    assert {name: m.unit for name, m in empty.items()} == {name: m.unit for name, m in walk_statistics(walk).items()}
 
 
 def test_a_walker_that_stands_has_no_cost_of_transport(walk):
@@ -151,9 +149,7 @@ def test_contacts_that_touch_are_one():
     events["apex"] = [1e-6, 5e-8, 0.0, 1e-6, 1e-6, 1e-6]
     run = Hand(None, None, events, 10.0, 10.0, ("foot",))  # type: ignore[arg-type]
     _, start, end = histories_of(run).contacts(1e-7)
-    assert start.tolist() == [1.0, 5.0, 7.0] and end.tolist() == [3.0, 5.0, 7.0], (
-        "a touch is a contact without length"
-    )
+    assert start.tolist() == [1.0, 5.0, 7.0] and end.tolist() == [3.0, 5.0, 7.0], "a touch is a contact without length"
     none = histories_of(replace(run, all_events=events[:0])).contacts(1e-7)
     assert all(part.size == 0 for part in none)
 
@@ -170,9 +166,17 @@ def test_the_time_that_no_foot_is_on_the_ground(walk):
     """L1 stands until 25 ms and from 35 ms, R1 until 10 ms and from 30 ms to 50 ms and for good from 55 ms."""
     start, left, down = EventKind.CONTACT_AT_START, EventKind.RELEASE, EventKind.CAPTURE
     rows = (
-        (0.0, 0, start), (0.0, 1, start), (0.010, 1, left), (0.025, 0, left), (0.030, 1, down), (0.035, 0, down),
-        (0.045, 0, left), (0.050, 1, left), (0.055, 1, down), (0.055, 0, down),
-    )  # fmt: skip
+        (0.0, 0, start),
+        (0.0, 1, start),
+        (0.010, 1, left),
+        (0.025, 0, left),
+        (0.030, 1, down),
+        (0.035, 0, down),
+        (0.045, 0, left),
+        (0.050, 1, left),
+        (0.055, 1, down),
+        (0.055, 0, down),
+    )
     found = walk_statistics(replace(walk, all_events=feet_events(*rows)))
     assert found["all_feet_up"].value == pytest.approx(0.5 * (5.0 / 20.0 + 5.0 / 20.0)), (
         "25 to 30 ms and 50 to 55 ms of the second and third period"
@@ -231,12 +235,7 @@ def test_a_voltage_that_does_not_repeat_starts_from_nothing():
     assert rise_squares(constant, EDGES).tolist() == [25.0, 0.0, 0.0, 0.0]
     stairs = ts.OnOff(levels=(2.0, 5.0, 1.0, 4.0), durations=(0.01, 0.01, 0.01, 0.01))
     assert rise_squares(stairs, EDGES).tolist() == [25.0, 9.0, 0.0, 0.0]  # steps on the way up gain nothing
-    assert rise_squares(ts.Square(amplitude=7.0, frequency=50.0, duty=1.0), EDGES).tolist() == [
-        49.0,
-        0.0,
-        0.0,
-        0.0,
-    ]
+    assert rise_squares(ts.Square(amplitude=7.0, frequency=50.0, duty=1.0), EDGES).tolist() == [49.0, 0.0, 0.0, 0.0]
 
 
 def test_recovered_charge_is_not_drawn_again(scene):
@@ -263,9 +262,7 @@ def test_a_batch_measures_with_the_values_of_each_run(scene):
         energy = (capacitance[i] + other) * 14.0**2
         weight = (mass[i] + 2 * 1.03333e-9) * vary["ground.gravity.acceleration"][i]
         assert found["electrical_energy"].value == pytest.approx(energy)
-        assert found["cost_of_transport"].value == pytest.approx(
-            energy / (weight * found["stride"].value), rel=1e-9
-        )
+        assert found["cost_of_transport"].value == pytest.approx(energy / (weight * found["stride"].value), rel=1e-9)
         alone = ts.simulate(batch.run(i).scene, 0.06).measures
         assert list(alone) == list(found)
         assert alone["stride"].value == pytest.approx(found["stride"].value, rel=1e-5)
@@ -287,6 +284,5 @@ def test_the_mean_height_is_the_time_mean_of_the_gap(scene):
     for i, foot in enumerate(run.foot_names):
         assert found.per_foot[foot] == pytest.approx(float(gap[i].mean()), rel=1e-4)
     assert (
-        run.measures.peak.value == max(run.measures.peak.per_foot.values())
-        and run.measures.peak.scope is Scope.WORST
+        run.measures.peak.value == max(run.measures.peak.per_foot.values()) and run.measures.peak.scope is Scope.WORST
     )

@@ -13,9 +13,8 @@ from tarsus.files.settled import settled
 def table(restitution, gamma, gap=0.0):
     return scene(
         "vibrating_table",
-        {"ground.restitution.coefficient": restitution, "signals.table.amplitude": gamma,
-         "robot.feet.ball.gap": gap},
-    )  # fmt: skip
+        {"ground.restitution.coefficient": restitution, "signals.table.amplitude": gamma, "robot.feet.ball.gap": gap},
+    )
 
 
 @pytest.mark.parametrize(
@@ -41,10 +40,7 @@ def test_a_run_that_repeats_has_settled(made, duration, multiple):
 
 def test_where_events_do_not_tell_the_run_says_so():
     short, still = ts.simulate("cantilever", 0.08), ts.simulate(ts.load_scene("cantilever", volts=0.5), 0.2)
-    for run, periods, why in (
-        (short, 4, "it lasts 4 drive periods"),
-        (still, 10, "no contact begins or ends"),
-    ):
+    for run, periods, why in ((short, 4, "it lasts 4 drive periods"), (still, 10, "no contact begins or ends")):
         told = settled(run)
         assert told.multiple is None and told.periods == periods
         assert why in str(told) and str(told) in str(run)

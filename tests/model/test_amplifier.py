@@ -66,9 +66,7 @@ def test_a_square_at_the_slew_rate_is_a_trapezoid() -> None:
     np.testing.assert_allclose(signal.volts(t), wanted, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    "amplifier", [Amplifier(bandwidth=200.0), Amplifier(rise_time=math.log(9.0) / 400 / math.pi)]
-)
+@pytest.mark.parametrize("amplifier", [Amplifier(bandwidth=200.0), Amplifier(rise_time=math.log(9.0) / 400 / math.pi)])
 def test_a_lagged_step_is_an_exponential(amplifier: Amplifier) -> None:
     t = np.linspace(0.0, 0.05, 5001)
     wanted = -5.0 * np.expm1(-2.0 * math.pi * 200.0 * t)
@@ -77,9 +75,7 @@ def test_a_lagged_step_is_an_exponential(amplifier: Amplifier) -> None:
 
 def test_a_lagged_sine_is_its_transient_and_its_steady_state() -> None:
     frequency, lag = 37.0, 4e-3
-    signal = Amplifier(rise_time=lag * math.log(9.0)).output(
-        Sine(amplitude=3.0, frequency=frequency, offset=1.0)
-    )
+    signal = Amplifier(rise_time=lag * math.log(9.0)).output(Sine(amplitude=3.0, frequency=frequency, offset=1.0))
     w = 2.0 * math.pi * frequency
     t = np.linspace(0.0, 0.5, 6001)
     gain, phase = 1.0 / math.hypot(1.0, w * lag), math.atan(w * lag)
@@ -127,9 +123,7 @@ def test_a_clipped_sine_is_cut_exactly() -> None:
     for when in (up, 0.5 - up, 0.5 + down, 1.0 - down):
         assert np.abs(track.start - when).min() < 1e-13
     t = np.linspace(0.0, 2.0, 5001)
-    np.testing.assert_allclose(
-        given(signal, t), np.clip(8.0 * np.sin(2.0 * np.pi * t), -3.0, 5.0), atol=4e-12
-    )
+    np.testing.assert_allclose(given(signal, t), np.clip(8.0 * np.sin(2.0 * np.pi * t), -3.0, 5.0), atol=4e-12)
     flat = track.first == track.last
     assert set(track.first[flat]) == {-3.0, 5.0} and not track.inner[flat, 1:].any()
 
@@ -171,9 +165,7 @@ def test_a_rail_that_the_command_leaves_at_once() -> None:
     """Rails from 0 V, where the amplifier and a sine start: the output is off the rail from t = 0 on."""
     signal = Amplifier(clip=(0.0, 100.0), rise_time=0.01).output(Sine(amplitude=8.0, frequency=5.0))
     t = np.linspace(0.0, 0.4, 20001)
-    near = stepped(
-        Sine(amplitude=8.0, frequency=5.0), Amplifier(clip=(0.0, 100.0), rise_time=0.01).stage(), t
-    )
+    near = stepped(Sine(amplitude=8.0, frequency=5.0), Amplifier(clip=(0.0, 100.0), rise_time=0.01).stage(), t)
     np.testing.assert_allclose(given(signal, t), near, rtol=0, atol=2e-6)
     assert signal.track().start[0] == 0.0
 
@@ -197,9 +189,7 @@ def test_a_fast_amplifier_is_none() -> None:
     for command in (Sine(amplitude=8.0, frequency=50.0), sweep):
         assert Amplifier().output(command) is command
         for amplifier in (Amplifier(slew_rate=1e9, clip=1e3), Amplifier(clip=1e3)):
-            np.testing.assert_allclose(
-                given(amplifier.output(command), t), command.volts(t), rtol=0, atol=2e-11
-            )
+            np.testing.assert_allclose(given(amplifier.output(command), t), command.volts(t), rtol=0, atol=2e-11)
 
 
 def test_it_starts_at_the_last_voltage_of_the_history() -> None:
@@ -272,12 +262,7 @@ def test_the_amplifier_in_a_file() -> None:
     assert parse_scene(scene_text(scene)) == scene
     base = "robot.drives.pzt.amplifier."
     floats = {path.removeprefix(base): info[:2] for path, info in float_paths(scene).items() if base in path}
-    wanted = {
-        "slew_rate": (1e4, "V/s"),
-        "bandwidth": (1e3, "Hz"),
-        "clip.0": (-5.0, "V"),
-        "clip.1": (7.0, "V"),
-    }
+    wanted = {"slew_rate": (1e4, "V/s"), "bandwidth": (1e3, "Hz"), "clip.0": (-5.0, "V"), "clip.1": (7.0, "V")}
     assert floats == wanted
     plain = with_values(scene, {base + "slew_rate": None, base + "bandwidth": None, base + "clip": None})
     assert "amplifier" not in scene_text(plain)
@@ -306,9 +291,7 @@ def test_runs_that_a_pole_follows_together_are_those_followed_one_by_one(kind: s
 def test_an_amplifier_that_never_settles_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     for module in ("output", "pole"):
         monkeypatch.setattr(f"tarsus.model.drive.{module}.MOST_SETTLING", 100)
-    slow = Amplifier(bandwidth=0.01).output(
-        RampedSquare(amplitude=1.0, frequency=100.0, duty=0.5, offset=1.0)
-    )
+    slow = Amplifier(bandwidth=0.01).output(RampedSquare(amplitude=1.0, frequency=100.0, duty=0.5, offset=1.0))
     with pytest.raises(InputError, match="too slow against the signal"):
         slow.track()
 
@@ -334,9 +317,7 @@ def test_a_run_shows_command_and_output_and_closes_its_ledger() -> None:
 def test_an_output_that_has_settled_keeps_its_branch() -> None:
     """After 31 lags it ends on its command within rounding, from either side, which is no change of the voltage."""
     lag = 3.1420875e-06
-    square = OnOff(
-        levels=(7.957256413493036, -6.6461928594664155), durations=(2.9468803e-4, 3.4747338e-4), repeat=True
-    )
+    square = OnOff(levels=(7.957256413493036, -6.6461928594664155), durations=(2.9468803e-4, 3.4747338e-4), repeat=True)
     law = ts.drives.TwoBranch(rising=RISING, falling=FALLING)
     output = Amplifier(rise_time=lag * math.log(9.0)).output(square)
     t = np.linspace(0.0, 2.9e-4, 20001)[1:]

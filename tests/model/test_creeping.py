@@ -18,9 +18,13 @@ from tarsus.model.drive.waveforms import Constant, Sampled, Sine, Square
 
 INSTANT = PrandtlIshlinskii(linear=1e-6, quadratic=2e-8, thresholds=(1.0, 2.0), weights=(2e-7, 1e-7))
 LAW = Creeping(
-    instant=INSTANT, thresholds=(0.0, 1.5, 0.0, 0.5), weights=(1e-7, 2e-7, 3e-7, 5e-8), times=(0.05, 0.05, 3e-3, 2.0),
-    temperature=303.15, per_kelvin=4e-3,
-)  # fmt: skip
+    instant=INSTANT,
+    thresholds=(0.0, 1.5, 0.0, 0.5),
+    weights=(1e-7, 2e-7, 3e-7, 5e-8),
+    times=(0.05, 0.05, 3e-3, 2.0),
+    temperature=303.15,
+    per_kelvin=4e-3,
+)
 
 
 def test_a_step_is_followed_by_exponentials() -> None:
@@ -115,8 +119,7 @@ def test_loops_are_those_of_the_closed_form(hz: float) -> None:
     begin = float(force.start[force.loop])
     times = np.linspace(0.0, 1.0 / hz, 23)[:-1]
     wanted = [
-        1e-6 * amplitude * math.sin(2.0 * math.pi * hz * t)
-        + w * sum(steady(t, amplitude, hz, r, lag) for lag in lags)
+        1e-6 * amplitude * math.sin(2.0 * math.pi * hz * t) + w * sum(steady(t, amplitude, hz, r, lag) for lag in lags)
         for t in times
     ]
     found = evaluate(force, begin + times)
@@ -153,10 +156,7 @@ def test_the_inverse_gives_the_forces_that_are_wanted() -> None:
 def test_loops_at_several_rates_tell_the_elements() -> None:
     """Exact loops give the law back; with 0.1 % of noise its creep to a few per cent."""
     law = Creeping(
-        instant=INSTANT,
-        thresholds=(0.0, 0.0, 1.5, 1.5),
-        weights=(1e-7, 3e-7, 0.0, 2e-7),
-        times=(3e-3, 0.3, 3e-3, 0.3),
+        instant=INSTANT, thresholds=(0.0, 0.0, 1.5, 1.5), weights=(1e-7, 3e-7, 0.0, 2e-7), times=(3e-3, 0.3, 3e-3, 0.3)
     )
     phase = np.linspace(0.0, 1.0, 201)
     rng, loops, noisy = np.random.default_rng(7), [], []
@@ -185,8 +185,9 @@ def robot(**law: float) -> ts.Scene:
             feet={"tip": ts.Foot(point="tip", gap=3e-6)},
         ),
         ground=ts.Ground(restitution=ts.Restitution(coefficient=0.5)),
-        signals={"piezo": ts.Sine(amplitude=5.0, frequency=40.0)}, duration=0.1,
-    )  # fmt: skip
+        signals={"piezo": ts.Sine(amplitude=5.0, frequency=40.0)},
+        duration=0.1,
+    )
 
 
 def test_a_robot_driven_by_it_keeps_its_account_and_its_file() -> None:
@@ -205,9 +206,7 @@ def test_what_lags_can_be_taken_up_at_any_moment(wave, seconds):
     history = (9.0, -2.0)
     late = LAW.late(wave.track(), history, None, seconds)
     (before, _), last = lower(wave, LAW, history), wave.volts(np.array([seconds]))[0]
-    dense = np.union1d(
-        [0.0, seconds], np.arange(0.0, seconds, 1.0 / 480.0)
-    )  # all extremes of both waves among them
+    dense = np.union1d([0.0, seconds], np.arange(0.0, seconds, 1.0 / 480.0))  # all extremes of both waves among them
     past = (*history, *wave.volts(dense))
     (held,) = LAW.channels(Constant(level=last).track(), past, late)
     now = 1.04 * (INSTANT.force([last], past)[0]) + late.sum()

@@ -97,7 +97,6 @@ def test_a_range_ends_where_the_force_turns() -> None:
     assert high == pytest.approx((0.02 + math.sqrt(0.0004 + 4 * 0.0015 * 1.1)) / 0.003, rel=1e-12)
 
 
-
 def test_monotone_range_is_sharp() -> None:
     """Inside the range no small step reverses the force; just outside, a step after a turn does."""
     law = fit_branches(RISING, FALLING, (-8.0, 8.0), 6)  # falls with the voltage
@@ -138,12 +137,7 @@ def test_fit_to_the_printed_branches(n_plays: int) -> None:
 
 def test_fit_recovers_an_operator_of_its_own_kind() -> None:
     truth = PrandtlIshlinskii(
-        constant=0.2,
-        linear=1.0,
-        quadratic=0.02,
-        cubic=0.001,
-        thresholds=(2.0, 4.0, 6.0),
-        weights=(0.5, 0.0, 0.25),
+        constant=0.2, linear=1.0, quadratic=0.02, cubic=0.001, thresholds=(2.0, 4.0, 6.0), weights=(0.5, 0.0, 0.25)
     )
 
     def branch(v: np.ndarray, start: float) -> np.ndarray:
@@ -155,9 +149,7 @@ def test_fit_recovers_an_operator_of_its_own_kind() -> None:
     law = fit_branches(lambda v: branch(v, -8.0), lambda v: branch(v, 8.0), (-8.0, 8.0), 3)
     assert law.thresholds == pytest.approx((2.0, 4.0, 6.0))
     assert law.weights == pytest.approx((0.5, 0.0, 0.25), abs=1e-10)
-    assert (law.constant, law.linear, law.quadratic, law.cubic) == pytest.approx(
-        (0.2, 1.0, 0.02, 0.001), abs=1e-10
-    )
+    assert (law.constant, law.linear, law.quadratic, law.cubic) == pytest.approx((0.2, 1.0, 0.02, 0.001), abs=1e-10)
 
 
 def test_two_branch_takes_the_last_change() -> None:

@@ -22,9 +22,7 @@ LAWS: dict[str, VoltageLaw] = {
     "plays": fit_branches(RISING, FALLING, (-8.0, 8.0), 8),
     "polynomial": PrandtlIshlinskii(linear=1e-6, quadratic=-0.05e-6, cubic=0.01e-6),
     "one-play": PrandtlIshlinskii(linear=0.0, thresholds=(3.0,), weights=(1e-6,)),
-    "coincident": PrandtlIshlinskii(
-        linear=1e-6, thresholds=(0.0, 2.0, 2.0, 50.0), weights=(1e-6, 2e-6, -1e-6, 5e-6)
-    ),
+    "coincident": PrandtlIshlinskii(linear=1e-6, thresholds=(0.0, 2.0, 2.0, 50.0), weights=(1e-6, 2e-6, -1e-6, 5e-6)),
 }
 
 
@@ -131,20 +129,7 @@ def test_play_engagement_is_found_exactly_and_marked() -> None:
     wave = RampedSquare(amplitude=8.0, frequency=1.0, duty=1.0)
     force, volts = lower(wave, law)
     # at 32 V/s: engages at 3 V, turns at 8 V, engages at 2 V, turns at -8 V, engages at -2 V
-    wanted = [
-        0,
-        3 / 32,
-        0.25,
-        0.25 + 6 / 32,
-        0.75,
-        0.75 + 6 / 32,
-        1.0,
-        1.25,
-        1.25 + 6 / 32,
-        1.75,
-        1.75 + 6 / 32,
-        2.0,
-    ]
+    wanted = [0, 3 / 32, 0.25, 0.25 + 6 / 32, 0.75, 0.75 + 6 / 32, 1.0, 1.25, 1.25 + 6 / 32, 1.75, 1.75 + 6 / 32, 2.0]
     np.testing.assert_allclose(force.start, wanted, rtol=0, atol=2e-16)
     assert force.kink.tolist() == [False, True, True, True, True, True, False, True, True, True, True]
     assert force.loop == 6
@@ -221,9 +206,7 @@ def test_any_plays_any_history(
         branches = 1.0 + sum(map(abs, weights))
         turning = 2.0 * np.pi  # of one period a second
         check_shape(
-            pieces,
-            terms=20.0 * branches,
-            slopes=(amplitude * turning * branches, amplitude * turning**2 * branches),
+            pieces, terms=20.0 * branches, slopes=(amplitude * turning * branches, amplitude * turning**2 * branches)
         )
         t = np.linspace(0.0, 2.0, 801)
         wanted = direct(wave, law, t, history)

@@ -16,13 +16,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths, get_value, validate, with_values
 from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.lower import evaluate, lower
-from tarsus.model.drive.waveforms import (
-    RampedSquare,
-    Sampled,
-    Sine,
-    Square,
-    Waveform,
-)
+from tarsus.model.drive.waveforms import RampedSquare, Sampled, Sine, Square, Waveform
 from tarsus.model.drive.waveforms.sampled import Interpolation
 
 
@@ -54,9 +48,7 @@ def test_ramped_square_as_defined() -> None:
     """25 % at 5 Hz: 25 ms ramps centred on the edges of the square wave, 75 ms plateaus; 0 is the square."""
     wave = RampedSquare(amplitude=8.0, frequency=5.0, duty=0.25)
     t = np.array([0.0, 0.00625, 0.0125, 0.05, 0.0875, 0.1, 0.1125, 0.15, 0.1875, 0.2])
-    np.testing.assert_allclose(
-        wave.volts(t), [0.0, 4.0, 8.0, 8.0, 8.0, 0.0, -8.0, -8.0, -8.0, 0.0], atol=1e-12
-    )
+    np.testing.assert_allclose(wave.volts(t), [0.0, 4.0, 8.0, 8.0, 8.0, 0.0, -8.0, -8.0, -8.0, 0.0], atol=1e-12)
     _, pieces = lower(wave, LinearForce(gain=1.0))
     np.testing.assert_allclose(np.diff(pieces.start), [0.0125, 0.075, 0.025, 0.075, 0.0125], rtol=1e-12)
     assert pieces.kink.tolist() == [False, True, True, True, True]
@@ -92,9 +84,7 @@ def test_sine_needs_four_smooth_pieces() -> None:
     assert not volts.kink.any()
     assert force.count == 4
     t = np.linspace(0.0, 0.04, 999)
-    np.testing.assert_allclose(
-        evaluate(force, t), 1.0 + 16.0 * np.sin(2 * np.pi * 50.0 * t), rtol=0, atol=2e-11
-    )
+    np.testing.assert_allclose(evaluate(force, t), 1.0 + 16.0 * np.sin(2 * np.pi * 50.0 * t), rtol=0, atol=2e-11)
 
 
 def test_constant_stretches_have_no_higher_terms() -> None:
@@ -122,10 +112,7 @@ def test_values_are_held_after_the_end() -> None:
 
 
 @given(
-    phase=st.floats(-20.0, 20.0),
-    offset=st.floats(-5.0, 5.0),
-    frequency=st.floats(0.1, 1e5),
-    duty=st.floats(0.0, 1.0),
+    phase=st.floats(-20.0, 20.0), offset=st.floats(-5.0, 5.0), frequency=st.floats(0.1, 1e5), duty=st.floats(0.0, 1.0)
 )
 def test_any_phase_offset_and_duty(phase: float, offset: float, frequency: float, duty: float) -> None:
     law = LinearForce(gain=1.0)

@@ -14,7 +14,7 @@ from tarsus.plan.channels import drive_courses
 
 PLAYS = ts.drives.PrandtlIshlinskii(
     linear=-1e-4, quadratic=2e-6, cubic=1e-7, thresholds=(0.5, 1.5, 3.0, 5.0), weights=(-1e-4, -2e-4, -1e-4, -5e-5)
-)  # fmt: skip
+)
 LAWS = {"linear": ts.LinearForce(gain=-1e-4, offset=2e-5), "plays": PLAYS, "branches": PRINTED}
 
 
@@ -28,9 +28,7 @@ def check(scene: ts.Scene, varied: dict[str, np.ndarray]) -> None:
         for channels, wanted in zip((course.force, course.volts), alone, strict=True):
             got = channels[course.which[run]]
             for name in ("start", "coef", "kink"):
-                np.testing.assert_array_equal(
-                    getattr(got, name), getattr(wanted, name), err_msg=f"{run} {name}"
-                )
+                np.testing.assert_array_equal(getattr(got, name), getattr(wanted, name), err_msg=f"{run} {name}")
             assert got.loop == wanted.loop
 
 
@@ -43,12 +41,7 @@ def test_every_number_of_a_signal_at_once(wave, law):
     # of some runs all numbers are a little different, of the first none is
     small = {path: 0.01 * rng.uniform(0.0, 1.0, 5) * (np.arange(5) > 0) for path in float_paths(scene)}
     check(
-        scene,
-        {
-            path: ts.get_value(scene, path) * (1.0 - small[path])
-            for path in small
-            if path.startswith("signals.")
-        },
+        scene, {path: ts.get_value(scene, path) * (1.0 - small[path]) for path in small if path.startswith("signals.")}
     )
 
 
@@ -70,16 +63,17 @@ def test_numbers_of_drives_of_histories_and_of_amplifiers():
     wave = ts.waveforms.RampedSquare(amplitude=8.0, frequency=50.0, duty=0.3, phase=0.4)
     scene = ts.with_values(
         scene_of("p1_n2"),
-        {
-            "robot.drives.pull.law": PLAYS,
-            "robot.drives.pull.history": (10.0, -3.0),
-            "signals": {"pull": wave},
-        },
+        {"robot.drives.pull.law": PLAYS, "robot.drives.pull.history": (10.0, -3.0), "signals": {"pull": wave}},
     )
     head = "robot.drives.pull."
     three = np.array([0.9, 1.0, 1.1])
-    check(scene, {f"{head}law.{name}": ts.get_value(scene, f"{head}law.{name}") * three for name in (
-        "linear", "cubic", "thresholds.1", "thresholds.3", "weights.2")})  # fmt: skip
+    check(
+        scene,
+        {
+            f"{head}law.{name}": ts.get_value(scene, f"{head}law.{name}") * three
+            for name in ("linear", "cubic", "thresholds.1", "thresholds.3", "weights.2")
+        },
+    )
     check(scene, {f"{head}law.weights.0": np.array([-1e-4, 0.0]), f"{head}history.1": np.array([-3.0, 2.0])})
     behind = ts.with_values(scene, {f"{head}amplifier": {"bandwidth": 800.0, "slew_rate": 9000.0}})
     check(behind, {f"{head}amplifier.bandwidth": 800.0 * three, "signals.pull.amplitude": 8.0 * three})

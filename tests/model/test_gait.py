@@ -6,16 +6,7 @@ import numpy as np
 import pytest
 
 from tarsus.base.errors import InputError
-from tarsus.model.drive.gait import (
-    Alternating,
-    CustomGait,
-    Gait,
-    Layout,
-    MetachronalGait,
-    Reach,
-    Ripple,
-    Tripod,
-)
+from tarsus.model.drive.gait import Alternating, CustomGait, Gait, Layout, MetachronalGait, Reach, Ripple, Tripod
 from tarsus.model.drive.waveforms import Square
 
 PERIOD = 0.02
@@ -100,9 +91,7 @@ def test_wave_runs_from_back_to_front_on_one_side_then_the_other() -> None:
     layout, gait = rows(3, 3), MetachronalGait(**COMMON, duty=1.0 / 6.0)
     assert order(gait, layout) == ["L3", "L2", "L1", "R3", "R2", "R1"]
     on = high(gait, layout)
-    assert np.all(sum(row.astype(int) for row in on.values()) == 1), (
-        "each leg takes over where the last one ends"
-    )
+    assert np.all(sum(row.astype(int) for row in on.values()) == 1), "each leg takes over where the last one ends"
     assert np.all(np.roll(on["L1"], 120) == on["R1"])
 
 

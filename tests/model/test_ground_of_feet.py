@@ -20,14 +20,7 @@ from tarsus.report.motion import motion_of
 from walking_scenes import sticky, trotter
 
 TEETH = {"kind": "sawtooth", "length": 9e-5, "height": 2e-7, "rising": 0.4, "start": 1.3e-5}
-ROUGH = {
-    "kind": "random",
-    "seed": 3,
-    "rms": 2e-7,
-    "correlation_length": 3e-5,
-    "spacing": 1.3e-5,
-    "facets": 256,
-}
+ROUGH = {"kind": "random", "seed": 3, "rms": 2e-7, "correlation_length": 3e-5, "spacing": 1.3e-5, "facets": 256}
 STEP = {"kind": "staircase", "tread": 1e-3, "rise": 1e-7, "start": 1e-5}
 
 
@@ -90,9 +83,7 @@ def test_batches_windows_and_sessions_have_each_foot_on_its_ground() -> None:
 
 def test_standing_robots_and_their_pictures() -> None:
     """Each foot stands on its own ground, where it is drawn."""
-    scene = with_values(
-        on(trotter(4, turning=False), level(0.0), STEP), {"signals": {}, "initial": {"standing": {}}}
-    )
+    scene = with_values(on(trotter(4, turning=False), level(0.0), STEP), {"signals": {}, "initial": {"standing": {}}})
     motion = motion_of(ts.simulate(scene, "1 ms"))
     drawing, frame = drawing_of(motion), len(motion.time) - 1
     assert (motion.state[:, frame] > 0).all() and [one.line for one in drawing.pieces] == [0, 1, 0, 1]
@@ -125,7 +116,5 @@ def test_maps_are_read_at_each_foot(tmp_path: Path) -> None:
     (tmp_path / "map.txt").write_text("0 0 0\n2 4 2\n4 8 6\n")
     ground = relief(kind="file", file=str(tmp_path / "map.txt"), spacing=1e-3, unit=1e-9, row=1, across=True)
     lines, which = ground.lines({"right": -1e-3, "left": 5e-4})
-    assert [lines[k].points[:, 1].tolist() for k in which] == [
-        [0.0, 0.0, 0.0], pytest.approx([3e-9, 6e-9, 4e-9])
-    ]  # fmt: skip
+    assert [lines[k].points[:, 1].tolist() for k in which] == [[0.0, 0.0, 0.0], pytest.approx([3e-9, 6e-9, 4e-9])]
     assert "row 2.5 of a map of rows 0 to 2" in ground.faults({"far": 1.5e-3})[0][1]

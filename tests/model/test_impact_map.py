@@ -123,9 +123,7 @@ def test_the_engine_applies_the_map():
 
 # Slow: four periods of six feet. The printed map, which would make the most energy, stays.
 @pytest.mark.parametrize(
-    "chosen",
-    [MAPS[0], *(pytest.param(one, marks=pytest.mark.slow) for one in MAPS[1:])],
-    ids=lambda m: m.title,
+    "chosen", [MAPS[0], *(pytest.param(one, marks=pytest.mark.slow) for one in MAPS[1:])], ids=lambda m: m.title
 )
 def test_simultaneous_impacts_of_many_feet_make_no_energy(chosen):
     drive = ts.Square(amplitude=10.0, frequency=40.0)
@@ -143,19 +141,14 @@ def test_given_columns_round_trip():
     assert parse_scene(scene_text(base)) == base
 
 
-
 def test_a_leg_level_with_the_ground():
     # Leg electrostatics against its integral over the leg, and its limit of a stiff hip
     law = ts.laws.LegElectrostatic(coefficient=2e-20, offset=3e-6, rest=1e-5)
     from scipy.integrate import quad
 
     for gap in (0.0, 2e-6, 9.9e-6, 1e-5, 1.01e-5, 4e-5):
-        exact, _ = quad(
-            lambda x, g=gap: x / (1.3e-5 + (g - 1e-5) * x) ** 2, 0.0, 1.0, epsabs=0.0, epsrel=1e-12
-        )
-        assert law.force(gap, 0.0, 7.0, 0.0, *law.parameters()) == pytest.approx(
-            -2e-20 * 49.0 * exact, rel=1e-11
-        )
+        exact, _ = quad(lambda x, g=gap: x / (1.3e-5 + (g - 1e-5) * x) ** 2, 0.0, 1.0, epsabs=0.0, epsrel=1e-12)
+        assert law.force(gap, 0.0, 7.0, 0.0, *law.parameters()) == pytest.approx(-2e-20 * 49.0 * exact, rel=1e-11)
     at_rest = ts.Electrostatic(coefficient=2e-20, offset=3e-6).force(1e-5, 0.0, 7.0, 0.0, 2e-20, 3e-6)
     assert law.force(1e-5, 0.0, 7.0, 0.0, *law.parameters()) == pytest.approx(0.5 * at_rest, rel=1e-14)
 

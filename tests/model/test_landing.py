@@ -58,16 +58,12 @@ def test_the_pull_as_printed_needs_points_that_are_coordinates(shapes):
         ts.with_values(other, {"ground": ts.Ground(landing=rule)})
     with pytest.raises(ts.InputError, match=r"ground\.landing: .*K_pp.*2 coordinates"):
         ts.with_values(other, {"ground": ts.Ground(landing=RULES[2])})
-    right = ts.with_values(
-        two_modes(foot=(1.0, 1.0), hip=(2.0, 1.0)), {"ground": ts.Ground(landing=RULES[2])}
-    )
+    right = ts.with_values(two_modes(foot=(1.0, 1.0), hip=(2.0, 1.0)), {"ground": ts.Ground(landing=RULES[2])})
     np.testing.assert_allclose(right.robot.structure.alone("foot"), [-1.0, 2.0], rtol=1e-12)
 
 
 def test_coordinates_that_are_points_stand_for_themselves():
-    bar = ts.Lumped(
-        coordinates=("left", "right"), mass=(1.0, 1.0), stiffness=(1.0, 2.0), weights={"mid": (0.5, 0.5)}
-    )
+    bar = ts.Lumped(coordinates=("left", "right"), mass=(1.0, 1.0), stiffness=(1.0, 2.0), weights={"mid": (0.5, 0.5)})
     np.testing.assert_array_equal(bar.alone("right"), [0.0, 1.0])
     with pytest.raises(ts.InputError, match="'mid' is a combination"):
         bar.alone("mid")
@@ -81,7 +77,5 @@ def test_coordinates_that_are_points_stand_for_themselves():
 def test_a_rule_that_is_given_is_named_in_reports():
     ball = ts.with_values(scene("ball"), {"ground.landing": RULES[1]})
     page = report_html(ts.simulate(ball, duration=1.0))
-    assert "A foot that lands: restitution first, held when slow, speed 20 mm/s" in page.replace(
-        "\u00a0", " "
-    )
+    assert "A foot that lands: restitution first, held when slow, speed 20 mm/s" in page.replace("\u00a0", " ")
     assert "A foot that lands" not in report_html(ts.simulate(scene("ball"), duration=1.0))

@@ -69,9 +69,7 @@ def test_friction_is_borne_by_push_and_adhesion_and_never_pulls() -> None:
 
 def test_electrostatics_attract() -> None:
     law = Electrostatic(coefficient=2e-20, offset="1 um")
-    assert Electrostatic.force(1e-6, 0.3, -10.0, 0.0, *law.parameters()) == pytest.approx(
-        -2e-20 * 100 / 4e-12
-    )
+    assert Electrostatic.force(1e-6, 0.3, -10.0, 0.0, *law.parameters()) == pytest.approx(-2e-20 * 100 / 4e-12)
     assert not Electrostatic.uses_rate
 
 
@@ -160,9 +158,7 @@ HEAD = "from tarsus.model.laws import SmoothLaw\nfrom tarsus.base.spec import qu
         "def turn():\n    for i in range(10**12):\n        pass\nturn()\n",
     ],
 )
-def test_a_file_that_never_ends_is_stopped(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, loop: str
-) -> None:
+def test_a_file_that_never_ends_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, loop: str) -> None:
     monkeypatch.setattr(pythonfile, "PATIENCE", 0.1)
     before = sys.gettrace()
     with pytest.raises(InputError, match=r"law\.py, line \d+: it takes longer than 0\.1 s to be read"):

@@ -44,15 +44,15 @@ def test_a_law_that_one_foot_is_without() -> None:
     """The rear stop holds, the front one does not: each foot moves as it would alone, with forces and account of it."""
     film = {"coefficient": 2e-3, "thickness": 0.1}
     ground = {
-        "film": film, "adhesion": {"initial": 5.0, "rate": 1.0}, "restitution": {"coefficient": 0.5},
+        "film": film,
+        "adhesion": {"initial": 5.0, "rate": 1.0},
+        "restitution": {"coefficient": 0.5},
         "gravity": {"acceleration": G},
-    }  # fmt: skip
+    }
     both = balls(ground=ground, grounds={"soft": {"restitution": {"coefficient": 0.5}}})
     run = ts.simulate(both)
     for foot, (mass, own) in enumerate([(1.0, ground), (2.0, ground | {"film": None, "adhesion": None})]):
-        alone = ts.simulate(
-            scene("ball", {"robot.structure.mass": [mass], "ground": own, "duration": 2.5})
-        )
+        alone = ts.simulate(scene("ball", {"robot.structure.mass": [mass], "ground": own, "duration": 2.5}))
         mine = run.events[run.events["foot"] == foot]
         np.testing.assert_array_equal(mine["kind"], alone.events["kind"])
         np.testing.assert_allclose(mine["time"], alone.events["time"], rtol=1e-9)
@@ -65,9 +65,12 @@ def test_a_law_that_one_foot_is_without() -> None:
 def test_friction_of_each_foot() -> None:
     """A sledge on a runner, which bears as much as it can, and a pad: it starts when both give way."""
     structure = ts.Lumped(
-        coordinates=("front", "rear", "x"), mass=[1.0, 1.0, 2.0], stiffness=[0.0] * 3, upward=(1.0, 1.0, 0.0),
+        coordinates=("front", "rear", "x"),
+        mass=[1.0, 1.0, 2.0],
+        stiffness=[0.0] * 3,
+        upward=(1.0, 1.0, 0.0),
         forward=(0.0, 0.0, 1.0),
-    )  # fmt: skip
+    )
     pull = ts.Drive(load=ts.PointLoad(weights={"x": 1.0}), law=ts.LinearForce(gain=1.0))
     feet = {
         "front": ts.Foot(point="front", gap=0.0, along="x"),
@@ -125,9 +128,7 @@ def test_files_keep_them_and_one_ground_costs_nothing() -> None:
 def test_a_walker_has_them_by_legs_as_by_contact_modes() -> None:
     """One foot on a pad without film, with other friction and restitution: both systems find the same events."""
     walker = trotter(2, ground=sticky(film=ts.Film(coefficient=1e-20, thickness=1e-6)))
-    pad = {
-        "friction": {"coefficient": 0.2}, "restitution": {"coefficient": 0.2}, "adhesion": walker.ground.adhesion
-    }  # fmt: skip
+    pad = {"friction": {"coefficient": 0.2}, "restitution": {"coefficient": 0.2}, "adhesion": walker.ground.adhesion}
     own = {f"robot.feet.{next(iter(walker.robot.feet))}.ground": "pad", "grounds": {"pad": pad}}
     fine = ts.Accuracy(gap=1e-10, drive=1e-11)
     legs, modes, same = (

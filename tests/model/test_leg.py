@@ -12,13 +12,7 @@ from tarsus.model.structure.leg import SingleMode
 from tarsus.model.structure.leg_motion import equilibrium, free_motion, step_response
 from tarsus_reproduce.legs import millipede_leg
 
-BENT = {
-    "hip.angle": 0.3,
-    "thigh.angle": -0.4,
-    "shin.angle": 1.3,
-    "thigh.length": 3.1e-4,
-    "shin.length": 3.9e-4,
-}
+BENT = {"hip.angle": 0.3, "thigh.angle": -0.4, "shin.angle": 1.3, "thigh.length": 3.1e-4, "shin.length": 3.9e-4}
 UNDAMPED = {"hip_joint.damping": 0.0, "knee_joint.damping": 0.0}
 HEAVY = {"hip.density": 1e-3, "thigh.density": 2e-3, "shin.density": 1.5e-3}
 
@@ -33,10 +27,7 @@ def linear_answer(leg, turns, times):
     linear = leg.linearised()
     m = linear.matrices()
     flow = np.block(
-        [
-            [np.zeros((2, 2)), np.eye(2)],
-            [-np.linalg.solve(m.mass, m.stiffness), -np.linalg.solve(m.mass, m.damping)],
-        ]
+        [[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(m.mass, m.stiffness), -np.linalg.solve(m.mass, m.damping)]]
     )
     start = np.concatenate([leg.chain().heights(leg.chain().rest) @ turns, np.zeros(2)])
     return np.array([(expm(flow * t) @ start)[0] for t in times])
@@ -117,11 +108,7 @@ def test_small_free_motion_has_the_frequency_of_the_linearisation(leg, change):
 
 @pytest.mark.parametrize(
     "change",
-    [
-        pytest.param({}, marks=pytest.mark.slow),
-        pytest.param(HEAVY, marks=pytest.mark.slow),
-        {**HEAVY, **BENT},
-    ],
+    [pytest.param({}, marks=pytest.mark.slow), pytest.param(HEAVY, marks=pytest.mark.slow), {**HEAVY, **BENT}],
     ids=["as printed", "heavy", "heavy, bent"],
 )
 def test_without_dampers_energy_is_conserved(leg, change):
@@ -136,9 +123,7 @@ def test_without_dampers_energy_is_conserved(leg, change):
 def test_with_dampers_the_balance_closes_and_the_leg_settles(leg):
     motion = step_response(leg, np.linspace(0.0, 0.03, 100))
     assert motion.complete and motion.closure < 1e-8
-    assert np.all(
-        np.diff(motion.dissipated) >= -1e-15 * motion.dissipated[-1]
-    )  # it rests in the end, to rounding
+    assert np.all(np.diff(motion.dissipated) >= -1e-15 * motion.dissipated[-1])  # it rests in the end, to rounding
     assert motion.turns[-1] == pytest.approx(equilibrium(leg, 14.0), rel=1e-5)
 
 

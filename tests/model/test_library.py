@@ -29,12 +29,7 @@ def test_every_float_of_a_device_has_provenance(name: str) -> None:
         origin = device.origin(path)
         assert origin is not None, f"{path} of {name} has no provenance"
         assert len(origin.note.split()) >= 3, f"provenance of {path} is no sentence"
-    alone = (
-        "duration",
-        "ground.impact",
-        "ground.landing",
-        "ground.incline",
-    )  # choices, with or without a number
+    alone = ("duration", "ground.impact", "ground.landing", "ground.incline")  # choices, with or without a number
     fields = {
         path
         for path in device.provenance
@@ -97,8 +92,11 @@ def test_values_by_path_change_provenance() -> None:
         (
             "cantilever",
             {"wave": "sinus", "hz": -4, "volt": 1},
-            ["volt: unknown name; did you mean 'volts'?", "signals.pzt.kind: there is no wave 'sinus'",
-             "signals.pzt.frequency: expected a frequency (Hz) above 0, got -4"],
+            [
+                "volt: unknown name; did you mean 'volts'?",
+                "signals.pzt.kind: there is no wave 'sinus'",
+                "signals.pzt.frequency: expected a frequency (Hz) above 0, got -4",
+            ],
         ),
         (
             "millipede",
@@ -106,7 +104,7 @@ def test_values_by_path_change_provenance() -> None:
             ["the drives follow a gait", "gait.frequency: expected a frequency (Hz) above 0"],
         ),
     ],
-)  # fmt: skip
+)
 def test_all_faults_are_named(name: str, options: dict[str, object], said: list[str]) -> None:
     with pytest.raises(InputError) as caught:
         load_scene(name, **options)  # type: ignore[arg-type]
@@ -168,18 +166,14 @@ def test_a_folder_of_studies_of_another_package(their_robots: None) -> None:
         load_sweep("their-swep")
 
 
-def test_verbs_of_other_packages_are_functions_too(
-    their_robots: None, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_verbs_of_other_packages_are_functions_too(their_robots: None, monkeypatch: pytest.MonkeyPatch) -> None:
     import tarsus as ts
     from tarsus_reproduce.verb import reproduce
 
     assert ts.wave(times=2) == "hello hello "
     monkeypatch.delattr(ts, "wave")
     assert ts.show.__module__ == "tarsus.inspection.show", "the library's own verbs prevail"
-    assert "reproduce" in set(dir(ts)) - set(ts.__all__) and ts.reproduce is reproduce, (
-        "found by its entry point"
-    )
+    assert "reproduce" in set(dir(ts)) - set(ts.__all__) and ts.reproduce is reproduce, "found by its entry point"
     with pytest.raises(AttributeError, match="no attribute 'reprodcue'"):
         _ = ts.reprodcue
 

@@ -109,18 +109,14 @@ def test_a_record_moves_the_ground(tmp_path: Path) -> None:
     raw = {"normal": {"acceleration": {"kind": "sampled", "file": "table.csv"}}}
     motion = validate(GroundMotion, raw, context={"folder": tmp_path})
     assert motion.normal is not None
-    np.testing.assert_allclose(
-        motion.normal.at(np.array([0.0, 5e-3, 0.01, 0.02]), 2), [0.0, 0.25, 0.5, 0.125]
-    )
+    np.testing.assert_allclose(motion.normal.at(np.array([0.0, 5e-3, 0.01, 0.02]), 2), [0.0, 0.25, 0.5, 0.125])
     assert motion.normal.at(0.01, 1) == pytest.approx(0.5 * 0.01 * 0.5)
     written = ts.with_values(scene("ball"), {"ground.motion": motion})
     assert parse_scene(scene_text(written)) == written
 
 
 def test_a_periodic_motion_on_a_shaker_is_found() -> None:
-    table = {
-        "normal": {"displacement": {"kind": "sine", "amplitude": 1.2 / (2.0 * np.pi) ** 2, "frequency": 1.0}}
-    }
+    table = {"normal": {"displacement": {"kind": "sine", "amplitude": 1.2 / (2.0 * np.pi) ** 2, "frequency": 1.0}}}
     shaken = scene("vibrating_table", {"robot.drives": {}, "signals": {}, "ground.motion": table})
     phase = float(np.arccos(np.pi / 3.0 / 1.2))
     start = {"ground.motion.normal.displacement.phase": phase, "initial.velocity": [1.0 / 3.0]}
@@ -139,9 +135,7 @@ def test_players_and_movies_draw_it(tmp_path: Path) -> None:
     lifted, level = drawing.seen(motion), drawing.seen(still)
     risen = np.broadcast_to(drawing.up * motion.moved[1], lifted[1].shape)
     np.testing.assert_allclose(lifted[1] - level[1], risen, atol=1e-12)
-    assert payload(motion, drawing)["moved"]["bits"] == 16 and "seen from the laboratory" in walk_section(
-        motion
-    )
+    assert payload(motion, drawing)["moved"]["bits"] == 16 and "seen from the laboratory" in walk_section(motion)
     assert payload(still, drawing)["moved"] is None
     movie(run, tmp_path / "walk.gif", periods=1)
     assert (tmp_path / "walk.gif").stat().st_size > 1000

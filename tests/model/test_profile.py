@@ -43,8 +43,11 @@ def uneven(**profile: Any) -> Scene:
 
 def test_points_of_shapes(tmp_path: Path) -> None:
     assert shape(kind="staircase", tread="1 mm", rise="1 um", steps=2).points().tolist() == [
-        [0.0, 0.0], [0.0, 1e-6], [1e-3, 1e-6], [1e-3, 2e-6]
-    ]  # fmt: skip
+        [0.0, 0.0],
+        [0.0, 1e-6],
+        [1e-3, 1e-6],
+        [1e-3, 2e-6],
+    ]
     stairs = shape(**STAIRS)
     at = np.array([-0.5e-3, 0.0, 0.5e-3, 1e-3, 2.5e-3])
     assert heights_of(stairs.points(), stairs.repeats, at) == pytest.approx([0.0, 0.0, 1e-5, 1e-5, 3e-5])
@@ -54,10 +57,7 @@ def test_points_of_shapes(tmp_path: Path) -> None:
     line = line_between(teeth.points(), True, 0.5, 1.5)
     assert line == pytest.approx(np.array([[0.5, 0.25], [1.0, 0.5], [1.0, 0.0], [1.5, 0.25]]))
     (tmp_path / "line.csv").write_text("# mm\n0, 1\n1, 2\n3, 2\n")
-    assert shape(kind="file", file=str(tmp_path / "line.csv"), unit="1 mm").points()[1].tolist() == [
-        1e-3,
-        2e-3,
-    ]
+    assert shape(kind="file", file=str(tmp_path / "line.csv"), unit="1 mm").points()[1].tolist() == [1e-3, 2e-3]
     (tmp_path / "map.txt").write_text("0 1 2\n3 4 5\n")
     row = shape(kind="file", file=str(tmp_path / "map.txt"), spacing=0.5, row=1).points()
     assert row.tolist() == [[0.0, 3.0], [0.5, 4.0], [1.0, 5.0]]
@@ -77,13 +77,7 @@ def test_gaps_above_facets(periodic: bool) -> None:
 
 
 def test_random_ground_has_its_height_and_its_spectrum() -> None:
-    numbers: dict[str, Any] = {
-        "rms": 1e-6,
-        "correlation_length": 2e-3,
-        "hurst": 0.7,
-        "spacing": 1e-5,
-        "facets": 4096,
-    }
+    numbers: dict[str, Any] = {"rms": 1e-6, "correlation_length": 2e-3, "hurst": 0.7, "spacing": 1e-5, "facets": 4096}
     one, other = (shape(kind="random", seed=seed, **numbers).points() for seed in (1, 2))
     assert np.sqrt(np.mean(one[:-1, 1] ** 2)) == pytest.approx(1e-6, rel=1e-12)
     assert one[-1, 1] == one[0, 1] and not np.allclose(one, other)
@@ -93,14 +87,7 @@ def test_random_ground_has_its_height_and_its_spectrum() -> None:
 
 
 def test_random_ground_may_grow_along_the_way() -> None:
-    numbers = {
-        "kind": "random",
-        "seed": 1,
-        "rms": 2e-6,
-        "correlation_length": 6e-5,
-        "spacing": 1e-5,
-        "facets": 64,
-    }
+    numbers = {"kind": "random", "seed": 1, "rms": 2e-6, "correlation_length": 6e-5, "spacing": 1e-5, "facets": 64}
     level, growing = shape(**numbers), shape(**numbers, growth=1e3)
     x, heights = level.points().T
     assert np.allclose(growing.points()[:, 1], heights * (1.0 + 1e3 * x), rtol=1e-14)
@@ -125,27 +112,14 @@ def test_numbers_of_a_shape_are_slots() -> None:
 
 def test_random_grounds_are_drawn(tmp_path: Path) -> None:
     """A seed is data as the heights are: each run of a batch or of a sweep walks on its own ground."""
-    rough = {
-        "kind": "random",
-        "seed": 0,
-        "rms": 1e-8,
-        "correlation_length": 1e-4,
-        "spacing": 2e-5,
-        "facets": 64,
-    }
+    rough = {"kind": "random", "seed": 0, "rms": 1e-8, "correlation_length": 1e-4, "spacing": 2e-5, "facets": 64}
     scene = uneven(**rough)
     batch = ts.simulate_batch(scene, {"ground.profile.seed": [1, 2]}, "5 ms")
     first, second = (batch.run(i) for i in range(2))
     assert not np.array_equal(first.events, second.events)
     assert slot(scene, "ground.profile.facets") is None
     vary = {"ground.profile.seed": [1.0, 2.0], "ground.profile.rms": [0.0, 1e-8]}
-    numbers = {
-        "name": "grounds",
-        "scene": scene,
-        "from_rest": "5 ms",
-        "vary": vary,
-        "measures": ["mean_speed"],
-    }
+    numbers = {"name": "grounds", "scene": scene, "from_rest": "5 ms", "vary": vary, "measures": ["mean_speed"]}
     done = run_sweep(validate(ts.Sweep, numbers), tmp_path / "out")
     assert done.failed == 0
     found = xarray.load_dataset(done.file)["mean_speed"].values
@@ -154,13 +128,9 @@ def test_random_grounds_are_drawn(tmp_path: Path) -> None:
 
 def test_who_does_not_know_uneven_ground_says_so(tmp_path: Path) -> None:
     scene = uneven()
-    for ask in (
-        lambda: packet_of(scene, 1e-3),
-        lambda: ts.export(scene, to="matlab", output=tmp_path),
-    ):
+    for ask in (lambda: packet_of(scene, 1e-3), lambda: ts.export(scene, to="matlab", output=tmp_path)):
         with pytest.raises(InputError, match=r"ground\.profile: .* on level ground alone"):
             ask()
-
 
 
 def test_robots_are_put_down_onto_the_ground_that_each_has() -> None:
@@ -173,9 +143,7 @@ def test_robots_are_put_down_onto_the_ground_that_each_has() -> None:
         lower_scene(with_values(one, {"ground.profile.seed": seed})).initial[3] - one.initial.displacement[3]  # pyright: ignore[reportOptionalSubscript]
         for one, seed in zip(begun, seeds, strict=True)
     ]
-    assert (
-        min(lifts) == 0.0 and 1e-8 < max(lifts) < 4e-6
-    )  # none by more than from the lowest to the highest place
+    assert min(lifts) == 0.0 and 1e-8 < max(lifts) < 4e-6  # none by more than from the lowest to the highest place
 
 
 @pytest.mark.parametrize("slope", [-0.01, 0.01])

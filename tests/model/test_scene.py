@@ -101,17 +101,22 @@ def test_names_in_a_robot() -> None:
             },
         )
     ) == [
-        "Robot.feet.toe.point", "Robot.feet.toe.electrode", "Robot.drives.pzt.load.weights.bas",
-        "Robot.drives.two.load.participation", "Robot.drives.none.load.weights",
-    ]  # fmt: skip
+        "Robot.feet.toe.point",
+        "Robot.feet.toe.electrode",
+        "Robot.drives.pzt.load.weights.bas",
+        "Robot.drives.two.load.participation",
+        "Robot.drives.none.load.weights",
+    ]
 
 
 def test_names_and_lengths_in_a_scene() -> None:
     wrong = Initial(displacement=[0.0], velocity=[0.0])
     ptz = {"ptz": Sine(amplitude=1.0, frequency=1.0)}
     assert places(lambda: scene(signals=ptz, initial=wrong)) == [
-        "Scene.signals.ptz", "Scene.initial.displacement", "Scene.initial.velocity",
-    ]  # fmt: skip
+        "Scene.signals.ptz",
+        "Scene.initial.displacement",
+        "Scene.initial.velocity",
+    ]
 
 
 def test_starting_below_the_ground() -> None:
@@ -175,15 +180,11 @@ def test_override_keeps_provenance_true() -> None:
         ground=Ground(film=Film(coefficient=1e-21, thickness=1e-6)),
         provenance={"ground.film": printed, "signals.pzt": printed, "robot.structure.mass": printed},
     )
-    changed = override(
-        it, {"ground.film": None, "signals.pzt.amplitude": "6 V", "robot.structure.mass.1.1": 2e-6}
-    )
+    changed = override(it, {"ground.film": None, "signals.pzt.amplitude": "6 V", "robot.structure.mass.1.1": 2e-6})
     assert changed.provenance == {
         "signals.pzt": printed,
         "robot.structure.mass": printed,
-        "signals.pzt.amplitude": Provenance(
-            source=Source.ASSUMED, note="Set by the user; was 8 V (printed)."
-        ),
+        "signals.pzt.amplitude": Provenance(source=Source.ASSUMED, note="Set by the user; was 8 V (printed)."),
     }
 
 

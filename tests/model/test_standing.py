@@ -21,9 +21,7 @@ PAIR = {"a": {}, "b": {}}
 
 def scene(legs, body=None, *, gap=0.0, push=None, volts=0.0) -> ts.Scene:
     """A body of 1 mg on legs; ``push``: weights of a drive of 1 uN/V at constant volts."""
-    structure = Walker(
-        body={"mass": "1 mg", **(body or {})}, legs={name: {**LEG, **leg} for name, leg in legs.items()}
-    )
+    structure = Walker(body={"mass": "1 mg", **(body or {})}, legs={name: {**LEG, **leg} for name, leg in legs.items()})
     law = ts.LinearForce(gain="1 uN/V")
     return ts.Scene(
         name="stand",
@@ -50,9 +48,7 @@ def refusals(it: ts.Scene, **how: bool) -> list[str]:
 
 def test_a_body_on_equal_legs_sags_straight_down():
     it = standing(scene(corners(), TURNS, gap="2 um"))
-    np.testing.assert_allclose(
-        it.initial.displacement[:4], [0.0, -2e-6 - WEIGHT / (4 * K), 0.0, 0.0], atol=1e-18
-    )
+    np.testing.assert_allclose(it.initial.displacement[:4], [0.0, -2e-6 - WEIGHT / (4 * K), 0.0, 0.0], atol=1e-18)
     np.testing.assert_array_equal(it.initial.displacement[5::2], [-2e-6] * 4)
     assert it.origin("initial.displacement").note == "Static equilibrium on all feet at 0 V."
 

@@ -37,9 +37,7 @@ def test_modal_matrices() -> None:
     mass = np.array([1e-6, 2e-6, 3e-6])
     np.testing.assert_allclose(matrices.mass, np.diag(mass), rtol=1e-15)
     np.testing.assert_allclose(matrices.stiffness, np.diag(mass * omega**2), rtol=1e-15)
-    np.testing.assert_allclose(
-        matrices.damping, np.diag([1e-6, 2 * 1.5 * omega[1] * 2e-6, 0.02 * omega[2] * 3e-6])
-    )
+    np.testing.assert_allclose(matrices.damping, np.diag([1e-6, 2 * 1.5 * omega[1] * 2e-6, 0.02 * omega[2] * 3e-6]))
     np.testing.assert_array_equal(modal.row("foot"), [1.0, 0.5, -0.2])
     assert modal.points == ("foot",)
     np.testing.assert_array_equal(modal.vertical(), [1.0, 0.0, 0.0])
@@ -77,18 +75,18 @@ def test_masses_that_fly_free_are_not_damped_by_the_ratios() -> None:
     """Rounding gave their common motion a frequency, 1e-8 of the other, and so 1e-7 of its damping."""
     k = 0.019577375020848185
     lumped = Lumped(
-        coordinates=["a", "b"], mass=[1.6069108894771215e-07, 8.268313430810564e-07],
-        stiffness=[[k, -k], [-k, k]], damping_ratios=[0.31742610245472225, 0.07343966248883413],
-    )  # fmt: skip
+        coordinates=["a", "b"],
+        mass=[1.6069108894771215e-07, 8.268313430810564e-07],
+        stiffness=[[k, -k], [-k, k]],
+        damping_ratios=[0.31742610245472225, 0.07343966248883413],
+    )
     damping = lumped.matrices().damping
     assert np.abs(damping.sum(axis=1)).max() <= 1e-15 * np.abs(damping).max()
 
 
 def test_lumped_modal_damping_gives_the_ratios() -> None:
     mass = [[2.0, 0.3], [0.3, 1.0]]
-    lumped = Lumped(
-        coordinates=["a", "b"], mass=mass, stiffness=[[3.0, -1.0], [-1.0, 4.0]], damping_ratios=[0.02, 1.7]
-    )
+    lumped = Lumped(coordinates=["a", "b"], mass=mass, stiffness=[[3.0, -1.0], [-1.0, 4.0]], damping_ratios=[0.02, 1.7])
     m, c, k = (getattr(lumped.matrices(), name) for name in ("mass", "damping", "stiffness"))
     state = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(m, k), -np.linalg.solve(m, c)]])
     values = np.linalg.eigvals(state)

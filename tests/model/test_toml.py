@@ -75,21 +75,11 @@ def test_devices_round_trip_exactly(name: str, tmp_path: Path) -> None:
         {"kind": "sine", "amplitude": "1 V", "frequency": "3 kHz", "phase": "90 deg"},
         {"kind": "ramped_square", "amplitude": 8.0, "frequency": 5.0, "duty": "25 %"},
         {"kind": "ramp", "start": 0.0, "stop": 3.0, "duration": 0.1},
-        {
-            "kind": "swept_sine",
-            "amplitude": 1.0,
-            "start_frequency": 1.0,
-            "stop_frequency": 9.0,
-            "duration": 1.0,
-        },
+        {"kind": "swept_sine", "amplitude": 1.0, "start_frequency": 1.0, "stop_frequency": 9.0, "duration": 1.0},
         {"kind": "on_off", "levels": [0.0, 8.0], "durations": [0.1, 1 / 3], "repeat": True},
         {"kind": "poling", "level": 10.0, "hold": 1.0},
         {"kind": "constant", "level": -0.0},
-        {
-            "kind": "sampled",
-            "times": [0.1 * k for k in range(200)],
-            "levels": [1 / (k + 1) for k in range(200)],
-        },
+        {"kind": "sampled", "times": [0.1 * k for k in range(200)], "levels": [1 / (k + 1) for k in range(200)]},
     ],
 )
 def test_waveforms_round_trip_exactly(signal: dict[str, object]) -> None:
@@ -179,10 +169,8 @@ amplitude = "8 V"
         "'damping_ratios', 'modal_masses', 'shapes', 'modal_damping', 'upward', 'forward'",
         "robot.drives.pzt.law.kind: unknown kind 'lineer'; did you mean 'linear'?",
         "robot.feet.left.gap: foot below ground at rest: expected a clearance of 0 or more, got -2 um",
-        "robot.feet.right.gap: expected a length (m), got '3 mg', which is a mass "
-        "(clearance of the foot at rest)",
-        "ground.film.coefficient: expected a film coefficient (N m^2 s) that is finite, got nan "
-        "(film coefficient C)",
+        "robot.feet.right.gap: expected a length (m), got '3 mg', which is a mass (clearance of the foot at rest)",
+        "ground.film.coefficient: expected a film coefficient (N m^2 s) that is finite, got nan (film coefficient C)",
         "ground.film.thickness: expected a length (m) above 0, got 0 um (residual film thickness at contact; "
         "at zero a foot never lands)",
         "ground.friction.coefficient: expected a pure number of at least 0, got -0.3 (coefficient of friction mu)",
@@ -222,9 +210,15 @@ def test_faults_behind_faults_are_found_at_once() -> None:
     said = problems(WALKER)
     found = dict(one.split(": ", 1) for one in said)
     assert set(found) == {
-        "robot.structure.legs.LF.stiffness_l", "robot.structure.legs.LF.damping_l", "gait.kind", "gait.high",
-        "gait.amplitude", "robot.feet", "gait", "provenance.robot.structure.legs.*.mas",
-    }  # fmt: skip
+        "robot.structure.legs.LF.stiffness_l",
+        "robot.structure.legs.LF.damping_l",
+        "gait.kind",
+        "gait.high",
+        "gait.amplitude",
+        "robot.feet",
+        "gait",
+        "provenance.robot.structure.legs.*.mas",
+    }
     assert "did you mean 'alternating'?" in found["gait.kind"] and "did you mean 'high'?" in found["gait.amplitude"]
     assert "no drive of the robot moves a leg" in found["gait"]
 
@@ -246,15 +240,12 @@ def test_nothing_is_said_of_what_is_not_given(text: str, hidden: str) -> None:
 def test_wrong_points_are_found_beside_other_errors() -> None:
     text = BALL.replace('point = "ball"', 'point = "bal"').replace('duration = "3 s"', 'duration = "3 m"')
     assert sorted(problems(text)) == [
-        "duration: expected a time (s), got '3 m', which is a length "
-        "(time to simulate unless another is asked for)",
+        "duration: expected a time (s), got '3 m', which is a length (time to simulate unless another is asked for)",
         "robot.feet.ball.point: the structure has no point 'bal'; did you mean 'ball'?",
     ]
 
 
-@pytest.mark.parametrize(
-    "text", ["", "name = 3", "robot = 3", "robot = []\nsignals = 3", "[robot]\nfeet = 'a'"]
-)
+@pytest.mark.parametrize("text", ["", "name = 3", "robot = 3", "robot = []\nsignals = 3", "[robot]\nfeet = 'a'"])
 def test_nonsense_is_an_input_error(text: str) -> None:
     assert problems(text)
 
@@ -262,8 +253,7 @@ def test_nonsense_is_an_input_error(text: str) -> None:
 def test_provenance_of_nothing() -> None:
     text = BALL + '[provenance]\n"ground.film.thickness" = { source = "printed", note = "T" }\n'
     assert problems(text) == [
-        "provenance.ground.film.thickness: 'ground.film' is not set here, "
-        "so 'thickness' has nothing to act on"
+        "provenance.ground.film.thickness: 'ground.film' is not set here, so 'thickness' has nothing to act on"
     ]
     text = BALL + '[provenance]\nduratio = { source = "guessed", note = "" }\n'
     said = problems(text)
@@ -296,8 +286,7 @@ def test_files_named_in_a_scene_are_found_beside_it(tmp_path: Path) -> None:
     (folder / "volts.csv").write_text("time,volts\n0,0\n0.1,8\n")
     it = with_values(load_scene("cantilever"), {"provenance": {}})
     text = scene_text(it).replace(
-        scene_text(it)[scene_text(it).index("[signals.pzt]") :],
-        '[signals.pzt]\nkind = "sampled"\nfile = "volts.csv"\n',
+        scene_text(it)[scene_text(it).index("[signals.pzt]") :], '[signals.pzt]\nkind = "sampled"\nfile = "volts.csv"\n'
     )
     (folder / "it.toml").write_text(text)
     scene = read_scene(folder / "it.toml")
@@ -307,9 +296,7 @@ def test_files_named_in_a_scene_are_found_beside_it(tmp_path: Path) -> None:
 
 def test_large_matrices_are_plain_numbers() -> None:
     n = 8
-    stiffness = [
-        [(2.0 if i == j else -1.0 if abs(i - j) == 1 else 0.0) / 3 for j in range(n)] for i in range(n)
-    ]
+    stiffness = [[(2.0 if i == j else -1.0 if abs(i - j) == 1 else 0.0) / 3 for j in range(n)] for i in range(n)]
     ball = parse_scene(BALL)
     structure = {
         "kind": "lumped",

@@ -68,14 +68,10 @@ def walker_of(scene: ts.Scene) -> Walker:
 def test_samples_end_where_the_run_does() -> None:
     run = ts.simulate(turning_walk(3), 0.004)
     state = run.at(np.array([run.end_time])).state
-    assert np.concatenate([state.x[:, 0], state.v[:, 0]]) == pytest.approx(
-        run.motion.last, rel=1e-12, abs=1e-18
-    )
+    assert np.concatenate([state.x[:, 0], state.v[:, 0]]) == pytest.approx(run.motion.last, rel=1e-12, abs=1e-18)
     walker = walker_of(run.scene)
     series = run.at(np.linspace(0.0, run.end_time, 40))
-    assert series.foot_y == pytest.approx(
-        np.stack([walker.row(f"{leg}_y") @ series.state.x for leg in walker.legs])
-    )
+    assert series.foot_y == pytest.approx(np.stack([walker.row(f"{leg}_y") @ series.state.x for leg in walker.legs]))
 
 
 def test_friction_is_against_the_slip_and_in_its_disk() -> None:

@@ -29,9 +29,7 @@ def changes(run, foot):
 
 def runs():
     for friction in (0.02, 0.1, 0.6):
-        ground = sticky(
-            friction=Friction(coefficient=friction), adhesion=ts.Adhesion(initial=2e-7, rate=1e-4)
-        )
+        ground = sticky(friction=Friction(coefficient=friction), adhesion=ts.Adhesion(initial=2e-7, rate=1e-4))
         yield ts.simulate(trotter(legs=4, ground=ground), duration=0.02)
     yield ts.simulate(trotter(legs=4, ground=sticky(adhesion=None)), duration=0.005)
     # friction ends with the contact's last newton: a foot is stuck until it leaves only where the drive jumps
@@ -45,8 +43,7 @@ def seen():
 
 def test_every_change_is_in_the_table(seen):
     found = {
-        (before, after, "slip begins" if name == "turns round" else name)
-        for before, after, name, _ in TRANSITIONS
+        (before, after, "slip begins" if name == "turns round" else name) for before, after, name, _ in TRANSITIONS
     }
     assert seen <= found
 

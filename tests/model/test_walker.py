@@ -11,15 +11,9 @@ PLACES = {"front": ("3 mm", "1 mm", "-0.2 mm"), "rear": ("-2 mm", "-1.5 mm", "0.
 
 
 def walker(*, roll: bool = True, pitch: bool = True, **legs: dict) -> Walker:
-    body = {
-        "mass": "3 mg",
-        "roll_inertia": 1e-12 if roll else None,
-        "pitch_inertia": 2e-11 if pitch else None,
-    }
+    body = {"mass": "3 mg", "roll_inertia": 1e-12 if roll else None, "pitch_inertia": 2e-11 if pitch else None}
     places = {name: dict(zip("xyz", place, strict=True)) for name, place in PLACES.items()}
-    return Walker(
-        body=body, legs={name: {**LEG, **place, **legs.get(name, {})} for name, place in places.items()}
-    )
+    return Walker(body=body, legs={name: {**LEG, **place, **legs.get(name, {})} for name, place in places.items()})
 
 
 def test_matrices_of_the_three_mass_millipede() -> None:
@@ -64,8 +58,17 @@ def test_matrices_are_those_of_the_energies(roll: bool, pitch: bool) -> None:
 def test_points_move_as_their_names_say() -> None:
     it = walker()
     assert it.points == (
-        "body", "body_x", "front", "front_x", "front_hip", "front_hip_x", "rear", "rear_x", "rear_hip", "rear_hip_x",
-    )  # fmt: skip
+        "body",
+        "body_x",
+        "front",
+        "front_x",
+        "front_hip",
+        "front_hip_x",
+        "rear",
+        "rear_x",
+        "rear_hip",
+        "rear_hip_x",
+    )
     x = np.arange(1.0, 9.0)  # surge, heave, roll, pitch, front x, front height, rear x, rear height
     moved = {point: float(it.row(point) @ x) for point in it.points}
     assert (moved["body_x"], moved["body"]) == (1.0, 2.0)
@@ -91,13 +94,13 @@ def test_rigid_translations_cost_nothing() -> None:
 
 def test_bad_walkers_in_sentences() -> None:
     with pytest.raises(InputError) as caught:
-        Walker(
-            body={"mass": 0.0, "roll_inertia": -1e-12},
-            legs={"a": {**LEG, "mass": "0 ug", "stiffness_l": -1.0}},
-        )
+        Walker(body={"mass": 0.0, "roll_inertia": -1e-12}, legs={"a": {**LEG, "mass": "0 ug", "stiffness_l": -1.0}})
     assert [one.split(":")[0].removeprefix("Walker.") for one in caught.value.problems] == [
-        "body.mass", "body.roll_inertia", "legs.a.mass", "legs.a.stiffness_l",
-    ]  # fmt: skip
+        "body.mass",
+        "body.roll_inertia",
+        "legs.a.mass",
+        "legs.a.stiffness_l",
+    ]
     with pytest.raises(InputError, match=r"^Walker.legs: .*at least one leg"):
         Walker(body=WalkerBody(mass=1.0), legs={})
     leg = WalkerLeg(**LEG)

@@ -98,9 +98,7 @@ def test_the_scene_and_its_file() -> None:
     assert scene.robot.drives["b"].capacitance is None
     paths = float_paths(scene)
     assert {"gait.frequency", "gait.duty", "gait.high", "ground.friction.coefficient"} <= set(paths)
-    assert (
-        paths["robot.structure.legs.a.mass"].unit == "kg" and paths["robot.drives.a.capacitance"].unit == "F"
-    )
+    assert paths["robot.structure.legs.a.mass"].unit == "kg" and paths["robot.drives.a.capacitance"].unit == "F"
     changed = ts.with_values(scene, {"gait.duty": 0.25, "robot.structure.legs.b.stiffness_v": "2 N/m"})
     assert changed.gait.duty == 0.25 and changed.robot.structure.legs["b"].stiffness_v == 2.0
     assert changed.robot.structure.legs["a"].stiffness_v == 1.2
@@ -138,9 +136,7 @@ def test_drives_are_known_by_what_they_move() -> None:
     layout = scene.robot.layout()
     assert layout.hips == {"a": (0.0, 0.0), "b": (0.0, 0.0)}
     assert layout.drives == {"a": Reach(("a",)), "b": Reach(("b",)), "b_way": Reach(("b",), lateral=True)}
-    volts = {
-        name: wave.volts(np.array([2.5, 7.5, 12.5, 17.5]) * 1e-3) for name, wave in scene.waveforms.items()
-    }
+    volts = {name: wave.volts(np.array([2.5, 7.5, 12.5, 17.5]) * 1e-3) for name, wave in scene.waveforms.items()}
     assert {name: list(v) for name, v in volts.items()} == {
         "a": [14.0, 14.0, 0.0, 0.0],
         "b": [0.0, 0.0, 14.0, 14.0],
@@ -187,10 +183,7 @@ def test_mass_weighted_impacts_may_be_named() -> None:
 BAD: dict[str, tuple[list[Callable[[dict[str, Any]], None]], dict[str, str]]] = {
     "a foot below the ground": (
         [put("robot.feet.a.gap", "-1 um"), put("robot.structure.legs.b.mass", "-1 ug")],
-        {
-            "robot.structure.legs.b.mass": "above 0, got -1 ug",
-            "robot.feet.a.gap": "foot below ground at rest",
-        },
+        {"robot.structure.legs.b.mass": "above 0, got -1 ug", "robot.feet.a.gap": "foot below ground at rest"},
     ),
     "a foot that starts below the ground": (
         [put("initial.displacement", ["0 m", "0 m", "0 m", "0 m", "0 m", "-1.5 um"])],
@@ -225,10 +218,7 @@ BAD: dict[str, tuple[list[Callable[[dict[str, Any]], None]], dict[str, str]]] = 
         [put("robot.drives.a.load.weights.a_hop", 1.0)],
         {"robot.drives.a.load.weights.a_hop": "did you mean 'a_hip'"},
     ),
-    "another impact map": (
-        [put("ground.impact", {"kind": "dominant_mode"})],
-        {"ground.impact": "point masses"},
-    ),
+    "another impact map": ([put("ground.impact", {"kind": "dominant_mode"})], {"ground.impact": "point masses"}),
     "all at once": (
         [
             put("gait.kind", "tripod"),

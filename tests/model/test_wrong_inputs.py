@@ -52,9 +52,14 @@ def made(of: Callable[..., Any], **fields: Any) -> Ask:
 
 TWO = {"coordinates": ["tip", "base"], "mass": ["1 mg", "2 mg"], "stiffness": [[2.0, -2.0], [-2.0, 5.0]]}
 STRIP = {
-    "frequencies": ["623 Hz", "6424 Hz"], "damping_ratios": [0.02, 0.02], "length": "750 um", "tip_length": "150 um",
-    "tip_width": "100 um", "tip_thickness": "10 um", "tip_density": "2330 kg/m^3",
-}  # fmt: skip
+    "frequencies": ["623 Hz", "6424 Hz"],
+    "damping_ratios": [0.02, 0.02],
+    "length": "750 um",
+    "tip_length": "150 um",
+    "tip_width": "100 um",
+    "tip_thickness": "10 um",
+    "tip_density": "2330 kg/m^3",
+}
 
 
 def lumped(**changes: Any) -> Ask:
@@ -69,7 +74,8 @@ NO_INERTIA = "mass: the mass matrix is singular: some motion has no inertia"
 STRUCTURES: Rows = {
     "mass that is no number": (lumped(mass=[math.nan, 1.0]), "mass.0.0: expected a mass (kg) that is finite, got nan"),
     "negative mass": (
-        lumped(mass=["-1 mg", "2 mg"]), "mass.0.0: expected a mass (kg) above 0, got -1e-06: a mass is never negative"
+        lumped(mass=["-1 mg", "2 mg"]),
+        "mass.0.0: expected a mass (kg) above 0, got -1e-06: a mass is never negative",
     ),
     "no mass": (lumped(mass=[0.0, 1.0]), NO_INERTIA),
     "singular mass": (lumped(mass=[[1.0, 1.0], [1.0, 1.0]]), NO_INERTIA),
@@ -79,21 +85,26 @@ STRUCTURES: Rows = {
     "one row": (lumped(stiffness=[[1.0, 2.0]]), "stiffness: expected a 2 x 2 matrix, one row a coordinate, got 1 x 2"),
     "unit of a mass": (lumped(mass=["1 m", "2 mg"]), "mass.0.0: expected a mass (kg), got '1 m', which is a length"),
     "damping twice": (
-        lumped(damping=[0.0, 0.0], damping_ratios=[0.1, 0.1]), "give either a damping matrix or damping_ratios"
+        lumped(damping=[0.0, 0.0], damping_ratios=[0.1, 0.1]),
+        "give either a damping matrix or damping_ratios",
     ),
     "one ratio": (lumped(damping_ratios=[0.1]), "damping_ratios: expected 2 values, one a coordinate, got 1"),
     "point of a coordinate's name": (
-        lumped(weights={"tip": [1.0, 0.0]}), "weights.tip: this name is already that of a coordinate"
+        lumped(weights={"tip": [1.0, 0.0]}),
+        "weights.tip: this name is already that of a coordinate",
     ),
     "one coordinate twice": (
-        lumped(coordinates=["tip", "tip"]), "coordinates: expected different names, got one twice"
+        lumped(coordinates=["tip", "tip"]),
+        "coordinates: expected different names, got one twice",
     ),
     "misspelt field": (lumped(stifness=1.0), "stifness: unknown name 'stifness'; did you mean 'stiffness'?"),
     "beam, too stiff": (
-        beam(frequencies=[623.0, 30000.0]), "frequencies: with this tip the second frequency is at most 26.6"
+        beam(frequencies=[623.0, 30000.0]),
+        "frequencies: with this tip the second frequency is at most 26.6",
     ),
     "beam, too soft": (
-        beam(frequencies=[623.0, 1500.0]), "frequencies: with this tip the second frequency is at least "
+        beam(frequencies=[623.0, 1500.0]),
+        "frequencies: with this tip the second frequency is at least ",
     ),
     "beam, backwards": (beam(frequencies=[623.0, 600.0]), "frequencies: the second frequency must be above the first"),
     "beam, one frequency": (beam(frequencies=[623.0]), "frequencies"),
@@ -106,11 +117,12 @@ STRUCTURES: Rows = {
         "do not determine the joints",
     ),
     "leg that is too weak": (
-        lambda at: step_response(with_values(millipede_leg().leg, {"body_mass": 1e-3}), [0.0, 0.01]), "folds under"
+        lambda at: step_response(with_values(millipede_leg().leg, {"body_mass": 1e-3}), [0.0, 0.01]),
+        "folds under",
     ),
     "leg from late on": (lambda at: step_response(millipede_leg().leg, [0.01, 0.02]), "increases from 0"),
     "leg of no length": (lambda at: with_values(millipede_leg().leg, {"hip.length": -1e-4}), "above 0"),
-}  # fmt: skip
+}
 
 
 def amplifier(**fields: Any) -> Ask:
@@ -127,9 +139,13 @@ def recorded(name: str, content: str, *said: str) -> tuple[Ask, Said]:
 
 def creeping(**fields: Any) -> Creeping:
     law = {
-        "instant": {"linear": 8e-7, "thresholds": [1.0, 2.0], "weights": [2e-7, 1e-7]}, "thresholds": [0.0, 1.5],
-        "weights": [1e-7, 2e-7], "times": [0.05, 3e-3], "temperature": 303.15, "per_kelvin": 4e-3,
-    }  # fmt: skip
+        "instant": {"linear": 8e-7, "thresholds": [1.0, 2.0], "weights": [2e-7, 1e-7]},
+        "thresholds": [0.0, 1.5],
+        "weights": [1e-7, 2e-7],
+        "times": [0.05, 3e-3],
+        "temperature": 303.15,
+        "per_kelvin": 4e-3,
+    }
     return validate(Creeping, law | fields)
 
 
@@ -137,18 +153,18 @@ PLAYS = PrandtlIshlinskii(constant=0.3, linear=1.0, cubic=-0.0005, thresholds=(0
 PIEZO = "robot.drives.pzt.amplifier"
 DRIVES: Rows = {
     "amplifier's field": (amplifier(slew_rat="10 V/ms"), (PIEZO, "did you mean 'slew_rate'")),
-    "slew rate": (
-        amplifier(slew_rate="-10 V/ms"), (PIEZO, "expected a rate of voltage (V/s) above 0, got -10 V/ms")
-    ),
+    "slew rate": (amplifier(slew_rate="-10 V/ms"), (PIEZO, "expected a rate of voltage (V/s) above 0, got -10 V/ms")),
     "unit of a slew rate": (amplifier(slew_rate="10 V"), (PIEZO, "V/s")),
     "bandwidth twice": (amplifier(bandwidth="1 kHz", rise_time="1 ms"), (PIEZO, "give one of the two")),
     "rails upside down": (
-        amplifier(clip=["3 V", "-3 V"]), (PIEZO, "expected the lowest voltage before the highest, got 3 V and -3 V")
+        amplifier(clip=["3 V", "-3 V"]),
+        (PIEZO, "expected the lowest voltage before the highest, got 3 V and -3 V"),
     ),
     "one rail of nothing": (amplifier(clip="0 V"), (PIEZO, "expected a voltage (V) above 0 for both signs")),
     "unit of a rail": (amplifier(clip="3 m"), f"{PIEZO}.clip"),
     "sine, frequency": (
-        signal("sine", amplitude=8, frequency=0), ("signal", "frequency: expected a frequency", "above 0")
+        signal("sine", amplitude=8, frequency=0),
+        ("signal", "frequency: expected a frequency", "above 0"),
     ),
     "sine, amplitude": (signal("sine", amplitude=-8, frequency=5), ("signal", "amplitude: ", "of at least 0")),
     "sine, no number": (signal("sine", amplitude=math.nan, frequency=5), ("signal", "amplitude: ")),
@@ -157,7 +173,8 @@ DRIVES: Rows = {
     "sine, size": (made(Sine, amplitude=1.0, frequency=1e-310), "size from 1e-60 to 1e"),
     "square, duty": (signal("square", amplitude=8, frequency=5, duty=1.5), ("signal", "duty: ", "from 0 to 1")),
     "ramped square, duty": (
-        signal("ramped_square", amplitude=8, frequency=5, duty=-0.1), ("signal", "duty: ", "from 0 to 1")
+        signal("ramped_square", amplitude=8, frequency=5, duty=-0.1),
+        ("signal", "duty: ", "from 0 to 1"),
     ),
     "ramp": (signal("ramp", stop=8, duration=0), ("signal", "duration: ", "above 0")),
     "sweep": (
@@ -174,18 +191,22 @@ DRIVES: Rows = {
     "poling": (signal("poling", level=10, hold=1, fall=-1), ("signal", "fall: ", "of at least 0")),
     "samples, none": (signal("sampled"), ("signal", "expected either times and levels, or a file")),
     "samples and a file": (
-        signal("sampled", times=[0, 1], levels=[0, 1], file="x.csv"), ("signal", "file: give either")
+        signal("sampled", times=[0, 1], levels=[0, 1], file="x.csv"),
+        ("signal", "file: give either"),
     ),
     "samples at one time": (
-        signal("sampled", times=[0, 1, 1], levels=[0, 1, 2]), ("signal", "times: sample times must increase")
+        signal("sampled", times=[0, 1, 1], levels=[0, 1, 2]),
+        ("signal", "times: sample times must increase"),
     ),
     "samples, one voltage": (
-        signal("sampled", times=[0, 1], levels=[0]), ("signal", "times: expected as many times as voltages")
+        signal("sampled", times=[0, 1], levels=[0]),
+        ("signal", "times: expected as many times as voltages"),
     ),
     "one sample": (signal("sampled", times=[0], levels=[0]), ("signal", "times: expected at least two samples")),
     "start of samples": (made(Sampled, times=(0.0, 1.0), levels=(0.0, 1.0), start=1.0), "start: is of a file"),
     "kind of a signal": (
-        signal("sinus", amplitude=8, frequency=5), ("signal", "unknown kind 'sinus'; did you mean 'sine'")
+        signal("sinus", amplitude=8, frequency=5),
+        ("signal", "unknown kind 'sinus'; did you mean 'sine'"),
     ),
     "samples that cross in a batch": (
         lambda at: ts.simulate_batch(
@@ -220,10 +241,12 @@ DRIVES: Rows = {
         ("weights: expected 2 weights", "got 1"),
     ),
     "plays, threshold": (
-        made(PrandtlIshlinskii, linear=1.0, thresholds=(-1.0,), weights=(1.0,)), ("thresholds", "of at least 0")
+        made(PrandtlIshlinskii, linear=1.0, thresholds=(-1.0,), weights=(1.0,)),
+        ("thresholds", "of at least 0"),
     ),
     "unit of a branch": (
-        lambda at: validate(TwoBranch, {"rising": {"linear": "3 um"}, "falling": {}}), "rising.linear: "
+        lambda at: validate(TwoBranch, {"rising": {"linear": "3 um"}, "falling": {}}),
+        "rising.linear: ",
     ),
     "force out of reach": (lambda at: PLAYS.inverse([1.0, 100.0]), "force 2, 100.0 N, is out of reach"),
     "force out of limits": (lambda at: PLAYS.inverse([5.0], limits=(-1.0, 1.0)), "out of reach between -1 V and 1 V"),
@@ -236,7 +259,8 @@ DRIVES: Rows = {
     "branches backwards": (lambda at: fit_branches(abs, abs, (8.0, -8.0), 6), "span of two increasing"),
     "branches without plays": (lambda at: fit_branches(abs, abs, (-8.0, 8.0), 0), "at least one play"),
     "branches that are not finite": (
-        lambda at: fit_branches(lambda v: np.full_like(v, np.nan), abs, (-8.0, 8.0), 4), "not finite"
+        lambda at: fit_branches(lambda v: np.full_like(v, np.nan), abs, (-8.0, 8.0), 4),
+        "not finite",
     ),
     "history": (lambda at: lower(Sine(amplitude=1.0, frequency=1.0), PLAYS, [math.nan]), "history"),
     "creep, no weight": (
@@ -245,20 +269,23 @@ DRIVES: Rows = {
     ),
     "creep, too cold": (lambda at: creeping(per_kelvin=-0.2), "leaves -"),
     "creep, too slow": (
-        lambda at: lower(Square(amplitude=1.0, frequency=100.0), creeping(times=[1e5, 1.0])), "too slow, or too fast"
+        lambda at: lower(Square(amplitude=1.0, frequency=100.0), creeping(times=[1e5, 1.0])),
+        "too slow, or too fast",
     ),
     "creep, times": (lambda at: creeping().along([0.0, 0.0], [1.0, 2.0]), "times that increase"),
     "creep, out of reach": (
-        lambda at: creeping().inverse([0.0, 1.0], [0.0, 1.0], limits=(-20.0, 20.0)), "force 2, 1.0 N, is out of reach"
+        lambda at: creeping().inverse([0.0, 1.0], [0.0, 1.0], limits=(-20.0, 20.0)),
+        "force 2, 1.0 N, is out of reach",
     ),
     "creep, backwards": (lambda at: creeping(weights=[1e-7, -9e-7]).inverse([0.0], [0.0]), "pull against"),
     **{
         f"duty of {duty}": (
-            made(Alternating, frequency=10.0, high="14 V", duty=duty), ("Alternating.duty: ", "above 0 and below 1")
+            made(Alternating, frequency=10.0, high="14 V", duty=duty),
+            ("Alternating.duty: ", "above 0 and below 1"),
         )
         for duty in (0.0, 1.0, -0.2, 1.5)
     },
-}  # fmt: skip
+}
 LINE = LinearForce(gain=1.0)
 
 
@@ -300,7 +327,8 @@ def balls(**soft: Any) -> Ask:
 
 GROUNDS: Rows = {
     "landing, no speed": (
-        changed("cantilever", ground__landing={"kind": "restitute_first"}), "ground.landing.speed: missing"
+        changed("cantilever", ground__landing={"kind": "restitute_first"}),
+        "ground.landing.speed: missing",
     ),
     "landing, speed": (
         changed("cantilever", ground__landing={"kind": "restitute_first", "speed": -0.1}),
@@ -311,7 +339,8 @@ GROUNDS: Rows = {
         ("ground.landing.kind: unknown kind 'restitute'", "restitute_first"),
     ),
     "landing, no kind": (
-        changed("cantilever", ground__landing={"speed": 0.1}), "ground.landing: expected a table with a 'kind'"
+        changed("cantilever", ground__landing={"speed": 0.1}),
+        "ground.landing: expected a table with a 'kind'",
     ),
     "film, thickness": (made(Film, coefficient=1e-21, thickness=0.0), "Film.thickness: expected "),
     "film, coefficient": (made(Film, coefficient=-1e-21, thickness=1e-6), "Film.coefficient: expected "),
@@ -339,14 +368,16 @@ GROUNDS: Rows = {
     "profile, backwards": (profile("polyline", given=[[0.0, 0.0], [-1.0, 0.0]]), "point 1 lies behind point 0"),
     "profile, one point twice": (profile("polyline", given=[[0.0, 0.0], [0.0, 0.0]]), "points 0 and 1 are one"),
     "profile, a side of three": (
-        profile("polyline", given=[[0.0, 0.0], [0.0, 1.0], [0.0, 2.0]]), "give the side of a step two points"
+        profile("polyline", given=[[0.0, 0.0], [0.0, 1.0], [0.0, 2.0]]),
+        "give the side of a step two points",
     ),
     "pits": (profile("pits", spacing=1.0, width=2.0, depth=1.0), "point 4 lies behind point 3"),
     "profile, file": (profile("file", file="nowhere.csv"), "cannot be read"),
     "stairs": (profile("staircase", tread=0.0, rise=1.0), "tread"),
     "stairs, restitution": (profile(**STAIRS, restitution=[1.5]), "restitution"),
     "profile, no walker": (
-        changed(scene_of("p1_n2"), ground__profile=STAIRS), "ground.profile: is ground under the feet of a walker"
+        changed(scene_of("p1_n2"), ground__profile=STAIRS),
+        "ground.profile: is ground under the feet of a walker",
     ),
     "feet, one side": (feet(left=TEETH), "foot 'leg1' has no ground: give that of its name or its side"),
     "feet, no foot": (feet(left=TEETH, right=TEETH, leg9=TEETH), "feet.leg9: the robot has no foot 'leg9'"),
@@ -355,7 +386,8 @@ GROUNDS: Rows = {
     "grounds, name": (balls(sof={}), "robot.feet.b.ground: there is no 'soft' in grounds"),
     "grounds, gravity": (balls(soft={"gravity": {"acceleration": 1.0}}), "grounds.soft.gravity: is of all feet"),
     "grounds, film": (
-        balls(soft={"film": {"coefficient": 1.0, "thickness": 1.0}}), "grounds.soft.film: ground has no film"
+        balls(soft={"film": {"coefficient": 1.0, "thickness": 1.0}}),
+        "grounds.soft.film: ground has no film",
     ),
     "motion, none": (motion(), "ground.motion: expected normal, along or both"),
     "motion twice": (motion(normal={"displacement": SINE, "velocity": SINE}), "got displacement and velocity"),
@@ -365,24 +397,25 @@ GROUNDS: Rows = {
     "motion, a corner": (motion(normal={"displacement": RAMP}), "would jump at 1 s, an impact"),
     "motion, lines": (motion(normal={"displacement": LINES}), "join samples by a cubic spline"),
     "motion, no way along": (
-        motion(along={"displacement": SINE}), "robot.structure.forward: the structure needs to know"
+        motion(along={"displacement": SINE}),
+        "robot.structure.forward: the structure needs to know",
     ),
     "motion, base by its speed": (motion(normal={"velocity": SINE}, base="stays"), "give the displacement"),
     "motion, base of a walker": (
-        motion("millipede", normal={"displacement": SINE}, base="stays"), "a walker has no base that could stay"
+        motion("millipede", normal={"displacement": SINE}, base="stays"),
+        "a walker has no base that could stay",
     ),
     "start in a laboratory": (
-        changed(scene_of("ball"), initial__in_laboratory=True), "initial.in_laboratory: the ground does not move"
+        changed(scene_of("ball"), initial__in_laboratory=True),
+        "initial.in_laboratory: the ground does not move",
     ),
     "motion, no upward": (
         changed("hexapod", ground__motion={"normal": {"displacement": SINE}}, ground__gravity=None),
         "robot.structure.upward: the structure needs to know",
     ),
-    "start, twice": (
-        changed(trotter(2), initial={"standing": {}, "displacement": [0.0] * 6}), "give one of the two"
-    ),
+    "start, twice": (changed(trotter(2), initial={"standing": {}, "displacement": [0.0] * 6}), "give one of the two"),
     "start, no walker": (changed("cantilever", initial={"standing": {}}), "only a walker stands on its feet"),
-}  # fmt: skip
+}
 
 TURNING = "turning-hexapod"
 WALKERS: Rows = {
@@ -393,14 +426,15 @@ WALKERS: Rows = {
     "tip of a leg across": (changed(TURNING, robot__structure__legs__LF__tip=TIP), "has no compliant tip"),
     "payload of one that turns": (changed(TURNING, robot__structure__payloads={"bag": BAG}), "has no payloads"),
     "incline of one that turns": (
-        changed(TURNING, ground__incline=0.1), "ground.incline: goes by the way straight ahead"
+        changed(TURNING, ground__incline=0.1),
+        "ground.incline: goes by the way straight ahead",
     ),
     "profile of one that turns": (changed(TURNING, ground__profile=STAIRS), "ground.profile: goes by the way"),
     "yaw of straight legs": (
         changed("hamr-like", robot__structure__body__yaw_inertia=1e-7),
         "a body turns about z on legs that move across the way",
     ),
-}  # fmt: skip
+}
 
 LAW = "from tarsus.model.laws import SmoothLaw\nfrom tarsus.base.spec import quantity\n"
 FORCE = f"{LAW}class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n"
@@ -458,12 +492,8 @@ FILES: Rows = {
         "cantilever", "signals.pzt.amplitude: expected a voltage (V), got '3 mm', which is a length", volts="3 mm"
     ),
     "hertz": device("cantilever", "signals.pzt.frequency: expected a frequency (Hz) above 0, got -1", hz=-1),
-    "path": device(
-        "cantilever", "unknown path; did you mean 'ground.film.thickness'?", **{"ground.flm.thickness": 1}
-    ),
-    "duty": device(
-        "cantilever", "signals.pzt.duty: missing; expected a pure number from 0 to 1", wave="ramped_square"
-    ),
+    "path": device("cantilever", "unknown path; did you mean 'ground.film.thickness'?", **{"ground.flm.thickness": 1}),
+    "duty": device("cantilever", "signals.pzt.duty: missing; expected a pure number from 0 to 1", wave="ramped_square"),
 }
 
 

@@ -30,11 +30,6 @@ def vtb(case: int) -> Frf:
 
 def beam() -> Frf:
     """Three accelerances of a free beam, a line every hertz."""
-    rows = [
-        np.loadtxt(DATA / f"pyuff_meas_point_{k}.txt", dtype=complex, converters=complex)[None]
-        for k in (1, 2, 3)
-    ]
+    rows = [np.loadtxt(DATA / f"pyuff_meas_point_{k}.txt", dtype=complex, converters=complex)[None] for k in (1, 2, 3)]
     values = np.array(rows)
-    return Frf(
-        np.arange(values.shape[-1], dtype=float), values, ("p1", "p2", "p3"), ("h",), Quantity.ACCELERATION
-    )
+    return Frf(np.arange(values.shape[-1], dtype=float), values, ("p1", "p2", "p3"), ("h",), Quantity.ACCELERATION)

@@ -54,9 +54,7 @@ def test_a_sweep_is_transformed_whole():
 @pytest.mark.parametrize("estimator", list(Estimator))
 def test_each_estimator_is_right_where_its_noise_is(estimator):
     noise = {Estimator.H1: (0.0, 0.5), Estimator.H2: (0.5, 0.0), Estimator.HV: (0.5, 0.5)}
-    frf = estimate_frf(
-        [record(random_drives(1, 1), *noise[estimator])], ["u0"], ["v"], BAND, estimator, segment=0.125
-    )
+    frf = estimate_frf([record(random_drives(1, 1), *noise[estimator])], ["u0"], ["v"], BAND, estimator, segment=0.125)
     power = np.abs(frf.values[0, 0] / exact(frf.frequency))
     wide = frf.frequency < 400.0
     if estimator is not Estimator.HV:
@@ -68,9 +66,7 @@ def test_each_estimator_is_right_where_its_noise_is(estimator):
     if estimator is Estimator.HV:
         between = np.sqrt(np.abs(h1.values * h2.values))
         assert np.abs(frf.values) == pytest.approx(between, rel=1e-9), "the geometric mean, for one drive"
-    assert np.median(np.abs(h1.values[0, 0, wide] / exact(h1.frequency)[wide])) == pytest.approx(
-        0.8, abs=0.02
-    )
+    assert np.median(np.abs(h1.values[0, 0, wide] / exact(h1.frequency)[wide])) == pytest.approx(0.8, abs=0.02)
     assert h1.coherence is not None
     assert h1.coherence == pytest.approx(np.abs(h1.values[0] / h2.values[0]), rel=1e-9)
 

@@ -34,9 +34,7 @@ def responses(
     values = scale**2 * np.einsum("mo,mi,mf->oif", SHAPES, SHAPES[:, :drives], modes) * (1.0j * w) ** order
     random = np.random.default_rng(7)
     level = noise * np.sqrt(np.mean(np.abs(values) ** 2, axis=-1, keepdims=True) / 2.0)
-    values = values + level * (
-        random.standard_normal(values.shape) + 1.0j * random.standard_normal(values.shape)
-    )
+    values = values + level * (random.standard_normal(values.shape) + 1.0j * random.standard_normal(values.shape))
     names = ("p1", "p2", "p3")
     return Frf(lines, values, names, names[:drives], quantity)
 
@@ -119,9 +117,7 @@ def test_weak_modes_of_a_band_seventy_times_as_wide_are_found():
 
 def test_modes_that_are_left_out_are_remarked():
     fine = np.arange(100.0, 1000.0, 0.5)
-    fit = identify_modes(
-        responses(Quantity.VELOCITY, 0.01, lines=fine), (110.0, 990.0), 3, between_fits=False
-    )
+    fit = identify_modes(responses(Quantity.VELOCITY, 0.01, lines=fine), (110.0, 990.0), 3, between_fits=False)
     assert len(fit.modes) < 3 and "unexplained" in fit.remarks[0]
 
 
@@ -138,11 +134,7 @@ def test_a_line_near_zero_that_is_off_the_grid_is_left_out():
 # Slow: one channel and many. Three stay.
 @pytest.mark.parametrize(
     ("channels", "apart"),
-    [
-        (3, 2.0),
-        pytest.param(1, 3.0, marks=pytest.mark.slow),
-        pytest.param(8, 0.5, marks=pytest.mark.slow),
-    ],
+    [(3, 2.0), pytest.param(1, 3.0, marks=pytest.mark.slow), pytest.param(8, 0.5, marks=pytest.mark.slow)],
 )
 def test_close_modes_are_told_apart(channels, apart):
     """Two modes of one damping, some half-power bands apart, the first weaker in all points together; 40 dB."""

@@ -20,34 +20,54 @@ from tarsus.records.readers import read_response
 
 MASS = (3e-4, 6e-4, 3e-4)
 BEAM = Lumped(
-    coordinates=("front", "middle", "hind"), mass=("0.3 g", "0.6 g", "0.3 g"),
-    stiffness=((400.0, -400.0, 0.0), (-400.0, 800.0, -400.0), (0.0, -400.0, 400.0)), damping_ratios=(0.0, 0.02, 0.02),
-)  # fmt: skip
+    coordinates=("front", "middle", "hind"),
+    mass=("0.3 g", "0.6 g", "0.3 g"),
+    stiffness=((400.0, -400.0, 0.0), (-400.0, 800.0, -400.0), (0.0, -400.0, 400.0)),
+    damping_ratios=(0.0, 0.02, 0.02),
+)
 BENDING = (1.0, -1.0, 1.0)
 """Its highest mode: ends against the middle, omega^2 = 400/0.3e-3 + 400/0.3e-3."""
 
 
-def written(
-    path: Path, *, masses: tuple[float, ...] = (1.2e-3,), analysis: int = 2, units: bool = False
-) -> Path:
+def written(path: Path, *, masses: tuple[float, ...] = (1.2e-3,), analysis: int = 2, units: bool = False) -> Path:
     file = pyuff.UFF(str(path))
     if units:  # millimetres and newton: masses in tonnes
         file.write_sets(
-            pyuff.prepare_164(units_code=9, units_description="mm", temp_mode=1, length=1e3, force=1.0, temp=1.0,
-                              temp_offset=0.0),
+            pyuff.prepare_164(
+                units_code=9, units_description="mm", temp_mode=1, length=1e3, force=1.0, temp=1.0, temp_offset=0.0
+            ),
             "overwrite",
-        )  # fmt: skip
+        )
     for number, mass in enumerate(masses, 1):
         file.write_sets(
             pyuff.prepare_55(
-                model_type=1, id1="bending", id2="NONE", id3="NONE", id4="NONE", id5="NONE", analysis_type=analysis,
-                data_ch=2, spec_data_type=8, data_type=2 if analysis == 2 else 5, n_data_per_node=3,
-                r1=np.zeros(3), r2=np.zeros(3), r3=np.array(BENDING), load_case=1, mode_n=number, node_nums=[1, 2, 7],
-                freq=np.sqrt(800.0 / 3e-4) / (2.0 * np.pi), modal_m=mass, modal_damp_vis=0.02, modal_damp_his=0.0,
-                eig=1j, modal_a=0j, modal_b=0j,
+                model_type=1,
+                id1="bending",
+                id2="NONE",
+                id3="NONE",
+                id4="NONE",
+                id5="NONE",
+                analysis_type=analysis,
+                data_ch=2,
+                spec_data_type=8,
+                data_type=2 if analysis == 2 else 5,
+                n_data_per_node=3,
+                r1=np.zeros(3),
+                r2=np.zeros(3),
+                r3=np.array(BENDING),
+                load_case=1,
+                mode_n=number,
+                node_nums=[1, 2, 7],
+                freq=np.sqrt(800.0 / 3e-4) / (2.0 * np.pi),
+                modal_m=mass,
+                modal_damp_vis=0.02,
+                modal_damp_his=0.0,
+                eig=1j,
+                modal_a=0j,
+                modal_b=0j,
             ),
             "add" if units or number > 1 else "overwrite",
-        )  # fmt: skip
+        )
     return path
 
 
@@ -133,12 +153,29 @@ def test_a_complex_shape_is_no_mode_of_a_structure(tmp_path: Path) -> None:
     file = pyuff.UFF(str(path))
     file.write_sets(
         pyuff.prepare_55(
-            model_type=1, id1="a", id2="NONE", id3="NONE", id4="NONE", id5="NONE", analysis_type=3, data_ch=2,
-            spec_data_type=8, data_type=5, n_data_per_node=3, r1=0j * turning, r2=0j * turning, r3=turning, load_case=1,
-            mode_n=1, node_nums=[1, 2, 3], eig=-1.0 + 100.0j, modal_a=200.0j, modal_b=0j,
+            model_type=1,
+            id1="a",
+            id2="NONE",
+            id3="NONE",
+            id4="NONE",
+            id5="NONE",
+            analysis_type=3,
+            data_ch=2,
+            spec_data_type=8,
+            data_type=5,
+            n_data_per_node=3,
+            r1=0j * turning,
+            r2=0j * turning,
+            r3=turning,
+            load_case=1,
+            mode_n=1,
+            node_nums=[1, 2, 3],
+            eig=-1.0 + 100.0j,
+            modal_a=200.0j,
+            modal_b=0j,
         ),
         "overwrite",
-    )  # fmt: skip
+    )
     with pytest.raises(InputError, match="mode 1 is complex: its points do not move in one phase"):
         read_mode_table(path)
     with pytest.raises(InputError, match=r"1 complex modes \(tarsus\.modes\.read_mode_table reads them"):
@@ -149,10 +186,19 @@ def test_a_complex_shape_is_no_mode_of_a_structure(tmp_path: Path) -> None:
 def test_results_of_an_analysis_are_a_table_of_modes(tmp_path: Path, width: int) -> None:
     """Data sets 2414 at nodes, as finite elements programs write them, beside stresses and results on elements."""
     common = {
-        "analysis_dataset_label": 1, "analysis_dataset_name": "modes", "id1": "NONE", "id2": "NONE", "id3": "NONE",
-        "id4": "NONE", "id5": "NONE", "model_type": 1, "analysis_type": 2, "data_characteristic": 2, "data_type": 2,
+        "analysis_dataset_label": 1,
+        "analysis_dataset_name": "modes",
+        "id1": "NONE",
+        "id2": "NONE",
+        "id3": "NONE",
+        "id4": "NONE",
+        "id5": "NONE",
+        "model_type": 1,
+        "analysis_type": 2,
+        "data_characteristic": 2,
+        "data_type": 2,
         "number_of_data_values_for_the_data_component": width,
-    }  # fmt: skip
+    }
     shapes = [np.eye(3, width) * k for k in (1.0, 2.0)]
     sets = []
     for number, (shape, frequency) in enumerate(zip(shapes, (100.0, 250.0), strict=True), 1):

@@ -13,7 +13,7 @@ from tarsus_reproduce.circle import fit_mode_circle
 
 CUED = np.array(
     [(251.692, 0.2695), (608.920, 0.264), (843.742, 0.277), (1028.341, 0.367), (1119.900, 0.245), (1427.288, 0.319)]
-)  # fmt: skip
+)
 BEAM = np.array([51.517, 142.176, 278.663, 460.395, 687.166, 958.533])
 
 
@@ -55,9 +55,7 @@ def test_one_mode_of_hardly_more_than_a_line(order):
     assert mode.verdict is ModeVerdict.DETERMINED
     assert mode.frequency.value == pytest.approx(212.092530551, rel=1e-3)
     assert mode.damping.value == pytest.approx(0.000810, rel=0.15)
-    assert mode.damping.value == pytest.approx(0.000863, rel=0.02), (
-        "pydvma's figure, also by maximum likelihood"
-    )
+    assert mode.damping.value == pytest.approx(0.000863, rel=0.02), "pydvma's figure, also by maximum likelihood"
 
 
 # Slow: higher orders of the same set. The lowest stays.
@@ -86,9 +84,7 @@ def test_modes_between_the_lines_keep_their_frequency_and_lose_their_damping():
     fit = identify_modes(beam(), (20.0, 999.0))
     assert fit.frequencies == pytest.approx(BEAM, rel=2e-4)
     assert [mode.verdict for mode in fit.modes] == [ModeVerdict.UNDER_RESOLVED] * 6
-    with pytest.raises(
-        InputError, match=r"half-power band of 0\.\d+ Hz is below the line spacing of 1 Hz"
-    ) as caught:
+    with pytest.raises(InputError, match=r"half-power band of 0\.\d+ Hz is below the line spacing of 1 Hz") as caught:
         fit.structure()
     assert len(caught.value.problems) == 6
 

@@ -28,9 +28,7 @@ def decay(rate: float, length: float, seed: int) -> Measurement:
     rows = 1e-3 * random.standard_normal((3, len(time)))
     for shape, (f, ratio) in zip(SHAPES, POLES, strict=True):
         w = 2.0 * np.pi * f
-        free = np.exp(-ratio * w * time) * np.cos(
-            w * np.sqrt(1.0 - ratio**2) * time + random.uniform(0.0, 6.0)
-        )
+        free = np.exp(-ratio * w * time) * np.cos(w * np.sqrt(1.0 - ratio**2) * time + random.uniform(0.0, 6.0))
         rows += shape[:, None] * random.normal(1.0, 0.3) * free
     channels = tuple(Channel(name, Quantity.VELOCITY) for name in NAMES)
     return Measurement(channels, rows, 1.0 / rate, source=f"decay{seed}.csv")
@@ -105,11 +103,7 @@ def test_a_decay_of_velocities_and_a_displacement():
 # Slow: sweeps of seconds. Roving points of one rate are taken in any order below.
 @pytest.mark.slow
 def test_roving_points_of_sweeps_of_different_rates_and_lengths():
-    files = (
-        driven(4000.0, 3.0, 1, points="a"),
-        driven(5000.0, 3.3, 2, points="b"),
-        driven(4000.0, 2.5, 3, points="c"),
-    )
+    files = (driven(4000.0, 3.0, 1, points="a"), driven(5000.0, 3.3, 2, points="b"), driven(4000.0, 2.5, 3, points="c"))
     fit = ts.modes(*files)
     check(fit, 1e-3, 0.02)
     assert fit.frf.outputs == NAMES and len(set(fit.frf.files)) == 3
@@ -155,7 +149,7 @@ def test_the_order_of_the_files_and_their_names_change_nothing(kind):
                 (Channel("v", move),), (Channel("f", Quantity.FORCE),), frf.frequency, one[None], None, f"{k}.csv"
             )
             for k, (move, one) in enumerate(zip(moves, values, strict=True))
-        ]  # fmt: skip
+        ]
     words = {"band": (110.0, 990.0), "decay": kind == "decays"}
     fit = ts.modes(*files, **words)
     assert any(mode.verdict is ModeVerdict.DETERMINED for mode in fit.modes)
@@ -192,8 +186,7 @@ def test_a_record_without_a_drive_goes_with_the_one_it_follows():
 
 
 @pytest.mark.parametrize(
-    ("seconds", "frequency", "damping"),
-    [(15.0, 2e-3, 0.15), pytest.param(60.0, 1e-3, 0.06, marks=pytest.mark.slow)],
+    ("seconds", "frequency", "damping"), [(15.0, 2e-3, 0.15), pytest.param(60.0, 1e-3, 0.06, marks=pytest.mark.slow)]
 )
 def test_a_random_drive_is_cut_into_segments(seconds, frequency, damping):
     check(ts.modes(driven(4000.0, seconds, 1, "noise"), band=BAND), frequency, damping)
@@ -215,11 +208,15 @@ def test_a_mode_that_moves_between_files_is_one():
     shifted = [responses(Quantity.VELOCITY, 0.003), responses(Quantity.VELOCITY, 0.003)]
     files = [
         FrequencyResponse(
-            (Channel(name, Quantity.VELOCITY, point=name),), (Channel("f", Quantity.FORCE),),
-            one.frequency * factor, one.values[k : k + 1, :1], None, f"{name}.uff",
+            (Channel(name, Quantity.VELOCITY, point=name),),
+            (Channel("f", Quantity.FORCE),),
+            one.frequency * factor,
+            one.values[k : k + 1, :1],
+            None,
+            f"{name}.uff",
         )
         for k, (name, one, factor) in enumerate(zip("ab", shifted, (1.0, 1.0), strict=True))
-    ]  # fmt: skip
+    ]
     moved = replace(files[1], values=np.roll(files[1].values, 5, axis=-1))
     fit = ts.modes(files[0], moved, band=(110.0, 990.0))
     determined = [m.frequency.value for m in fit.modes if m.verdict is ModeVerdict.DETERMINED]
@@ -245,13 +242,9 @@ def test_what_it_writes_and_compares(tmp_path, capsys):
     shapes = pyuff.UFF(str(out / "shapes.unv")).read_sets()
     assert [int(one["mode_n"]) for one in shapes] == [1, 2, 3]
     size = 2.0 * np.pi * POLES[0][0]
-    assert abs(shapes[0]["eig"]) == pytest.approx(size, rel=1e-3) and max(
-        abs(shapes[0]["r1"])
-    ) == pytest.approx(1.0)
+    assert abs(shapes[0]["eig"]) == pytest.approx(size, rel=1e-3) and max(abs(shapes[0]["r1"])) == pytest.approx(1.0)
     assert "frequency" in (out / "modes.csv").read_text().splitlines()[0]
-    assert (
-        run(["modes", *files, "--band", "110Hz:990Hz", "--against", str(out / "modes.json"), "--json"]) == 0
-    )
+    assert run(["modes", *files, "--band", "110Hz:990Hz", "--against", str(out / "modes.json"), "--json"]) == 0
     compared = json.loads(capsys.readouterr().out)["compared"]
     assert "MAC" in json.dumps(compared)
 
@@ -265,10 +258,7 @@ def test_what_it_refuses(tmp_path):
     with pytest.raises(InputError, match="other channels"):
         ts.modes(record, record.select(["a"]), decay=True)
     one = FrequencyResponse(
-        (Channel("v", Quantity.VELOCITY),),
-        (Channel("f", Quantity.FORCE),),
-        np.arange(1.0, 99.0),
-        np.ones((1, 1, 98)),
+        (Channel("v", Quantity.VELOCITY),), (Channel("f", Quantity.FORCE),), np.arange(1.0, 99.0), np.ones((1, 1, 98))
     )
     with pytest.raises(InputError, match="give one kind"):
         ts.modes(record, one)

@@ -13,10 +13,7 @@ from tarsus.base.events import IMPACTS
 
 
 def table(restitution, gamma):
-    return scene(
-        "vibrating_table",
-        {"ground.restitution.coefficient": restitution, "signals.table.amplitude": gamma},
-    )
+    return scene("vibrating_table", {"ground.restitution.coefficient": restitution, "signals.table.amplitude": gamma})
 
 
 def multipliers_of_bounce(e, gamma, sign):
@@ -41,9 +38,7 @@ def test_a_ball_rests_or_bounces(ball):
     after = 0.8 / 1.8
     assert bounce.energy == pytest.approx(0.5 * (after / 0.8) ** 2 * (1.0 - 0.64), rel=1e-6)
     assert bounce.measures["impact_speed"].value == pytest.approx(after / 0.8, rel=1e-6)
-    assert np.sort_complex(bounce.orbit.multipliers) == pytest.approx(
-        multipliers_of_bounce(0.8, 0.5, 1.0), abs=1e-7
-    )
+    assert np.sort_complex(bounce.orbit.multipliers) == pytest.approx(multipliers_of_bounce(0.8, 0.5, 1.0), abs=1e-7)
 
 
 def test_shares_are_counts_of_starts_with_their_interval(ball):
@@ -65,18 +60,14 @@ def test_the_edge_of_the_basins_is_the_unstable_bounce(ball):
     (edge,) = ball.edges
     assert edge.width < 2e-10
     assert not edge.orbit.stable
-    assert np.sort_complex(edge.orbit.multipliers) == pytest.approx(
-        multipliers_of_bounce(0.8, 0.5, -1.0), abs=1e-6
-    )
+    assert np.sort_complex(edge.orbit.multipliers) == pytest.approx(multipliers_of_bounce(0.8, 0.5, -1.0), abs=1e-6)
 
 
 @pytest.mark.slow
 def test_an_edge_of_any_two_basins_is_found_on_asking(ball):
     edge = ball.edge(1, 0)
     assert edge.between == (1, 0) and edge.width < 2e-10
-    assert np.sort_complex(edge.orbit.multipliers) == pytest.approx(
-        multipliers_of_bounce(0.8, 0.5, -1.0), abs=1e-6
-    )
+    assert np.sort_complex(edge.orbit.multipliers) == pytest.approx(multipliers_of_bounce(0.8, 0.5, -1.0), abs=1e-6)
     with pytest.raises(ts.InputError, match="two attractors that starts lead to, got 1 and 1"):
         ball.edge(1, 1)
 
@@ -109,9 +100,7 @@ def test_the_millipede_has_three_gaits_whatever_the_threads():
     found = ts.attractors("millipede", starts=60, over=over, edges=False, threads=2)
     assert [round(1e6 * one.travel, 2) for one in found.found] == [1.54, 3.29, 4.63]
     assert all(one.confirmed and one.orbit.stable for one in found.found)
-    assert [one.orbit.travel for one in found.found] == pytest.approx(
-        [one.travel for one in found.found], rel=1e-5
-    )
+    assert [one.orbit.travel for one in found.found] == pytest.approx([one.travel for one in found.found], rel=1e-5)
     again = ts.attractors("millipede", starts=60, over=over, edges=False, threads=1)
     assert (again.label == found.label).all()
 
@@ -128,9 +117,7 @@ def test_drives_of_a_gait_are_ahead_together():
     """A walker that is put down while it walks: the scene of each gait, whose legs have phases, walks it alone."""
     found = ts.attractors("millipede", starts=12, over={"phase": ("0 deg", "360 deg")}, edges=False)
     travels = [one.travel * 1e6 for one in found]
-    assert len(found) > 1 and all(
-        min(abs(one - each) for each in (1.539, 3.293, 4.632)) < 1e-3 for one in travels
-    )
+    assert len(found) > 1 and all(min(abs(one - each) for each in (1.539, 3.293, 4.632)) < 1e-3 for one in travels)
     for one in found:
         late = np.array(list(one.scene.gait.phases.values()))
         assert np.ptp(late) == pytest.approx(0.5) and late.max() < 0.5  # alternating still, and ahead
@@ -176,11 +163,10 @@ def test_a_motion_of_twelve_periods_has_multipliers():
     """Each impact contracts areas by e^2: the multipliers' product, whatever the period; it is known as they are, to
     1e-9 of the entries of the return's derivative."""
     values = {
-        "ground.restitution.coefficient": 0.759375, "signals.table.amplitude": 1.3984375,
+        "ground.restitution.coefficient": 0.759375,
+        "signals.table.amplitude": 1.3984375,
         "initial.displacement": (118e-6,),  # found at a point of the orbit where entries are below 50, of others 2000
-    }  # fmt: skip
-    (found,) = ts.attractors(
-        ts.with_values(ts.load_scene("ball-on-table"), values), starts=8, edges=False
-    ).found
+    }
+    (found,) = ts.attractors(ts.with_values(ts.load_scene("ball-on-table"), values), starts=8, edges=False).found
     assert (found.multiple, found.impacts) == (12, 12) and found.orbit is not None
     assert np.prod(found.orbit.multipliers).real == pytest.approx(0.759375**24, abs=1e-9)

@@ -23,9 +23,7 @@ class Return:
         return self.events == other.events
 
 
-def slope_of(
-    function: Callable[[float], float], events: Callable[[float], int], *, fine: bool = False
-) -> float:
+def slope_of(function: Callable[[float], float], events: Callable[[float], int], *, fine: bool = False) -> float:
     """Derivative at zero of a function of one number, which has events by that."""
 
     def at(place: float) -> Return:
@@ -56,11 +54,7 @@ def slope_of(
     ids=["smooth", "root", "kink", "change", "neither", "neither, a jump"],
 )
 def test_a_return_is_differenced_where_its_events_are_the_same(
-    function: Callable[[float], float],
-    events: Callable[[float], int],
-    slope: float,
-    close: float,
-    fine: bool,
+    function: Callable[[float], float], events: Callable[[float], int], slope: float, close: float, fine: bool
 ) -> None:
     assert slope_of(function, events, fine=fine) == pytest.approx(slope, rel=close, abs=close)
 

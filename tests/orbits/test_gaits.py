@@ -24,9 +24,7 @@ def test_the_packaged_walker_has_a_stable_gait(gait):
     # its events are those of the run, a period on
     start = gait.start
     later = run.events[(run.events["time"] > start) & (run.events["time"] < start + gait.period)]
-    assert list(later["kind"]) == list(gait.events["kind"]) and list(later["foot"]) == list(
-        gait.events["foot"]
-    )
+    assert list(later["kind"]) == list(gait.events["kind"]) and list(later["foot"]) == list(gait.events["foot"])
     np.testing.assert_allclose(later["time"] - start, gait.events["time"], rtol=0, atol=1e-8 * gait.period)
 
 

@@ -48,9 +48,7 @@ def test_starts_of_one_motion_do_not_differ():
 
 
 def test_a_foot_that_reaches_further_down_is_put_down_higher():
-    scene = ts.with_values(
-        ts.load_scene("millipede"), {f"robot.feet.{one}.gap": 1e-6 for one in ("L1", "R1")}
-    )
+    scene = ts.with_values(ts.load_scene("millipede"), {f"robot.feet.{one}.gap": 1e-6 for one in ("L1", "R1")})
     made = scored(SettledMotion(1.0, 2), scene, {GAP: np.array([0.0, 2e-6])}, SPEED, Shared())
     assert made.code == [ResultCode.DONE] * 2 and np.isfinite(made.value).all()
 
@@ -62,20 +60,14 @@ def test_nothing_is_told_of_a_robot_that_fails_from_one_start(monkeypatch):
 
     def stopped(*words, **options):
         made = batch(*words, **options)
-        made.__dict__["codes"] = [
-            ResultCode.STEP_LIMIT if i == 1 else one for i, one in enumerate(made.codes)
-        ]
+        made.__dict__["codes"] = [ResultCode.STEP_LIMIT if i == 1 else one for i, one in enumerate(made.codes)]
         return made
 
     monkeypatch.setattr(module, "simulate_batch", stopped)
     rates = {"ground.adhesion.rate": np.array([1e-6, 3e-6])}
     made = scored(SettledMotion(1.0, 2), ts.load_scene("millipede"), rates, SPEED, Shared())
     assert made.code == [ResultCode.STEP_LIMIT, ResultCode.DONE]
-    assert (
-        np.isnan(made.value[0]).all()
-        and np.isnan(made.over_starts[0]).all()
-        and np.isfinite(made.value[1]).all()
-    )
+    assert np.isnan(made.value[0]).all() and np.isnan(made.over_starts[0]).all() and np.isfinite(made.value[1]).all()
 
 
 def test_walkers_are_measured_by_their_settled_motion():
@@ -98,10 +90,7 @@ def test_walkers_are_measured_by_their_settled_motion():
         ({"from_rest": 0.2, "duration": 1.0}, "duration: an episode is as long as from_rest says"),
         ({"from_rest": 0.2, "starts": 3}, "starts: an episode from rest has the scene's own start alone"),
         ({"measures": ("stride", "max_heave")}, "measures.1: 'max_heave' is of a whole run from its start"),
-        (
-            {"scene": ts.with_values(ts.load_scene("millipede"), {"gait": None})},
-            "no drive is periodic; .*from_rest",
-        ),
+        ({"scene": ts.with_values(ts.load_scene("millipede"), {"gait": None})}, "no drive is periodic; .*from_rest"),
     ],
 )
 def test_what_a_settled_motion_has_not_is_refused(given, said):

@@ -73,20 +73,15 @@ def test_matlab_vectors(tmp_path, version):
 
 def test_matlab_structures_tables_and_units(tmp_path):
     path = tmp_path / "record.mat"
-    savemat(
-        path, {"run": {"time": TIME[:, None], "ch": np.column_stack([TIP, VOLTS])}, "units": {"gain": "V"}}
-    )
+    savemat(path, {"run": {"time": TIME[:, None], "ch": np.column_stack([TIP, VOLTS])}, "units": {"gain": "V"}})
     with pytest.raises(ts.InputError, match=r"nothing says what channel 'run\.ch/1' measures"):
         read_measurement(path)
     record = read_measurement(
-        path,
-        channels={"run.ch/1": {"unit": "mm/s", "name": "tip", "noise": "2 um/s"}, "run.ch/2": {"unit": "V"}},
+        path, channels={"run.ch/1": {"unit": "mm/s", "name": "tip", "noise": "2 um/s"}, "run.ch/2": {"unit": "V"}}
     )
     check(record, "tip", "run.ch/2")
     assert record.channel("tip").noise == pytest.approx(2e-6)
-    savemat(
-        path, {"time": TIME, "tip": TIP, "volts": VOLTS, "units": {"tip": "mm/s", "volts": "V", "time": "s"}}
-    )
+    savemat(path, {"time": TIME, "tip": TIP, "volts": VOLTS, "units": {"tip": "mm/s", "volts": "V", "time": "s"}})
     check(read_measurement(path), "tip", "volts")
     units = {"run": {"tip": "mm/s", "volts": "V"}}
     savemat(path, {"run": {"time": TIME, "tip": TIP, "volts": VOLTS}, "units": units})
@@ -121,9 +116,7 @@ def test_vectors_of_another_length(tmp_path):
 
 def test_measured_responses_of_others():
     one = read_response(
-        REAL / "vtb_case1.mat",
-        channels={"Hf_chan_2": {"unit": "m/s^2", "coherence": "Hf_coh_chan_2"}},
-        input_unit="N",
+        REAL / "vtb_case1.mat", channels={"Hf_chan_2": {"unit": "m/s^2", "coherence": "Hf_coh_chan_2"}}, input_unit="N"
     )
     assert one.values.shape == (1, 1, 1601) and one.frequency[1] == pytest.approx(0.3125)
     assert "the coherence of 'Hf_chan_2' is not between 0 and 1 at 5 lines" in "\n".join(one.notes)
@@ -228,9 +221,7 @@ def test_tdms(tmp_path):
 def test_tdms_without_its_library_says_what_to_do(tmp_path, monkeypatch):
     path = tdms(tmp_path / "record.tdms")
     monkeypatch.setitem(sys.modules, "nptdms", None)
-    with pytest.raises(
-        ts.InputError, match=r"install it with pip install nptdms, or export the file as LVM"
-    ):
+    with pytest.raises(ts.InputError, match=r"install it with pip install nptdms, or export the file as LVM"):
         read_measurement(path)
 
 
@@ -326,11 +317,17 @@ def test_numbers_that_may_have_to_be_multiplied_are_told(tmp_path):
 @pytest.mark.parametrize(
     ("name", "value", "step"),
     [
-        ("fs", 50e3, 2e-5), ("sample_rate_hz", 50e3, 2e-5), ("SamplingFrequency", 50000, 2e-5), ("dt", 2e-5, 2e-5),
-        ("sample_rate", "50 kHz", 2e-5), ("Sampling Rate [kHz]", 50.0, 2e-5), ("dt_us", 20.0, 2e-5),
-        ("SampleRateHz", np.array([50e3]), 2e-5), ("sampling_interval", "20 us", 2e-5),
+        ("fs", 50e3, 2e-5),
+        ("sample_rate_hz", 50e3, 2e-5),
+        ("SamplingFrequency", 50000, 2e-5),
+        ("dt", 2e-5, 2e-5),
+        ("sample_rate", "50 kHz", 2e-5),
+        ("Sampling Rate [kHz]", 50.0, 2e-5),
+        ("dt_us", 20.0, 2e-5),
+        ("SampleRateHz", np.array([50e3]), 2e-5),
+        ("sampling_interval", "20 us", 2e-5),
     ],
-)  # fmt: skip
+)
 @pytest.mark.parametrize("where", ["file", "group", "data set", "scalar"])
 def test_a_rate_may_be_an_attribute_of_anything(tmp_path, name, value, step, where):
     path = tmp_path / "record.h5"

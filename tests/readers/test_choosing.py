@@ -56,9 +56,7 @@ def test_units_of_axes_and_ratios():
     assert (found[0].quantity, found[1].quantity) == (Quantity.VELOCITY, Quantity.VOLTAGE)
     assert found[0].factor / found[1].factor == pytest.approx(1.0)
     assert time_factor("[ ms ]") == pytest.approx(1e-3) and frequency_factor("kHz") == pytest.approx(1e3)
-    assert (
-        time_factor("m") is None and scaled("kg") is None and scaled("") is None and ratio_of("m/s") is None
-    )
+    assert time_factor("m") is None and scaled("kg") is None and scaled("") is None and ratio_of("m/s") is None
 
 
 def test_clipping_is_told_from_the_samples():
@@ -79,9 +77,7 @@ def test_clipping_is_told_from_the_samples():
 def test_a_clipped_channel_is_refused_unless_accepted(tmp_path):
     wave = np.sin(0.05 * N)
     path = table(tmp_path, **{"tip [mm/s]": np.clip(wave, -0.8, 0.8), "drive [V]": np.sign(wave)})
-    with pytest.raises(
-        ts.InputError, match=r"record.csv: channel 'tip' is clipped: \d+ of 2000 samples stand in runs"
-    ):
+    with pytest.raises(ts.InputError, match=r"record.csv: channel 'tip' is clipped: \d+ of 2000 samples stand in runs"):
         read_measurement(path)
     accepted = read_measurement(path, channels={"tip": {"accept_clipped": True}, "drive": {}})
     assert "channel 'tip' is clipped" in "\n".join(accepted.notes) and accepted.drive == "drive"
@@ -106,19 +102,12 @@ def test_the_drive(tmp_path):
 
 
 def test_what_was_not_used_is_noted(tmp_path):
-    path = table(
-        tmp_path, **{"tip [m/s]": np.sin(N), "temperature": 20 + 0.1 * np.cos(N), "hip [m/s]": np.cos(N)}
-    )
-    assert "nothing says what channel 'temperature' measures: not used" in "\n".join(
-        read_measurement(path).notes
-    )
+    path = table(tmp_path, **{"tip [m/s]": np.sin(N), "temperature": 20 + 0.1 * np.cos(N), "hip [m/s]": np.cos(N)})
+    assert "nothing says what channel 'temperature' measures: not used" in "\n".join(read_measurement(path).notes)
     record = read_measurement(path, channels={"tip": "mm/s"})
     assert record.names == ("tip",) and record["tip"][1] == pytest.approx(1e-3 * np.sin(1))
     notes = "\n".join(record.notes)
-    assert (
-        "not chosen: 'temperature', 'hip'" in notes
-        and "taken in mm/s as chosen; the file says 'm/s'" in notes
-    )
+    assert "not chosen: 'temperature', 'hip'" in notes and "taken in mm/s as chosen; the file says 'm/s'" in notes
 
 
 def test_wrong_choices_are_sentences(tmp_path):

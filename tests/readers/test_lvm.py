@@ -39,17 +39,13 @@ def test_columns_that_go_on_are_told():
 
 
 def test_a_header_at_odds_with_the_times_is_refused_until_one_is_chosen():
-    with pytest.raises(
-        ts.InputError, match=r"every 0\.000586 s .* but the column 'time' has one every 0\.000605 s"
-    ):
+    with pytest.raises(ts.InputError, match=r"every 0\.000586 s .* but the column 'time' has one every 0\.000605 s"):
         read_measurement(SHOCK / "shock_hit_0.5.lvm", channels=CHANNELS)
     assert read_measurement(SHOCK / "shock_hit_0.5.lvm", channels=CHANNELS, step="0.6 ms").step == 0.6e-3
 
 
 def test_a_drive_that_stands_still_is_missing():
-    with pytest.raises(
-        ts.InputError, match="the drive is missing: channel 'excitation_shock' is 0 V throughout"
-    ):
+    with pytest.raises(ts.InputError, match="the drive is missing: channel 'excitation_shock' is 0 V throughout"):
         read_measurement(
             SHOCK / "shock_free_0.5.lvm",
             channels={"excitation_shock": "V", **CHANNELS},
@@ -76,11 +72,7 @@ def changed(tmp_path: Path, old: str, new: str) -> Path:
             "accelerometer_bass",
             "no channel 'accelerometer_base'; did you mean 'accelerometer_bass'",
         ),
-        (
-            "0.239985",
-            "broken",
-            "line 25: column 'accelerometer_base' has 'broken' where a number is expected",
-        ),
+        ("0.239985", "broken", "line 25: column 'accelerometer_base' has 'broken' where a number is expected"),
         (",0.000605,", ",0.000905,", "record.lvm: the sampling is not even"),
         (
             "0.187271",

@@ -33,9 +33,7 @@ def csv(tmp_path: Path, names: str, *columns: np.ndarray) -> Path:
 
 def test_real_and_imaginary_part_in_two_series(tmp_path):
     path = mat(tmp_path, f=LINES, Hre=H[0].real, Him=H[0].imag)
-    with pytest.raises(
-        ts.InputError, match="name the second part of a response under channels, as imaginary"
-    ):
+    with pytest.raises(ts.InputError, match="name the second part of a response under channels, as imaginary"):
         read_response(path)
     read = read_response(path, channels={"Hre": {"unit": UNIT, "imaginary": "Him"}})
     assert read.values[0, 0] == pytest.approx(H[0]) and read.frequency == pytest.approx(LINES)
@@ -83,19 +81,12 @@ def test_decibels_are_never_taken_as_amplitudes(tmp_path, names, channels):
 def test_headers_in_other_words(tmp_path, names):
     read = read_response(csv(tmp_path, names, LINES, H[0].real, H[0].imag))
     assert read.values[0, 0] == pytest.approx(H[0], rel=1e-6)
-    assert read.outputs[0].name in (
-        "Realteil",
-        "Partie r\N{LATIN SMALL LETTER E WITH ACUTE}elle",
-        "H1",
-        "H1 Velocity",
-    )
+    assert read.outputs[0].name in ("Realteil", "Partie r\N{LATIN SMALL LETTER E WITH ACUTE}elle", "H1", "H1 Velocity")
 
 
 def test_a_response_that_is_there_in_two_forms_counts_once(tmp_path):
     size, angle = 20.0 * np.log10(np.abs(H[0, 1:])), np.angle(H[0, 1:], deg=True)
-    path = csv(
-        tmp_path, "f_Hz,H1_re,H1_im,H1_dB,H1_phase_deg", LINES[1:], H[0, 1:].real, H[0, 1:].imag, size, angle
-    )
+    path = csv(tmp_path, "f_Hz,H1_re,H1_im,H1_dB,H1_phase_deg", LINES[1:], H[0, 1:].real, H[0, 1:].imag, size, angle)
     assert read_response(path, channels={"H1": UNIT}).values.shape == (1, 1, 59)
 
 
@@ -158,20 +149,13 @@ def test_empty_lines_between_rows_and_times_of_day(tmp_path):
     record = read_measurement(path)
     assert record.count == 30 and record.step == pytest.approx(0.01)
     path.write_text("t,x\n" + "\n".join(f"12:00:{row}" for row in rows) + "\n", encoding="utf-8")
-    with pytest.raises(
-        ts.InputError, match=r"'12:00:0\.29' where a number is expected; write times as seconds"
-    ):
+    with pytest.raises(ts.InputError, match=r"'12:00:0\.29' where a number is expected; write times as seconds"):
         read_measurement(path)
 
 
 @pytest.mark.parametrize(
     ("unit", "factor"),
-    [
-        ("g/lbf", 9.80665 / 4.4482216),
-        ("in/s^2/lbf", 0.0254 / 4.4482216),
-        ("(1/N)*(m/s^2)", 1.0),
-        ("1/kg", 1.0),
-    ],
+    [("g/lbf", 9.80665 / 4.4482216), ("in/s^2/lbf", 0.0254 / 4.4482216), ("(1/N)*(m/s^2)", 1.0), ("1/kg", 1.0)],
 )
 def test_units_of_accelerances(tmp_path, unit, factor):
     read = read_response(mat(tmp_path, f=LINES, H=H[0]), channels={"H": unit})

@@ -60,11 +60,7 @@ def test_tables(tmp_path, text):
 def test_a_last_line_without_its_end_is_told(tmp_path):
     cut = POLYTEC.rstrip()
     assert "its last line has no line end" in "\n".join(read_measurement(write(tmp_path, cut)).notes)
-    fixed = (
-        POLYTEC.replace("\t0,5\n", "\t0,500\n")
-        .replace("\t1,0\n", "\t1,000\n")
-        .replace("\t0,0\n", "\t0,000\n")
-    )
+    fixed = POLYTEC.replace("\t0,5\n", "\t0,500\n").replace("\t1,0\n", "\t1,000\n").replace("\t0,0\n", "\t0,000\n")
     with pytest.raises(ts.InputError, match=r"record.txt is truncated: its last number '-1,0' is cut"):
         read_measurement(write(tmp_path, fixed.rstrip()))
 
@@ -91,11 +87,7 @@ def test_a_rate_in_the_header(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        (
-            "2,000E+01",
-            "NaN",
-            "channel 'Velocity' has 1 gap: 1 samples are no finite number, the first at sample 1",
-        ),
+        ("2,000E+01", "NaN", "channel 'Velocity' has 1 gap: 1 samples are no finite number, the first at sample 1"),
         ("2,000E+01", "", "channel 'Velocity' has 1 gap"),
         ("4,000E+01", "4,0x", "line 9: column 'Velocity' has '4,0x' where a number is expected"),
         ("\t1,000E+01\t-1,0\n", "", "record.txt is truncated: its last line 10 has 1 of 3 columns"),
@@ -112,16 +104,8 @@ def test_wrong_data_name_file_channel_and_cause(tmp_path, old, new, said):
 @pytest.mark.parametrize(
     ("names", "units", "cells"),
     [
-        (
-            "Frequency\tFRF Real\tFRF Imaginary\tCoherence",
-            "[ Hz ]\t[ m/s / N ]\t[ m/s / N ]\t[ - ]",
-            "{re}\t{im}",
-        ),
-        (
-            "Frequency\tFRF Magnitude\tFRF Phase\tCoherence",
-            "[ Hz ]\t[ m/s / N ]\t[ deg ]\t[ - ]",
-            "{mag}\t{deg}",
-        ),
+        ("Frequency\tFRF Real\tFRF Imaginary\tCoherence", "[ Hz ]\t[ m/s / N ]\t[ m/s / N ]\t[ - ]", "{re}\t{im}"),
+        ("Frequency\tFRF Magnitude\tFRF Phase\tCoherence", "[ Hz ]\t[ m/s / N ]\t[ deg ]\t[ - ]", "{mag}\t{deg}"),
         ("Frequency\tFRF\tCoherence", "[ Hz ]\t[ m/s / N ]\t[ - ]", "({re}+{im}j)"),
     ],
 )
@@ -158,9 +142,7 @@ def test_one_complex_number_a_line(point, last):
 
 def test_a_phase_without_its_unit_is_refused(tmp_path):
     text = "Frequency [Hz],FRF Magnitude [m/s/N],FRF Phase\n1,2,3\n2,3,4\n"
-    with pytest.raises(
-        ts.InputError, match=r"record.txt: column 'FRF Phase' is a phase, but nothing says whether"
-    ):
+    with pytest.raises(ts.InputError, match=r"record.txt: column 'FRF Phase' is a phase, but nothing says whether"):
         read_response(write(tmp_path, text))
 
 

@@ -45,13 +45,7 @@ def function(data: np.ndarray, x: np.ndarray, kind: int, node: int, **more: Any)
 
 def units(code: int, length: float, force: float) -> dict[str, Any]:
     return pyuff.prepare_164(
-        units_code=code,
-        units_description="units",
-        temp_mode=1,
-        length=length,
-        force=force,
-        temp=1.0,
-        temp_offset=0.0,
+        units_code=code, units_description="units", temp_mode=1, length=length, force=force, temp=1.0, temp_offset=0.0
     )
 
 
@@ -121,10 +115,15 @@ def test_time_series_in_the_units_of_the_file(tmp_path, binary):
 @pytest.mark.parametrize(
     "label, kind, factor",
     [
-        ("mm/s", 11, 1e-3), ("um", 8, 1e-6), ("g", 12, 9.80665), ("mV", 0, 1e-3), ("NONE", 11, 1.0),
-        ("in/s", 11, 0.0254), ("m/s2", 12, 1.0),
+        ("mm/s", 11, 1e-3),
+        ("um", 8, 1e-6),
+        ("g", 12, 9.80665),
+        ("mV", 0, 1e-3),
+        ("NONE", 11, 1.0),
+        ("in/s", 11, 0.0254),
+        ("m/s2", 12, 1.0),
     ],
-)  # fmt: skip
+)
 def test_a_label_is_the_unit_where_the_file_states_no_system(tmp_path, label, kind, factor):
     values = RANDOM.normal(size=300)
     data = function(values, TIMES, 1, 1, ordinate_spec_data_type=kind, ordinate_axis_units_lab=label)
@@ -165,10 +164,7 @@ def test_the_unit_of_a_ratio_stands_at_the_ordinate(tmp_path):
 
 
 def test_units_that_contradict_themselves_are_not_relied_on(tmp_path):
-    sets = [
-        units(1, 3.28083989501312334, 0.224808943099710480),
-        function(RANDOM.normal(size=300), TIMES, 1, 1),
-    ]
+    sets = [units(1, 3.28083989501312334, 0.224808943099710480), function(RANDOM.normal(size=300), TIMES, 1, 1)]
     path = write(tmp_path / "time.uff", sets)
     with pytest.raises(ts.InputError, match=r"nothing says what channel '1\+Z' measures"):
         read_measurement(path)
@@ -184,9 +180,7 @@ def test_repeats_of_a_point_are_told_apart(tmp_path):
 
 def test_records_sampled_differently_are_not_mixed(tmp_path):
     sets = [function(RANDOM.normal(size=300), k * TIMES, 1, k) for k in (1, 2)]
-    with pytest.raises(
-        ts.InputError, match=r"'2\+Z' is sampled every 0.0002 s from 0 s, '1\+Z' every 0.0001 s"
-    ):
+    with pytest.raises(ts.InputError, match=r"'2\+Z' is sampled every 0.0002 s from 0 s, '1\+Z' every 0.0001 s"):
         read_measurement(write(tmp_path / "time.uff", sets))
 
 
@@ -194,9 +188,7 @@ def test_uneven_times_are_told(tmp_path):
     times = TIMES.copy()
     times[150:] += 3e-4
     data = function(RANDOM.normal(size=300), times, 1, 1, abscissa_spacing=0)
-    with pytest.raises(
-        ts.InputError, match=r"time.uff: the sampling is not even: .* 0\.0004 s after sample 149"
-    ):
+    with pytest.raises(ts.InputError, match=r"time.uff: the sampling is not even: .* 0\.0004 s after sample 149"):
         read_measurement(write(tmp_path / "time.uff", [data]))
 
 
@@ -219,10 +211,20 @@ def test_data_at_nodes_by_frequency(tmp_path):
         shape = np.array([1.0 + k, 2.0j])
         sets.append(
             pyuff.prepare_55(
-                model_type=1, analysis_type=5, data_ch=2, spec_data_type=11, n_data_per_node=3,
-                load_case=1, freq_step_n=k, freq=100.0 + k, node_nums=[3, 5], r1=0 * shape, r2=0 * shape, r3=shape,
+                model_type=1,
+                analysis_type=5,
+                data_ch=2,
+                spec_data_type=11,
+                n_data_per_node=3,
+                load_case=1,
+                freq_step_n=k,
+                freq=100.0 + k,
+                node_nums=[3, 5],
+                r1=0 * shape,
+                r2=0 * shape,
+                r3=shape,
             )
-        )  # fmt: skip
+        )
     response = read_response(write(tmp_path / "ods.uff", sets), input_unit="V")
     assert [one.name for one in response.outputs] == ["3+Z", "5+Z"]
     assert response.frequency.tolist() == [100.0, 101.0, 102.0]
@@ -235,9 +237,7 @@ def test_marks_that_do_not_enclose_data_sets_are_told(tmp_path):
     path = write(tmp_path / "frf.uff", [function(H[0], LINES, 4, 1)])
     content = path.read_bytes()
     path.write_bytes(content + b"    -1\n" + content + b"    -1\n")
-    with pytest.raises(
-        ts.InputError, match=r"frf.uff is damaged: a data set between its marks \(-1\) has no number"
-    ):
+    with pytest.raises(ts.InputError, match=r"frf.uff is damaged: a data set between its marks \(-1\) has no number"):
         read_response(path)
 
 
@@ -270,16 +270,22 @@ ROW = ["1.5", "-2.25", "3.0", "-4.5", "5.0", "6.0", "-7.0", "8.0"]
 @pytest.mark.parametrize(
     "rows",
     [
-        ["  1.50000D+00 -2.25000D+00  3.00000d+00 -4.50000D+00  5.00000D+00  6.00000D+00",
-         " -7.00000D+00  8.00000D+00"],
-        ["-1.50000E+000-2.25000E+000 3.00000E+000-4.50000E+000 5.00000E+000 6.00000E+000",
-         "-7.00000E+000 8.00000E+000"],
+        [
+            "  1.50000D+00 -2.25000D+00  3.00000d+00 -4.50000D+00  5.00000D+00  6.00000D+00",
+            " -7.00000D+00  8.00000D+00",
+        ],
+        [
+            "-1.50000E+000-2.25000E+000 3.00000E+000-4.50000E+000 5.00000E+000 6.00000E+000",
+            "-7.00000E+000 8.00000E+000",
+        ],
         [" 1.5 -2.25 3 -4.5", "5 6 -7 8"],
-        ["  1.50000E+00 -2.25000E+00  3.00000E+00 -4.50000E+00  5.00000E+00  6.00000-100",
-         " -7.00000E+00  8.00000E+00"],
+        [
+            "  1.50000E+00 -2.25000E+00  3.00000E+00 -4.50000E+00  5.00000E+00  6.00000-100",
+            " -7.00000E+00  8.00000E+00",
+        ],
     ],
     ids=["Fortran's D", "numbers that touch", "by words", "exponents of three digits"],
-)  # fmt: skip
+)
 def test_numbers_as_fortran_and_others_write_them(tmp_path, rows):
     path = write(tmp_path / "time.uff", [function(np.zeros(8), TIMES[:8], 1, 1, ordinate_spec_data_type=11)])
     head = path.read_text().splitlines()[:13]
@@ -304,12 +310,25 @@ def test_rotations_and_the_input_of_data_at_nodes(tmp_path):
     shape = np.array([1.0, 2.0])
     sets = [
         pyuff.prepare_55(
-            model_type=1, id5=f"{7:10d}{-3:10d}{11:10d}{13:10d}", analysis_type=5, data_ch=3, spec_data_type=11,
-            n_data_per_node=6, load_case=1, freq_step_n=k, freq=100.0 + k, node_nums=[3, 5], r1=0 * shape, r2=shape,
-            r3=0 * shape, r4=0 * shape, r5=(1 + k) * shape, r6=0 * shape,
+            model_type=1,
+            id5=f"{7:10d}{-3:10d}{11:10d}{13:10d}",
+            analysis_type=5,
+            data_ch=3,
+            spec_data_type=11,
+            n_data_per_node=6,
+            load_case=1,
+            freq_step_n=k,
+            freq=100.0 + k,
+            node_nums=[3, 5],
+            r1=0 * shape,
+            r2=shape,
+            r3=0 * shape,
+            r4=0 * shape,
+            r5=(1 + k) * shape,
+            r6=0 * shape,
         )
         for k in range(2)
-    ]  # fmt: skip
+    ]
     read = read_response(write(tmp_path / "ods.uff", sets))
     assert [one.name for one in read.outputs] == ["3+Y", "5+Y", "3+RY", "5+RY"]
     assert [one.quantity.unit for one in read.outputs] == ["m/s", "m/s", "rad/s", "rad/s"]

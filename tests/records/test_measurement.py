@@ -8,13 +8,7 @@ import pytest
 import tarsus as ts
 from hexapod_records import measurement
 from tarsus.formats.axes import sampling_step
-from tarsus.records.measurement import (
-    Channel,
-    FrequencyResponse,
-    Measurement,
-    Quantity,
-    check_sampled_together,
-)
+from tarsus.records.measurement import Channel, FrequencyResponse, Measurement, Quantity, check_sampled_together
 
 FOOT = Channel("foot", Quantity.VELOCITY, noise=1e-4, full_scale=0.5)
 LEG = Channel("leg volts", Quantity.VOLTAGE)

@@ -108,11 +108,7 @@ def test_it_says_names_zooms_and_changes(beam, tmp_path, chromium):
             r" --duration \S+s",
             found[key],
         )
-        assert (
-            line
-            and float(line[1]) == pytest.approx(float(beam.x.at(at / 16)), rel=1e-14)
-            and line[2] == "4.5"
-        )
+        assert line and float(line[1]) == pytest.approx(float(beam.x.at(at / 16)), rel=1e-14) and line[2] == "4.5"
     assert found["zoomed"] and found["again"] and found["panned"] and found["other"]
     assert found["shown"][:2] == ["classes", "bounces"] and "touchdowns per drive period" in found["legend"]
 

@@ -53,16 +53,7 @@ def compiler(monkeypatch):
 
 
 def test_the_engine_is_compiled_once_and_kept(cache, compiler, tmp_path):
-    words = [
-        "explore",
-        "cantilever",
-        "--duration",
-        "20 ms",
-        "-q",
-        "--overwrite",
-        "-o",
-        str(tmp_path / "page.html"),
-    ]
+    words = ["explore", "cantilever", "--duration", "20 ms", "-q", "--overwrite", "-o", str(tmp_path / "page.html")]
     assert main(words) == 0 and main(words) == 0
     assert sum("-o" in one for one in compiler) == 1
     (file,) = cache.iterdir()
@@ -115,9 +106,7 @@ def test_what_was_changed_before_is_part_of_what_is_copied(engine, tmp_path):
     page = tmp_path / "page.html"
     words = ["--set", "robot.feet.tip.gap=6e-5 m", "--duration", "20 ms", "--drive", "signals.pzt.amplitude"]
     assert main(["explore", "cantilever", *words, "-o", str(page), "-q"]) == 0
-    info = json.loads(
-        re.search(r'class="explore-info">(.*?)</script>', page.read_text(encoding="utf-8"), re.S)[1]
-    )
+    info = json.loads(re.search(r'class="explore-info">(.*?)</script>', page.read_text(encoding="utf-8"), re.S)[1])
     assert info["words"] == {"robot.feet.tip.gap": "6e-5 m"} and info["given"] == {"robot.feet.tip.gap": 6e-5}
 
 
@@ -136,9 +125,10 @@ def test_the_widget_reads_and_sets_values(engine):
     assert widget.get_state()["values"] == {"robot.feet.tip.gap": 5e-5} and "<html" in widget.page
     assert widget.run().scene.robot.feet["tip"].gap == 5e-5
     for values, words in {
-        ("robot.structure.length", 1.0): "no such slider", ("robot.feet.tip.gap", 1.0): "expected a value from",
+        ("robot.structure.length", 1.0): "no such slider",
+        ("robot.feet.tip.gap", 1.0): "expected a value from",
         ("signals.pzt.amplitude", 8.0123): "none of the values",
-    }.items():  # fmt: skip
+    }.items():
         with pytest.raises(traitlets.TraitError, match=words):
             widget.values = dict([values])
 
@@ -153,6 +143,4 @@ def scene_of_nine_feet():
     masses = ts.Lumped(coordinates=names, mass=[1e-6] * 9, stiffness=[1.0] * 9, damping=[1e-6] * 9)
     feet = {name: ts.Foot(point=name, gap=1e-6) for name in names}
     ground = ts.Ground(restitution=ts.Restitution(coefficient=0.5))
-    return ts.Scene(
-        name="nine", duration=0.001, robot=ts.Robot(structure=masses, feet=feet, drives={}), ground=ground
-    )
+    return ts.Scene(name="nine", duration=0.001, robot=ts.Robot(structure=masses, feet=feet, drives={}), ground=ground)

@@ -66,7 +66,9 @@ def explorer():
 
 def test_sliders_run_the_scene_as_simulate_does(tmp_path, chromium, explorer):
     found = watched(
-        tmp_path, chromium, explorer,
+        tmp_path,
+        chromium,
+        explorer,
         """
         part("freeze").click();
         await turn("tip gap", 120);
@@ -84,7 +86,7 @@ def test_sliders_run_the_scene_as_simulate_does(tmp_path, chromium, explorer):
         await shown();
         found.back = explorer.values;
         """,
-    )  # fmt: skip
+    )
     run = explorer.run(found["values"])
     assert set(found["values"]) == {"robot.feet.tip.gap", "signals.pzt.amplitude"} and found["back"] == {}
     wanted = run.motion.log.events
@@ -94,9 +96,9 @@ def test_sliders_run_the_scene_as_simulate_does(tmp_path, chromium, explorer):
     np.testing.assert_array_equal(rows[:, 1:3], wanted[:, 1:3])
     np.testing.assert_allclose(rows[:, 0], wanted[:, 0], rtol=0.0, atol=1e-9)
     for name, value in found["measures"].items():
-        assert run.measures[name].value == pytest.approx(
-            np.nan if value is None else value, rel=1e-7, nan_ok=True
-        ), name
+        assert run.measures[name].value == pytest.approx(np.nan if value is None else value, rel=1e-7, nan_ok=True), (
+            name
+        )
     gap = run.states(np.array(found["time"])).gap[0]
     np.testing.assert_allclose(found["gap"], gap, rtol=0.0, atol=1e-6 * gap.max())
     assert found["heads"] == ["measure", "value", "spread", "A", "change from A"]
@@ -113,13 +115,15 @@ def test_sliders_run_the_scene_as_simulate_does(tmp_path, chromium, explorer):
 def test_an_incline_is_turned_and_a_walk_s_cost_is_told(tmp_path, chromium):
     climber = ts.explore(ts.load_scene("millipede", **{"ground.incline": 0.05}), duration="60 ms")
     found = watched(
-        tmp_path, chromium, climber,
+        tmp_path,
+        chromium,
+        climber,
         """
         await turn("incline", 350);
         Object.assign(found, { values: explorer.values, events: [...explorer.shown.events],
           measures: explorer.named(explorer.shown.measures) });
         """,
-    )  # fmt: skip
+    )
     run = climber.run(found["values"])
     assert set(found["values"]) == {"ground.incline"}
     rows = np.array([np.nan if one is None else one for one in found["events"]], dtype=float)
@@ -134,7 +138,9 @@ def test_an_incline_is_turned_and_a_walk_s_cost_is_told(tmp_path, chromium):
 def test_while_a_slider_moves_the_beginning_of_the_run_is_shown(tmp_path, chromium, explorer):
     """As if the machine were slow: the figures hold the first periods, exactly, the measures wait for the whole."""
     found = watched(
-        tmp_path, chromium, explorer,
+        tmp_path,
+        chromium,
+        explorer,
         """
         explorer.pace = 1e6;
         explorer.take({}); // a whole run, which is let go
@@ -152,7 +158,7 @@ def test_while_a_slider_moves_the_beginning_of_the_run_is_shown(tmp_path, chromi
         Object.assign(found, { last: last.brief, whole: explorer.shown.end, said: part("part").textContent,
           frozen: explorer.frozen.end, measures: explorer.named(explorer.shown.measures) });
         """,
-    )  # fmt: skip
+    )
     assert found["behind"] == 0 and found["brief"] and not found["last"]
     assert found["whole"] == found["frozen"] == 0.06
     assert found["end"] == pytest.approx(0.015) and found["waits"] and found["early"] is None
@@ -167,7 +173,9 @@ def test_it_is_turned_by_keyboard(tmp_path, chromium, explorer):
     """Every control is reached by the tab key in the order of the page, and arrows turn a slider: keys that the browser
     itself makes are those of its own range inputs and buttons, whose focus and names are what a page can get wrong."""
     found = watched(
-        tmp_path, chromium, explorer,
+        tmp_path,
+        chromium,
+        explorer,
         """
         const kinds = "a[href], button, input, select, [tabindex]";
         const all = [...root.querySelectorAll(kinds)].filter((one) => one.checkVisibility());
@@ -188,24 +196,16 @@ def test_it_is_turned_by_keyboard(tmp_path, chromium, explorer):
         await shown();
         found.back = explorer.values;
         """,
-    )  # fmt: skip
-    assert (
-        len(found["reached"]) > 15
-        and all(found["reached"])
-        and found["unnamed"] == []
-        and found["jumps"] == 0
     )
-    assert (
-        found["stepped"] == 5
-        and found["spoken"] == found["written"]
-        and found["kept"]
-        and found["back"] == {}
-    )
+    assert len(found["reached"]) > 15 and all(found["reached"]) and found["unnamed"] == [] and found["jumps"] == 0
+    assert found["stepped"] == 5 and found["spoken"] == found["written"] and found["kept"] and found["back"] == {}
 
 
 def test_what_stops_the_engine_is_told_and_the_page_goes_on(tmp_path, chromium, explorer):
     found = watched(
-        tmp_path, chromium, explorer,
+        tmp_path,
+        chromium,
+        explorer,
         """
         const asked = { turn: 0, frames: 10, points: 10, seen: [0, 0.01], end: 0.01 };
         explorer.whole.run({ ...asked, row: [["rows.nothing", [0], 1]], place: 0 });
@@ -217,7 +217,7 @@ def test_what_stops_the_engine_is_told_and_the_page_goes_on(tmp_path, chromium, 
         found.later = explorer.shown.code;
         found.hidden = part("says").hidden;
         """,
-    )  # fmt: skip
+    )
     assert found["said"].startswith("The engine stopped: ") and found["later"] == 0 and found["hidden"]
 
 
@@ -246,6 +246,4 @@ widget.render({{ model, el: document.querySelector("div") }});
     path.write_text(page, encoding="utf-8")
     first, *_, last = chromium.found_in(path)
     assert first["values"] == {} and last["values"] == {"robot.feet.tip.gap": 5e-5}
-    assert last["measures"]["peak"] == pytest.approx(
-        explorer.run(last["values"]).measures["peak"].value, rel=1e-7
-    )
+    assert last["measures"]["peak"] == pytest.approx(explorer.run(last["values"]).measures["peak"].value, rel=1e-7)

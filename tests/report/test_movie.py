@@ -26,9 +26,7 @@ def test_a_movie_shows_a_period_and_filled_feet_on_the_ground(tmp_path):
             dark.append(int((pixels[CAPTION:].max(axis=-1) < 80).sum()))
             seen.add(pixels.tobytes())
     assert len(seen) > 8  # it moves
-    assert (
-        max(dark) - min(dark) > 10
-    )  # a foot is filled while it is stuck; outlines and ground stay as they are
+    assert max(dark) - min(dark) > 10  # a foot is filled while it is stuck; outlines and ground stay as they are
 
 
 @pytest.mark.ffmpeg

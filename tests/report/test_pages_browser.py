@@ -48,9 +48,7 @@ def looked_at(opened: Page) -> tuple[int, list[str]]:
 
 @pytest.mark.browser
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_page_is_whole_and_follows_its_controls(
-    kind: str, made: Callable[[str], Path], chromium: Chromium
-) -> None:
+def test_a_page_is_whole_and_follows_its_controls(kind: str, made: Callable[[str], Path], chromium: Chromium) -> None:
     for width, tallest in zip(WIDTHS, TALLEST.get(kind, (TALL, math.inf)), strict=True):
         with chromium.page(made(kind), width=width, before=SCRIPTS) as opened:
             height, faults = looked_at(opened)
@@ -103,11 +101,24 @@ FAULTY = (
 """Faults in text, tables and pictures."""
 
 SAID = (
-    "cut: ", "over each other: ", "faint (2.", "px wide in", "squeezed: ", "no words for a picture", "no name",
-    "headings: 1,3", "noSuchName", "console: ['told']", "empty table", "cut below without a bar",
+    "cut: ",
+    "over each other: ",
+    "faint (2.",
+    "px wide in",
+    "squeezed: ",
+    "no words for a picture",
+    "no name",
+    "headings: 1,3",
+    "noSuchName",
+    "console: ['told']",
+    "empty table",
+    "cut below without a bar",
     "empty picture: nothing drawn",
-    "empty figure: nothing", "a key of no line: gone", "a key without words: hidden", "cramped: row",
-)  # fmt: skip
+    "empty figure: nothing",
+    "a key of no line: gone",
+    "a key without words: hidden",
+    "cramped: row",
+)
 """How they and those of figures and scripts are told."""
 
 
@@ -115,9 +126,7 @@ def faulty_charts() -> Markup:
     """A line without numbers, a key whose words are hidden, names of rows that touch."""
     ends = np.array([0.0, 1.0])
     nothing = TimePanel(1.0, lines=[DrawnLine(ends, np.full(2, np.nan), INK, "gone")])
-    crowded = TimePanel(
-        1.0, lines=[DrawnLine(ends, 50.0 * ends, INK, "hidden")], names=[f"row {n}" for n in range(50)]
-    )
+    crowded = TimePanel(1.0, lines=[DrawnLine(ends, 50.0 * ends, INK, "hidden")], names=[f"row {n}" for n in range(50)])
     style = Markup("<style>.wordless .names button span { display: none; }</style>")
     wordless = Markup('<div class="wordless">{}</div>').format(panels_html([crowded], "crowded"))
     return style + panels_html([nothing], "nothing") + wordless
@@ -127,9 +136,7 @@ def faulty_charts() -> Markup:
 def test_faults_are_found(tmp_path: Path, chromium: Chromium) -> None:
     """Each that is looked for, made on purpose."""
     script = "<script>addEventListener('click', () => noSuchName()); setTimeout(() => console.error('told'));</script>"
-    file = write_page(
-        page("faults", Markup(FAULTY) + faulty_charts() + Markup(script)), tmp_path / "page.html"
-    )
+    file = write_page(page("faults", Markup(FAULTY) + faulty_charts() + Markup(script)), tmp_path / "page.html")
     for width in WIDTHS:
         with chromium.page(file, width=width, before=SCRIPTS) as opened:
             opened.run("document.querySelectorAll('.names button').forEach((key) => { key.hidden = false; })")

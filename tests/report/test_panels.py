@@ -91,9 +91,7 @@ def test_rows_shading_and_levels_are_told() -> None:
         names=("L1", "R1"),
     )
     (panel,) = spec([rows], (0.0, 4.0))["panels"]
-    assert panel["bars"] == [{"color": "ink", "low": -0.35, "high": 0.35, "spans": [[1.0, 3.0]]}], (
-        "what is seen"
-    )
+    assert panel["bars"] == [{"color": "ink", "low": -0.35, "high": 0.35, "spans": [[1.0, 3.0]]}], "what is seen"
     assert panel["shaded"] == [[0.5, 0.75]] and panel["names"] == ["L1", "R1"]
     assert panel["limits"] == [1.5, -0.5]
     assert panel["levels"] == [{"at": 2.0, "color": "c-green", "dash": [5.25, 3.15]}]
@@ -138,9 +136,7 @@ def test_a_browser_draws_zooms_and_darkens(tmp_path: Path, chromium: Chromium) -
     sine = DrawnLine(x, np.sin(x), BLUE, "sine", 4.0)
     panels = [one_panel(sine), one_panel(sine, limits=(1.5, -1.5))]  # the second counts downward, as rows do
     shown = panels_html(panels, "a sine", across="", unit="")
-    text = page("charts", f"<h1>Charts</h1>{shown}").replace(
-        "</head>", f"<script>{READY}{PROBE}</script></head>"
-    )
+    text = page("charts", f"<h1>Charts</h1>{shown}").replace("</head>", f"<script>{READY}{PROBE}</script></head>")
     path = tmp_path / "charts.html"
     path.write_text(text, encoding="utf-8")
     found = chromium.found_in(path)
@@ -164,9 +160,7 @@ def test_what_is_one_to_rounding_is_a_level_line():
 def test_axes_stand_under_a_prefix_of_what_is_seen():
     x = np.linspace(0.0, 5e-3, 51)
     heights = DrawnLine(x, np.where(x < 1e-3, 9.0, 3e-6 * x / x[-1]), BLUE)
-    panels = [
-        TimePanel(1.0, "height", "m", [heights], levels=[Level(1e-6, INK)], bars=[Bars([], 0.0, 3e-6, INK)])
-    ]
+    panels = [TimePanel(1.0, "height", "m", [heights], levels=[Level(1e-6, INK)], bars=[Bars([], 0.0, 3e-6, INK)])]
     window = (2e-3, 4e-3)
     found, text = spec(panels, window, "s"), panels_html(panels, "what is seen", window)
     (panel,) = found["panels"]
@@ -179,15 +173,11 @@ def test_axes_stand_under_a_prefix_of_what_is_seen():
 
 def test_dots_and_lines_of_one_name_are_one_to_a_reader():
     parts = [DrawnLine(np.array(x), np.array(x) ** 2, GREEN, "median") for x in ([0.0, 1.0], [3.0, 4.0])]
-    panels = [
-        one_panel(DrawnLine(np.array([1.2, 0.2]), np.array([3.0, 4.0]), BLUE, "a run", dots=True), *parts)
-    ]
+    panels = [one_panel(DrawnLine(np.array([1.2, 0.2]), np.array([3.0, 4.0]), BLUE, "a run", dots=True), *parts)]
     found, text = spec(panels, (0.0, 4.0)), panels_html(panels, "what is seen", (0.0, 4.0))
     (panel,), places = found["panels"], times(found)
     assert panel["apart"] and np.all(np.diff(places) >= 0.0)
-    seen = [
-        [(a, b) for a, b in zip(places, line(found, 0, i), strict=True) if np.isfinite(b)] for i in range(3)
-    ]
+    seen = [[(a, b) for a, b in zip(places, line(found, 0, i), strict=True) if np.isfinite(b)] for i in range(3)]
     np.testing.assert_allclose(seen[0], [(0.2, 4.0), (1.2, 3.0)], atol=1e-3)
     np.testing.assert_allclose(seen[1], [(0, 0), (1, 1)], atol=1e-3)
     np.testing.assert_allclose(seen[2], [(3, 9), (4, 16)], atol=1e-3)
@@ -201,7 +191,5 @@ def test_prefixes_and_headings_are_changed_in_what_is_read_and_not_in_data():
     data = f'<script type="application/json">{text}</script>'
     whole = page("a page", f"<h2>Gaps of 5 um</h2><p>70 um</p>{data}<p>3 uN</p>")
     assert data in whole and "Gaps of 5 µm" in whole and "<p>70 µm</p>" in whole and "<p>3 µN</p>" in whole
-    assert (
-        "no part" not in whole.replace(data, "") and "uPlot" not in whole
-    )  # no chart, so no program for charts
+    assert "no part" not in whole.replace(data, "") and "uPlot" not in whole  # no chart, so no program for charts
     assert "uPlot" in page("charts", '<div class="charts"></div>')

@@ -89,9 +89,7 @@ def test_thinning_keeps_the_ends_and_takes_the_nearest_times() -> None:
     thin = motion.thinned(100)
     assert len(thin.time) == 100
     assert (thin.time[0], thin.time[-1]) == (motion.time[0], motion.time[-1])
-    assert (
-        np.abs(thin.time - np.linspace(0.0, motion.time[-1], 100)).max() <= 0.51 * np.diff(motion.time).max()
-    )
+    assert np.abs(thin.time - np.linspace(0.0, motion.time[-1], 100)).max() <= 0.51 * np.diff(motion.time).max()
     at = np.searchsorted(motion.time, thin.time)
     np.testing.assert_array_equal(thin.state, motion.state[:, at])
     np.testing.assert_array_equal(thin.body["surge"], motion.body["surge"][at])
@@ -172,8 +170,12 @@ def test_everything_that_is_worked_has_a_name(section: str) -> None:
     assert ("button", "Play") in named and ("input", "Time") in named
     labels = re.findall(r"<label>(.*?)</label>", section)
     assert [re.sub(r"<[^>]*>", "", label).strip() for label in labels] == [
-        "Speed", "Motion up", "along", "forces", "follow the body",
-    ]  # fmt: skip
+        "Speed",
+        "Motion up",
+        "along",
+        "forces",
+        "follow the body",
+    ]
     page = Page(section)
     assert "noscript" in page.tags
     assert "The animation needs a browser that runs scripts" in page.text
@@ -290,17 +292,13 @@ def test_the_page_is_told_what_is_drawn_on_paper(motion: Motion) -> None:
     """A point as the script places it: at rest, and by weights of channels."""
     drawing = drawing_of(motion)
     told, channels = drawing.to_dict()["side"], motion.channels[:, 777]
-    for (x, z, along, up), place in zip(
-        told["points"], drawing.side.placed(channels, 3.0, 5.0).T, strict=True
-    ):
+    for (x, z, along, up), place in zip(told["points"], drawing.side.placed(channels, 3.0, 5.0).T, strict=True):
         moved = [sum(weight * channels[at] for at, weight in one) for one in (along, up)]
         np.testing.assert_allclose(
             [x + 3.0 * moved[0], z + 5.0 * moved[1]], place, rtol=1e-5, atol=1e-6 * drawing.length
         )
 
 
-@pytest.mark.parametrize(
-    ("value", "below"), [(1.0, 1.0), (4.99, 2.0), (5.0, 5.0), (0.03, 0.02), (987.0, 500.0)]
-)
+@pytest.mark.parametrize(("value", "below"), [(1.0, 1.0), (4.99, 2.0), (5.0, 5.0), (0.03, 0.02), (987.0, 500.0)])
 def test_round_numbers(value: float, below: float) -> None:
     assert round_below(value) == pytest.approx(below)

@@ -40,9 +40,7 @@ ready(found);
 
 
 @pytest.fixture(scope="module")
-def watch(
-    tmp_path_factory: pytest.TempPathFactory, chromium: Chromium
-) -> Callable[[int, str], dict[str, Any]]:
+def watch(tmp_path_factory: pytest.TempPathFactory, chromium: Chromium) -> Callable[[int, str], dict[str, Any]]:
     """Open the page of a walk of so many legs, take some steps in it, and return what they found."""
     folder = tmp_path_factory.mktemp("walk")
 
@@ -92,17 +90,13 @@ def test_it_plays_pauses_and_shows_what_the_motion_says(watch: Callable[[int, st
     assert found["start"] == times[0] == "0 s"
     assert found["speed"] == pytest.approx(0.01), "a drive period of 20 ms in two seconds"
     assert (found["label"], found["paused"]) == ("Pause", "Play")
-    assert float(found["played"].split()[0]) == pytest.approx(10.0, abs=0.11), (
-        "a second of watching, to a frame"
-    )
+    assert float(found["played"].split()[0]) == pytest.approx(10.0, abs=0.11), "a second of watching, to a frame"
     assert found["moved"] and found["held"] == found["played"]
     assert (found["back"], found["at550"], found["next"]) == (times[549], times[550], times[551])
     assert found["spoken"] == found["at550"]
     surge = amount(float(motion.body["surge"][550]), "m", 3)
     stuck = " ".join(name for leg, name in enumerate(motion.legs) if motion.state[leg, 550] == 1)
-    assert (
-        found["says"].startswith(f"Travel {surge}, height ") and stuck and f", {stuck} stuck" in found["says"]
-    )
+    assert found["says"].startswith(f"Travel {surge}, height ") and stuck and f", {stuck} stuck" in found["says"]
     assert found["faults"] == [] and found["requests"] == 0
 
 
@@ -140,7 +134,5 @@ def test_choices_change_the_picture_and_a_click_below_moves_the_time(
     assert len(set(found["pictures"])) == 5
     assert found["factors"] == sorted(found["factors"]) and found["factors"][0] >= 1
     assert found["end"] == "200 ms" and found["cursor"]
-    assert found["again"] == pytest.approx(3.0, abs=0.2) and found["playing"] == "Pause", (
-        "from the start again"
-    )
+    assert found["again"] == pytest.approx(3.0, abs=0.2) and found["playing"] == "Pause", "from the start again"
     assert found["faults"] == [] and found["requests"] == 0

@@ -93,13 +93,13 @@ def test_multipliers_and_branches_are_drawn():
 def test_multipliers_of_a_pair_are_one_curve_and_small_ones_are_not_drawn():
     orbit = ts.periodic(scene("impact_oscillator"))
     for multipliers, words in {
-        (0.5 + 0.1j, 0.5 - 0.1j): {"largest two, a pair"}, (0.5, 0.2): {"largest", "second"},
-        (0.5, 1e-7): {"largest"}, (1e-6, 1e-7): set(),
-    }.items():  # fmt: skip
+        (0.5 + 0.1j, 0.5 - 0.1j): {"largest two, a pair"},
+        (0.5, 0.2): {"largest", "second"},
+        (0.5, 1e-7): {"largest"},
+        (1e-6, 1e-7): set(),
+    }.items():
         given = replace(orbit)
-        vars(given)["multipliers"] = np.array(
-            multipliers, dtype=complex
-        )  # which it would work out when first asked
+        vars(given)["multipliers"] = np.array(multipliers, dtype=complex)  # which it would work out when first asked
         branches = (Branch(tuple(BranchPoint(at, "orbit", given) for at in (1.0, 1.1)), "", "", ""),)
         found = Branches(scene("impact_oscillator"), "signals.shaker.amplitude", "V", (1.0, 1.1), 0, branches)
         text = branch_html(found)

@@ -36,10 +36,7 @@ def test_a_beam_goes_through_its_points_and_is_level_at_its_clamp() -> None:
     plates = [part for part in drawing.side.parts if isinstance(part, Shape) and part.width == 2.0]
     assert len(plates) == 1, "the ground is below the tip alone"
     held = moved.state[moved.legs.index("tip")] > 0
-    assert (
-        held.any()
-        and np.abs(z[feet[moved.legs.index("tip")], held] - z[plates[0].points[0], 0]).max() < 1e-12
-    )
+    assert held.any() and np.abs(z[feet[moved.legs.index("tip")], held] - z[plates[0].points[0], 0]).max() < 1e-12
     assert np.ptp(z) <= 1.01 * BENT * drawing.length or drawing.up == 1.0
 
 

@@ -160,8 +160,7 @@ def test_long_event_list_is_cut_and_says_so(failed: ts.Run, failed_text: str) ->
 
 def test_run_that_never_touches(scene: ts.Scene) -> None:
     high = ts.simulate(
-        ts.with_values(scene, {"robot.feet.tip.gap": 1e-3, "ground.film": None, "ground.adhesion": None}),
-        0.045,
+        ts.with_values(scene, {"robot.feet.tip.gap": 1e-3, "ground.film": None, "ground.adhesion": None}), 0.045
     )
     text = Page(report_html(high)).text
     assert "No foot touched the ground." in text
@@ -175,17 +174,13 @@ def test_several_feet_get_a_panel_each() -> None:
 
 
 def test_run_without_feet_or_drives() -> None:
-    structure = ts.Modal(
-        frequencies=(1e2,), damping_ratios=(0.1,), modal_masses=(1e-6,), shapes={"a": (1.0,)}
-    )
+    structure = ts.Modal(frequencies=(1e2,), damping_ratios=(0.1,), modal_masses=(1e-6,), shapes={"a": (1.0,)})
     start = ts.Initial(displacement=(1e-6,))
     bare = ts.Scene(name="bare", robot=ts.Robot(structure=structure), initial=start, duration=0.02)
     assert "Kinetic energy" in Page(report_html(ts.simulate(bare))).text
 
 
-def test_drive_periods_lie_over_each_other_where_there_are_some(
-    scene: ts.Scene, run: ts.Run, page: Page
-) -> None:
+def test_drive_periods_lie_over_each_other_where_there_are_some(scene: ts.Scene, run: ts.Run, page: Page) -> None:
     text = Page(report_html(ts.simulate(scene, 0.012))).text
     assert "over one drive period" not in text and "last 2 drive periods" not in text
     assert "over one drive period (20 ms): the last 4 of them" in page.text

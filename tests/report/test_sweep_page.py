@@ -25,10 +25,13 @@ def made(folder: Path, codes: list[str]) -> tuple[Sweep, Path]:
     from tarsus.files.series import write_netcdf
 
     sweep = Sweep(
-        name="a <sweep>", scene=ts.load_scene("cantilever"), duration=0.05, measures=("bounces", "contact_duration"),
+        name="a <sweep>",
+        scene=ts.load_scene("cantilever"),
+        duration=0.05,
+        measures=("bounces", "contact_duration"),
         design=Grid(),
         vary={GAP: Linspace(start=50e-6, stop=70e-6, count=3), FILM: Logspace(start=1e-22, stop=1e-19, count=4)},
-    )  # fmt: skip
+    )
     points = sweep.points()
     code = np.array([CODES.index(one) for one in codes], dtype=np.int8)
     value = np.column_stack([1e6 * points[GAP] / 10.0, 1e-3 * np.log10(points[FILM] / 1e-23)])
@@ -46,10 +49,7 @@ def test_measures_come_with_their_range_and_where_it_ends(tmp_path: Path) -> Non
     assert "bounces 12 5 6 7 tip.gap 50 µm" in page.text
     assert "contact duration 12 1 ms 2.5 ms 4 ms" in page.text
     assert page.tags.count("figure") == 6, "two measures, each a map and against two swept values"
-    assert (
-        "3 values from 50 µm to 70 µm" in page.text
-        and "The line joins the median run of each value." in page.text
-    )
+    assert "3 values from 50 µm to 70 µm" in page.text and "The line joins the median run of each value." in page.text
     assert "Runs that failed" not in page.text
     map_of = sweep_html(sweep, file)
     assert map_of.count(">robot.feet.tip.gap (µm)</text>") == 2, "axes of maps have prefixes as all others"
@@ -63,13 +63,14 @@ def test_settled_motions_come_with_what_is_between_their_starts(tmp_path: Path) 
     sweep = Sweep(name="walk", scene=scene, measures=("stride",), vary={rate: [1e-6, 2e-6, 3e-6]})
     value = np.array([[1e-6], [2e-6], [np.nan]])
     arrays = {
-        "code": np.array([0, 0, CODES.index("STALLED")], dtype=np.int8), "value": value, "spread": 0.0 * value,
-        "per_foot": np.repeat(value[:, :, None], 2, axis=2), "over_starts": 0.1 * value,
+        "code": np.array([0, 0, CODES.index("STALLED")], dtype=np.int8),
+        "value": value,
+        "spread": 0.0 * value,
+        "per_foot": np.repeat(value[:, :, None], 2, axis=2),
+        "over_starts": 0.1 * value,
         "settled": np.array([1.0, 0.5, 0.75]),
-    }  # fmt: skip
-    write_netcdf(
-        collected_variables(sweep, sweep.points(), arrays), {"title": "a walk"}, tmp_path / "sweep.nc"
-    )
+    }
+    write_netcdf(collected_variables(sweep, sweep.points(), arrays), {"title": "a walk"}, tmp_path / "sweep.nc")
     text = Page(sweep_html(sweep, tmp_path / "sweep.nc")).text
     assert "3 runs of millipede: settled motion, runs of 1 s from 4 starts." in text
     assert "stride 2 1 µm 1.5 µm 2 µm 150 nm adhesion.rate 1 µN/s" in text

@@ -44,9 +44,7 @@ def test_motion_is_that_of_the_run(run: Run, motion: Motion) -> None:
     assert motion.period == pytest.approx(0.02)
     np.testing.assert_array_equal(motion.time, data["time"].values)
     np.testing.assert_array_equal(motion.body["surge"], data["body"].sel(coordinate="surge").values)
-    np.testing.assert_array_equal(
-        motion.hip_shift_z[0], data["displacement"].sel(point=f"{motion.legs[0]}_hip").values
-    )
+    np.testing.assert_array_equal(motion.hip_shift_z[0], data["displacement"].sel(point=f"{motion.legs[0]}_hip").values)
     np.testing.assert_allclose(motion.foot_z, data["gap"].values, atol=1e-18)
     np.testing.assert_allclose(motion.foot_x, data["foot_x"].values, atol=1e-18)
     np.testing.assert_array_equal(motion.normal, data["contact_force"].values)
@@ -88,9 +86,7 @@ def test_series_too_coarse_are_taken_anew(run: Run, motion: Motion) -> None:
 
 def test_a_leg_without_a_foot_swings_over_the_ground_of_the_others() -> None:
     scene = creeping_millipede()
-    feet = {
-        name: foot.model_copy(update={"gap": 3e-6}) for name, foot in scene.robot.feet.items() if name != "R1"
-    }
+    feet = {name: foot.model_copy(update={"gap": 3e-6}) for name, foot in scene.robot.feet.items() if name != "R1"}
     robot = scene.robot.model_copy(update={"feet": feet})
     motion = whole_motion(ts.simulate(scene.model_copy(update={"robot": robot}), duration=0.02))
     assert motion.legs == ("L1", "R1")
@@ -103,18 +99,10 @@ def test_sections_of_the_page(text: str, motion: Motion) -> None:
     headings = ["The walk", "Measures", "Forces", "Energy", "Events", "Values of this run"]
     positions = [page.text.index(f" {heading} ") for heading in headings]
     assert positions == sorted(positions)
-    assert page.tags.count("canvas") == 2 and page.tags.count("noscript") == 2 + text.count(
-        '<div class="charts"'
-    )
+    assert page.tags.count("canvas") == 2 and page.tags.count("noscript") == 2 + text.count('<div class="charts"')
     numbers = [int(n) for n in re.findall(r"<b>Figure (\d+)\.</b>", text)]
     assert numbers == list(range(1, len(numbers) + 1)) and len(numbers) == 6
-    for label in (
-        "travel",
-        "Footfalls",
-        "Force of the ground on every foot",
-        "slip begins",
-        "lost to friction",
-    ):
+    for label in ("travel", "Footfalls", "Force of the ground on every foot", "slip begins", "lost to friction"):
         assert label in page.text
     ids = [value for _, name, value in page.attributes if name == "id"]
     assert len(ids) == len(set(ids))
@@ -190,9 +178,7 @@ def test_the_committed_picture_of_a_foot_s_states_names_all_that_the_engine_s_ta
     committed = (Path(__file__).parents[2] / "docs" / "flowchart.svg").read_text(encoding="utf-8")
     shown = re.findall(r"<text[^>]*>([^<]*)</text>", committed)
     changes = [(before, after, event) for before, after, event, _ in TRANSITIONS]
-    assert len(set(changes)) == len(changes) and {one for pair in changes for one in pair[:2]} == set(
-        FootState
-    )
+    assert len(set(changes)) == len(changes) and {one for pair in changes for one in pair[:2]} == set(FootState)
     assert {state.words for state in FootState} <= set(shown), "run `python docs/draw_flowchart.py`"
     for number, (before, after, event) in enumerate(changes, 1):
         assert {f"{number}  {event}", f"{before.words} → {after.words}", event} <= set(shown)
@@ -210,15 +196,11 @@ def test_path_from_above_is_to_scale() -> None:
     plate = path_above(whole_motion(run))
     series, picture = run.variables(), str(plate.picture)
     drawn = re.findall(r'<path d="([^"]*)"[^>]*style="([^"]*)"', picture)
-    lines = [
-        np.array(re.findall(r"[ML] (\S+) (\S+)", path), float) for path, style in drawn if "none" in style
-    ]
+    lines = [np.array(re.findall(r"[ML] (\S+) (\S+)", path), float) for path, style in drawn if "none" in style]
     points = max(lines, key=len)
     place = np.array([series[name].values for name in ("path_x", "path_y")])
     scale = (points[-1, 0] - points[0, 0]) / (place[0, -1] - place[0, 0])
-    np.testing.assert_allclose(
-        points[-1] - points[0], scale * (place[:, -1] - place[:, 0]) * [1, -1], atol=0.5
-    )
+    np.testing.assert_allclose(points[-1] - points[0], scale * (place[:, -1] - place[:, 0]) * [1, -1], atol=0.5)
     sides = [np.linalg.norm(np.diff(one, axis=0), axis=1) / scale for one in lines if 4 <= len(one) <= 5]
     bodies = [one for one in sides if max(one) == pytest.approx(30e-3, rel=0.02)]
     assert len(bodies) == 7

@@ -158,13 +158,19 @@ def test_members_of_a_packaged_mixture_err_today_as_their_file_says(name):
 
 
 @pytest.mark.slow
-def test_the_best_set_of_a_calibration_becomes_its_device_and_keeps_what_was_known_of_it(
-    tmp_path, monkeypatch
-):
+def test_the_best_set_of_a_calibration_becomes_its_device_and_keeps_what_was_known_of_it(tmp_path, monkeypatch):
     """A short calibration of the packaged study, and the file that the package would get."""
     described = load_study("cantilever")
-    plan = {"prescreening": 5, "population": 5, "short": 0, "generations": 0, "local_search": 0, "spread": 0,
-            "members": 4, "leave_out": False}  # fmt: skip
+    plan = {
+        "prescreening": 5,
+        "population": 5,
+        "short": 0,
+        "generations": 0,
+        "local_search": 0,
+        "spread": 0,
+        "members": 4,
+        "leave_out": False,
+    }
     search = described.study.search.model_copy(update=plan)
     study = described.study.model_copy(update={"search": search, "train": (1, 2)})
     found = ts.calibrate(replace(described, study=study), tmp_path / "out", threads=1)

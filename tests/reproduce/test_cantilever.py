@@ -62,9 +62,7 @@ def test_summary_of_the_sources_model_on_the_packaged_rows():
 
 
 def test_counts_need_half_a_bounce_and_empty_cells_do_not_count():
-    reference, simulated = (
-        [seen(one) for one in values] for values in ((1.0, 0.0, 1.5, None), (1.4, 0.6, 1.0, 3.0))
-    )
+    reference, simulated = ([seen(one) for one in values] for values in ((1.0, 0.0, 1.5, None), (1.4, 0.6, 1.0, 3.0)))
     bounces, peak, _ = merits(reference, simulated)
     assert (bounces["cases"], bounces["close"], bounces["existence_right"]) == (3, 1, 2)
     assert (peak["cases"], peak["mean_error"]) == (0, None)

@@ -44,9 +44,7 @@ def test_numbers_of_table_4_1_follow_from_its_leg(leg, scene):
 
 
 def test_two_links_turning_as_one_weigh_at_the_foot_as_they_do_in_the_file(leg):
-    inertia = leg.thigh.mass / 3.0 + leg.shin.mass * (
-        1.0 + 1.0 / 3.0
-    )  # of equal links at a right angle, per length^2
+    inertia = leg.thigh.mass / 3.0 + leg.shin.mass * (1.0 + 1.0 / 3.0)  # of equal links at a right angle, per length^2
     assert first_leg(many_legs(2))[0].mass == pytest.approx(inertia, rel=1e-5)
 
 

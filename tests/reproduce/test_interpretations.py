@@ -100,12 +100,7 @@ def test_a_scattered_device_stays_near_and_stands_again():
         assert 0.9 <= ratio <= 1.1 and ratio != 1.0
     legs = other.robot.structure.legs
     assert legs["L1"].stiffness_v == legs["R1"].stiffness_v != scene.robot.structure.legs["L1"].stiffness_v
-    for path in (
-        "ground.restitution.coefficient",
-        "ground.adhesion.rate",
-        "ground.film.coefficient",
-        "gait.high",
-    ):
+    for path in ("ground.restitution.coefficient", "ground.adhesion.rate", "ground.film.coefficient", "gait.high"):
         assert get_value(other, path) == get_value(scene, path), "printed"
 
 

@@ -15,15 +15,7 @@ from tarsus.orbits.scored import scored
 from tarsus.solve.run import Shared
 from tarsus.study.studyfile import load_sweep
 from tarsus_reproduce.claims import DIRECTIONAL, TRENDS, FilmUnit, examples, scored_trends
-from tarsus_reproduce.millipede import (
-    DeviceTrends,
-    Score,
-    Swept,
-    damping_ratio,
-    judge_devices,
-    judge_scene,
-    stands,
-)
+from tarsus_reproduce.millipede import DeviceTrends, Score, Swept, damping_ratio, judge_devices, judge_scene, stands
 from tarsus_reproduce.millipede_tables import millipede_reproduction
 from tarsus_reproduce.trends import TrendVerdict
 
@@ -38,9 +30,7 @@ def found() -> tuple[DeviceTrends, ...]:
 
 def verdict(device: DeviceTrends, figure: str, measure: str, says: str = "falls") -> TrendVerdict:
     (one,) = [
-        one
-        for one in device.trends
-        if (one.trend.figure, one.measure, one.trend.says) == (figure, measure, says)
+        one for one in device.trends if (one.trend.figure, one.measure, one.trend.says) == (figure, measure, says)
     ]
     return one.finding.verdict
 
@@ -183,9 +173,9 @@ def test_plain_data_and_tables_hold_every_count_verdict_and_curve(found):
         for entry, one in zip(variant["trends"], device.trends, strict=True):
             assert entry["verdict"] == one.finding.verdict.value and entry["unit"] in ("m", "s", "1")
             curve = variant["curves"][one.trend.study]
-            assert np.shape(curve["measures"][entry["measure"]]) == (9, 2) == (
-                len(curve["x"]), len(curve["restitution"]),
-            )  # fmt: skip
+            assert (
+                np.shape(curve["measures"][entry["measure"]]) == (9, 2) == (len(curve["x"]), len(curve["restitution"]))
+            )
     trends = next(table for table in shown.table().parts if table.title.startswith("Trends of section"))
     assert len(trends.rows) == len(found[0].trends)
     flagged = {(row, column) for row, column in trends.flagged}

@@ -28,9 +28,7 @@ def one_of() -> Callable[[str], Reproduction]:
         "cantilever": reproduce_cantilever,
         "hexapod": lambda: reproduce_robot("hexapod", seeds=2),
         "quadruped": lambda: reproduce_robot("quadruped"),
-        "millipede": lambda: millipede_reproduction(
-            (judge_scene("ringing", ringing(), coarse=FEW, duration=0.04),)
-        ),
+        "millipede": lambda: millipede_reproduction((judge_scene("ringing", ringing(), coarse=FEW, duration=0.04),)),
     }
     return cache(lambda name: made[name]())
 
@@ -54,9 +52,7 @@ def test_a_number_is_held_by_its_interval_and_marked_where_it_is_far_off():
     assert {line for line, _ in table.flagged} == {1}
 
 
-SLOW = [
-    pytest.param(name, marks=pytest.mark.slow) for name in ("hexapod", "quadruped", "millipede")
-]  # 5 s each
+SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("hexapod", "quadruped", "millipede")]  # 5 s each
 
 
 @pytest.mark.parametrize("name", ["cantilever", *SLOW])

@@ -6,13 +6,7 @@ from tarsus.files.library import load_scene
 from tarsus.measure.mac import mac
 from tarsus.model.structure import Matrices, Modal
 from tarsus_reproduce.forces import point_matrices
-from tarsus_reproduce.printed import (
-    interval,
-    modal_form,
-    modal_structure,
-    printed_model,
-    rounding,
-)
+from tarsus_reproduce.printed import interval, modal_form, modal_structure, printed_model, rounding
 
 
 def impact_shape(model) -> np.ndarray:
@@ -128,8 +122,6 @@ def test_refused() -> None:
         modal_form(quadruped.matrices)
     with pytest.raises(InputError, match=r"none of 2000 draws .* quadruped is positive definite"):
         rounding(quadruped, 2000)
-    one = Modal(
-        frequencies=(1.0,), damping_ratios=(0.0,), modal_masses=(1.0,), shapes={"a": (1.0,), "b": (1.0,)}
-    )
+    one = Modal(frequencies=(1.0,), damping_ratios=(0.0,), modal_masses=(1.0,), shapes={"a": (1.0,), "b": (1.0,)})
     with pytest.raises(InputError, match="as many of these as the structure has coordinates, 1, got 2"):
         point_matrices(one, ("a", "b"))

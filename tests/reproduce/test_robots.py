@@ -21,9 +21,7 @@ def found(tmp_path_factory):
 
 def test_like_is_compared_with_like(found):
     plain = found.to_dict()
-    source = {
-        key: one["mean_absolute_error"] for key, one in plain["summary"]["of the table"]["source"].items()
-    }
+    source = {key: one["mean_absolute_error"] for key, one in plain["summary"]["of the table"]["source"].items()}
     # the source's model against its own measurement, from the four printed pairs
     assert source["bounces_per_s"] == pytest.approx((80 / 260 + 40 / 160) / 2)
     assert source["peak_um"] == pytest.approx((0.5 / 23.5 + 7.7 / 36.2) / 2)
@@ -63,9 +61,7 @@ def test_modes_beside_the_printed_column():
     assert [round(row.freq_hz, 1) for row in rows] == [117.2, 136.1, 329.2, 342.2, 678.1, 2866.1]
     assert rows[5].mac == pytest.approx(0.965, abs=0.001)
     assert max(row.mac for row in rows[:5]) < 0.3
-    np.testing.assert_allclose(
-        printed_column("hexapod"), [1.0, -0.3933, -0.6467, -0.2667, -0.28, 0.28], atol=1e-4
-    )
+    np.testing.assert_allclose(printed_column("hexapod"), [1.0, -0.3933, -0.6467, -0.2667, -0.28, 0.28], atol=1e-4)
 
 
 def test_worst_gains_and_energies_along_a_run():

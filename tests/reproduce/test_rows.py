@@ -16,13 +16,7 @@ def test_packaged_tables_have_the_published_rows():
     rows = packaged_rows(CANTILEVER)
     assert len(rows) == 12
     first = rows[0]
-    assert (first.freq_hz, first.volt_v, first.wave, first.gap_um, first.origin) == (
-        5,
-        6,
-        "square",
-        None,
-        "packaged",
-    )
+    assert (first.freq_hz, first.volt_v, first.wave, first.gap_um, first.origin) == (5, 6, "square", None, "packaged")
     assert first.source == {"bounces": 2.0, "peak_um": 211.0, "contact_ms": 97.0}
     assert first.measured == {"bounces": 3.0, "peak_um": 186.0, "contact_ms": 98.0}
     sine, square, third = packaged_rows(HEIGHTS)
@@ -49,9 +43,7 @@ def test_columns_in_any_order_and_rows_without_names():
     assert short.measured is None
     assert whole.source == {"bounces": 1.0, "peak_um": 264.0, "contact_ms": 9.2}
     one, other = parse("# mine\nsquare,10,5,111,22.5,13\n\nsine,5,8,,,\n", HEIGHTS)
-    assert (
-        one.measured == {"bounces_per_s": 111.0, "peak_um": 22.5, "mean_um": 13.0} and other.measured is None
-    )
+    assert one.measured == {"bounces_per_s": 111.0, "peak_um": 22.5, "mean_um": 13.0} and other.measured is None
     assert parse("gap_um,wave,volt_v,freq_hz\n5,sine,10,40\n", HEIGHTS)[0].freq_hz == 40.0
 
 

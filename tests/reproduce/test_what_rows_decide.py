@@ -49,9 +49,7 @@ def off(found: dict[str, np.ndarray], measure: str) -> float:
     return float(np.abs(found[measure][some] / seen[some] - 1.0).mean())
 
 
-@pytest.mark.parametrize(
-    ("measure", "low", "high"), [("peak", 0.088, 0.052), ("contact_duration", 0.34, 0.077)]
-)
+@pytest.mark.parametrize(("measure", "low", "high"), [("peak", 0.088, 0.052), ("contact_duration", 0.34, 0.077)])
 def test_a_zero_that_is_7_um_off_moves_rows_as_much_as_the_model_misses_them(measure, low, high):
     """Agreement: 7 % of the peaks, 21 % of the contacts; most at 6 V, where two sines lose theirs."""
     volts = np.array([row.volt_v for row in packaged_rows(CANTILEVER)])

@@ -18,9 +18,7 @@ E, GAP = "ground.restitution.coefficient", "robot.feet.ball.gap"
 
 def ball(period: float) -> ts.Scene:
     """The ball dropped by a metre with a silent drive that has a period [s]."""
-    silent = scene(
-        "vibrating_table", {"signals.table.amplitude": 0.0, "signals.table.frequency": 1.0 / period}
-    )
+    silent = scene("vibrating_table", {"signals.table.amplitude": 0.0, "signals.table.frequency": 1.0 / period})
     values = {"robot": silent.robot.model_copy(update={"feet": scene("ball").robot.feet})}
     return scene("ball").model_copy(update=values | {"signals": silent.signals})
 

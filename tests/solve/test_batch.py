@@ -51,15 +51,10 @@ def test_a_grid_as_a_dataset_has_a_dimension_for_each_path(grid):
     data = grid.to_dataset(["peak", "bounces"])
     assert dict(data.sizes) == {FILM: 3, VOLTS: 2}
     assert data[VOLTS].attrs["units"] == "V" and data[FILM].values.tolist() == [4e-21, 6e-21, 8e-21]
-    assert (
-        data["peak"].attrs["units"] == "m"
-        and "highest point in a drive period" in data["peak"].attrs["long_name"]
-    )
+    assert data["peak"].attrs["units"] == "m" and "highest point in a drive period" in data["peak"].attrs["long_name"]
     assert float(data["peak"].sel({FILM: 6e-21, VOLTS: 10.0})) == grid.measure("peak")[1, 1]
     assert data["peak_spread"].shape == (3, 2) and "mean_apex" not in data
-    assert data["code"].values.tolist() == [[0, 0]] * 3 and data["code"].attrs["flag_meanings"].startswith(
-        "DONE "
-    )
+    assert data["code"].values.tolist() == [[0, 0]] * 3 and data["code"].attrs["flag_meanings"].startswith("DONE ")
 
 
 def test_rows_as_a_dataset_have_the_varied_values_as_coordinates():
@@ -69,9 +64,7 @@ def test_rows_as_a_dataset_have_the_varied_values_as_coordinates():
     data = batch.to_dataset()
     assert set(batch.measures(0)) <= set(data.data_vars)
     assert data["peak"].dims == ("run",) and path in data.coords and data[path].dims == ("run",)
-    assert data["peak_per_foot"].dims == ("run", "foot") and list(data["foot"].values) == list(
-        chain.robot.feet
-    )
+    assert data["peak_per_foot"].dims == ("run", "foot") and list(data["foot"].values) == list(chain.robot.feet)
     assert data["peak_per_foot"].values[1].tolist() == list(batch.measures(1)["peak"].per_foot.values())
 
 
@@ -149,9 +142,7 @@ def test_a_run_comes_back_from_its_pickle_with_everything(name):
 def test_a_batch_comes_back_from_its_pickle(grid):
     _ = grid.codes
     back = pickle.loads(pickle.dumps(grid))
-    assert repr(back) == repr(grid) and np.array_equal(
-        back.measure("mean_height"), grid.measure("mean_height")
-    )
+    assert repr(back) == repr(grid) and np.array_equal(back.measure("mean_height"), grid.measure("mean_height"))
     np.testing.assert_array_equal(back.events(3), grid.events(3))
 
 
@@ -213,7 +204,8 @@ def test_threads_are_as_many_as_the_process_may_use():
         (
             lambda: ts.load_scene("cantilever"),
             {
-                "robot.feet.tip.gap": [6e-5, 7e-5], FILM: [4e-21, 5e-21],
+                "robot.feet.tip.gap": [6e-5, 7e-5],
+                FILM: [4e-21, 5e-21],
                 "robot.structure.damping_ratios.0": [0.02, 0.03],
             },
         ),
@@ -221,13 +213,14 @@ def test_threads_are_as_many_as_the_process_may_use():
         (
             lambda: ts.load_scene("millipede"),
             {
-                "gait.high": [13.0, 14.0], "ground.friction.coefficient": [0.3, 0.5],
+                "gait.high": [13.0, 14.0],
+                "ground.friction.coefficient": [0.3, 0.5],
                 "ground.gravity.acceleration": [9.0, 9.8],
             },
         ),
     ],
     ids=["modes", "delayed", "legs"],
-)  # fmt: skip
+)
 def test_a_run_of_a_batch_has_its_motion_and_where_its_energy_went(make, vary):
     """It is made once more, the same step for step, and agrees with the changed scene's own run."""
     batch = ts.simulate_batch(make(), vary, DURATION)
@@ -249,9 +242,7 @@ def test_a_run_of_a_batch_has_its_motion_and_where_its_energy_went(make, vary):
 def test_a_session_lowers_its_scene_once_for_runs_that_differ_in_slots(scene, monkeypatch):
     lowered = []
     monkeypatch.setattr(
-        import_module("tarsus.solve.run"),
-        "lower_scene",
-        lambda *of: lowered.append(of) or lower_scene(*of),
+        import_module("tarsus.solve.run"), "lower_scene", lambda *of: lowered.append(of) or lower_scene(*of)
     )
     session = ts.Session(scene)
     for gap in ("60 um", 6.5e-5):

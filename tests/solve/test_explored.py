@@ -13,7 +13,7 @@ TURNED = {
     "cantilever": {"robot.feet.tip.gap": 4e-5, "ground.restitution.coefficient": 0.4, "signals.pzt.duty": 4},
     "hexapod": {"ground.film.thickness": 3e-6, "signals.pzt.amplitude": 5, "signals.pzt.frequency": 8},
     "millipede": {"robot.feet.L1.gap": 3e-7, "ground.friction.coefficient": 0.9, "gait.high": 2, "gait.frequency": 11},
-}  # fmt: skip
+}
 """Values of sliders; of what drives do the number of a stop."""
 
 
@@ -41,21 +41,14 @@ def test_a_turned_row_runs_as_the_changed_scene(turned):
     series = run.variables(times)
     feet, drives = len(explored.scene.robot.feet), len(explored.scene.robot.drives)
     shown = iter(np.split(rows.T[1:], np.cumsum([drives, feet, feet, feet])))
-    for name in (
-        "volts",
-        "gap",
-        "contact_force",
-        *(["friction_force"] if "friction_force" in series else []),
-    ):
+    for name in ("volts", "gap", "contact_force", *(["friction_force"] if "friction_force" in series else [])):
         own, found = np.asarray(series[name].values, dtype=float), next(shown)
         np.testing.assert_allclose(found, own, rtol=0.0, atol=1e-6 * np.abs(own).max(), err_msg=name)
 
 
 def test_ranges_are_those_of_the_provenance_and_of_the_user():
     scene = ts.load_scene("cantilever")
-    sliders = {
-        one.paths[0]: one for one in Explored.of(scene, 0.02, drives=["signals.pzt.amplitude"]).sliders
-    }
+    sliders = {one.paths[0]: one for one in Explored.of(scene, 0.02, drives=["signals.pzt.amplitude"]).sliders}
     restitution, gap = sliders["ground.restitution.coefficient"], sliders["robot.feet.tip.gap"]
     assert (restitution.low, restitution.high) == scene.interval("ground.restitution.coefficient")
     assert restitution.known and not gap.known
@@ -84,10 +77,7 @@ def test_gravity_on_an_incline_is_turned_by_its_acceleration_and_by_the_incline(
     tilted = Explored.of(ts.with_values(scene, {"ground.incline": 0.05}), 0.04, drives=[])
     (incline,) = [one for one in tilted.sliders if one.paths[0] == "ground.incline"]
     assert (incline.low, incline.high, incline.log) == (-0.1, 0.1, False)
-    for values in (
-        {"ground.incline": -0.08, "ground.gravity.acceleration": 5.0},
-        {"ground.gravity.acceleration": 7.0},
-    ):
+    for values in ({"ground.incline": -0.08, "ground.gravity.acceleration": 5.0}, {"ground.gravity.acceleration": 7.0}):
         into, along = tilted.row(values)["rows.sources"][-2:]
         angle, pull = values.get("ground.incline", 0.05), values["ground.gravity.acceleration"]
         assert (into, along) == pytest.approx((pull * np.cos(angle), pull * np.sin(angle)), rel=1e-15)
@@ -112,9 +102,7 @@ def test_energy_drawn_and_cost_of_transport_are_those_of_the_library():
     for name in ("electrical_energy", "cost_of_transport"):
         found, own = measures[explored.measures.index(name)], run.measures[name]
         assert own.value > 0.0 and found[2] == own.n
-        np.testing.assert_allclose(
-            found[:2], [own.value, own.spread], rtol=1e-7, atol=1e-9 * own.value, err_msg=name
-        )
+        np.testing.assert_allclose(found[:2], [own.value, own.spread], rtol=1e-7, atol=1e-9 * own.value, err_msg=name)
     bare = Explored.of(ts.load_scene("millipede", **{"robot.drives.R1.capacitance": None}), 0.1, drives=[])
     _, _, _, measures = bare.shown(np.array([0.0, 0.1]))
     assert np.isnan(measures[bare.measures.index("cost_of_transport"), 0])

@@ -102,10 +102,12 @@ def test_a_stiffness_that_couples_coinciding_modes():
     """Of x'' + w^2 x + k y = 0 and the like for y, from x = 1, y = 0: dy/dk = -t sin(w t) / 2w where k = 0."""
     structure = ts.Lumped(coordinates=("a", "b"), mass=(1.0, 1.0), stiffness=(4.0, 4.0))
     scene = ts.Scene(
-        name="two", robot=ts.Robot(structure=structure, drives={}, feet={"b": ts.Foot(point="b", gap=10.0)}),
+        name="two",
+        robot=ts.Robot(structure=structure, drives={}, feet={"b": ts.Foot(point="b", gap=10.0)}),
         ground=ts.Ground(restitution=ts.Restitution(coefficient=0.6)),
-        initial=ts.Initial(displacement=(1.0, 0.0)), duration=20.0,
-    )  # fmt: skip
+        initial=ts.Initial(displacement=(1.0, 0.0)),
+        duration=20.0,
+    )
     coupled = {f"robot.structure.stiffness.{ends}": 1.0 for ends in ("0.1", "1.0")}
     run = ts.simulate(scene, gradients={"coupling": coupled})
     times = np.linspace(0.1, 19.9, 45)
@@ -136,7 +138,7 @@ def test_derivatives_by_a_state_at_rest_swing_though_the_run_does_not():
         ground=sticky(adhesion=None),
         initial=Initial(displacement=(0.0, -mass * GRAVITY / stiff, 0.0, 0.0), velocity=(0.0,) * 4),
         duration=0.05,
-    )  # fmt: skip
+    )
     run = ts.simulate(scene, gradients=["initial.velocity.1"])
     times = np.linspace(0.001, 0.05, 20)
     assert np.ptp(run.states(times).x[1]) < 1e-15
@@ -152,11 +154,14 @@ def test_a_standing_robot_sinks_by_its_mass():
     scene = ts.Scene(
         name="standing",
         robot=Robot(
-            structure=Walker(body=WalkerBody(mass=mass), legs={"leg": leg}), drives={},
+            structure=Walker(body=WalkerBody(mass=mass), legs={"leg": leg}),
+            drives={},
             feet={"leg": Foot(point="leg", gap=0.0)},
         ),
-        ground=sticky(adhesion=None), initial=Initial(standing=Standing()), duration=0.05,
-    )  # fmt: skip
+        ground=sticky(adhesion=None),
+        initial=Initial(standing=Standing()),
+        duration=0.05,
+    )
     by_mass, by_stiffness = "robot.structure.body.mass", "robot.structure.legs.leg.stiffness_v"
     run = ts.simulate(scene, gradients=[by_mass, by_stiffness])
     found = run.state_gradients(np.linspace(0.001, 0.049, 7))
@@ -174,8 +179,9 @@ def test_a_displacement_of_zero_varies_by_a_length_of_the_scene():
             feet={"tip": ts.Foot(point="tip", gap=1e-6)},
         ),
         ground=ts.Ground(restitution=ts.Restitution(coefficient=0.5)),
-        initial=ts.Initial(displacement=(0.0,), velocity=(1e-10,)), duration=3.0,
-    )  # fmt: skip
+        initial=ts.Initial(displacement=(0.0,), velocity=(1e-10,)),
+        duration=3.0,
+    )
     times = np.linspace(0.1, 2.9, 7)
     run = ts.simulate(scene, gradients=["initial.displacement.0"])
     got = run.state_gradients(times)["initial.displacement.0"].x[0]
@@ -214,11 +220,7 @@ def test_an_objective_of_events_and_of_states_at_times():
     run = ts.simulate(scene, 0.04, gradients=paths)
     states, moved = run.states(times), run.state_gradients(times)
     for path in paths:
-        wanted = (
-            2.0 * (states.x * moved[path].x).sum()
-            + moved[path].v[0, 1]
-            + run.event_gradients[path]["time"][3]
-        )
+        wanted = 2.0 * (states.x * moved[path].x).sum() + moved[path].v[0, 1] + run.event_gradients[path]["time"][3]
         assert found[path] == pytest.approx(wanted, rel=1e-6)
 
 

@@ -29,8 +29,13 @@ LONG = (1e-3, 1e-4, 1e-5)
 FACTORS = {"friction": [1.0, 0.5], "adhesion": [0.7, 1.0, 0.8], "restitution": [0.9, 0.6]}
 TEETH = {"kind": "sawtooth", "length": 9e-5, "height": 2e-7, "rising": 0.4, "start": 1.3e-5} | FACTORS
 ROUGH: dict[str, Any] = {
-    "kind": "random", "seed": 3, "rms": 2e-7, "correlation_length": 3e-5, "spacing": 1.3e-5, "facets": 256,
-}  # fmt: skip
+    "kind": "random",
+    "seed": 3,
+    "rms": 2e-7,
+    "correlation_length": 3e-5,
+    "spacing": 1.3e-5,
+    "facets": 256,
+}
 FILM = ts.Film(coefficient=1e-26, thickness=1e-7)
 
 
@@ -101,26 +106,39 @@ STAIRS = [*of(PROFILE, "rise", "tread", "start"), REBOUND, "initial.velocity.2"]
 UNEVEN = [*of(LEGS, "leg0.x", "leg1.stiffness_l"), "robot.drives.leg0.law.gain", "robot.feet.leg1.gap"]
 CASES = {
     "an oscillator": Case(
-        lambda: scene_of("impact_oscillator"), 20.0,
-        ("robot.feet.stop.gap", "signals.shaker.frequency", "robot.structure.mass.0.0"), 1e-7,
+        lambda: scene_of("impact_oscillator"),
+        20.0,
+        ("robot.feet.stop.gap", "signals.shaker.frequency", "robot.structure.mass.0.0"),
+        1e-7,
     ),
     "a chain": Case(
-        lambda: scene_of("p1_n2"), 0.023,
-        ("ground.adhesion.initial", "ground.film.thickness", "signals.pull.duty"), 1e-6,
+        lambda: scene_of("p1_n2"),
+        0.023,
+        ("ground.adhesion.initial", "ground.film.thickness", "signals.pull.duty"),
+        1e-6,
     ),
     "sticky feet": Case(
-        lambda: scene_of("sticky_feet"), 0.017,
-        ("ground.electrostatic.coefficient", "signals.pzt.phase", "robot.structure.shapes.right.1"), 1e-6,
+        lambda: scene_of("sticky_feet"),
+        0.017,
+        ("ground.electrostatic.coefficient", "signals.pzt.phase", "robot.structure.shapes.right.1"),
+        1e-6,
     ),
     "a passive map": Case(
         lambda: hexapod(
-            signal=ts.Sine(amplitude=20.0, frequency=120.0), gap=1e-5, restitution=0.6,
+            signal=ts.Sine(amplitude=20.0, frequency=120.0),
+            gap=1e-5,
+            restitution=0.6,
             impact=ts.laws.DominantMode(mode=2),
-        ), 0.02, (REBOUND, "signals.pzt.amplitude"), 1e-6,
+        ),
+        0.02,
+        (REBOUND, "signals.pzt.amplitude"),
+        1e-6,
     ),
     "measures of a chain": Case(
-        lambda: scene_of("p1_n2"), 0.073,
-        ("signals.pull.duty", "robot.drives.pull.law.gain", "robot.structure.stiffness.0.0"), 1e-6,
+        lambda: scene_of("p1_n2"),
+        0.073,
+        ("signals.pull.duty", "robot.drives.pull.law.gain", "robot.structure.stiffness.0.0"),
+        1e-6,
         (1e-6, 1e-5, 1e-4, 1e-3),
         ("contact_duration", "duty_factor", "mean_height", "hardest_impact", "longest_contact", *of("ledger", *CHAIN)),
         slow=True,
@@ -129,83 +147,155 @@ CASES = {
         knocked, 0.05, (MU, "signals.along.phase", "signals.along.amplitude"), 1e-5, (1e-5, 1e-4), FRICTION
     ),
     "a slider that is thrown": Case(
-        lambda: slider(speed=0.3, fall=0.1, gap=1e-6, coupling=0.3), 0.02, (MU, "initial.velocity.0", REBOUND), 1e-5,
-        (1e-5, 1e-4), FRICTION,
+        lambda: slider(speed=0.3, fall=0.1, gap=1e-6, coupling=0.3),
+        0.02,
+        (MU, "initial.velocity.0", REBOUND),
+        1e-5,
+        (1e-5, 1e-4),
+        FRICTION,
     ),
     "a cantilever that slides": Case(
-        cantilever, 0.004,
-        (MU, "ground.adhesion.rate", "robot.feet.tip.gap", "robot.structure.modal_masses.0"), 1e-5, (1e-5, 1e-4),
+        cantilever,
+        0.004,
+        (MU, "ground.adhesion.rate", "robot.feet.tip.gap", "robot.structure.modal_masses.0"),
+        1e-5,
+        (1e-5, 1e-4),
         FRICTION,
     ),
     "a biped": Case(biped, 0.005, (MU, "signals.a.amplitude"), 1e-5, (1e-5, 1e-4), FRICTION),
     "a trotter": Case(
-        lambda: trotter(3), 0.0071,
-        (MU, "signals.leg0.amplitude", "robot.feet.leg1.gap", REBOUND, "robot.structure.body.mass",
-         *of(LEGS, "leg0.x", "leg1.stiffness_v", "leg2.mass")), 3e-6, (1e-4, 1e-3),
+        lambda: trotter(3),
+        0.0071,
+        (
+            MU,
+            "signals.leg0.amplitude",
+            "robot.feet.leg1.gap",
+            REBOUND,
+            "robot.structure.body.mass",
+            *of(LEGS, "leg0.x", "leg1.stiffness_v", "leg2.mass"),
+        ),
+        3e-6,
+        (1e-4, 1e-3),
     ),
     # the way slid in contact bends more than all else: runs to both sides know it to 3e-5, and say 1e-3
     "measures of a walk": Case(
-        lambda: trotter(3), 0.0121, (MU, "robot.feet.leg1.gap", f"{LEGS}.leg1.damping_v"), 5e-5, (1e-4,),
+        lambda: trotter(3),
+        0.0121,
+        (MU, "robot.feet.leg1.gap", f"{LEGS}.leg1.damping_v"),
+        5e-5,
+        (1e-4,),
         (*of("ledger", *WALK), "mean_speed", "stride", "foot_slip"),
     ),
     "a slope, by contact modes": Case(
-        lambda: by_modes(with_values(trotter(2, turning=False), {"ground.incline": 0.2})), 0.003, ("ground.incline",),
-        1e-6, (1e-5, 1e-4),
+        lambda: by_modes(with_values(trotter(2, turning=False), {"ground.incline": 0.2})),
+        0.003,
+        ("ground.incline",),
+        1e-6,
+        (1e-5, 1e-4),
     ),
     "a body with parts": Case(
-        bodies, 0.002,
-        ("robot.structure.payloads.bag.stiffness_v", "robot.structure.body.modes.bends.frequency",
-         f"{LEGS}.leg1.tip.stiffness_v", "ground.incline"), 1e-5, (1e-4, 1e-5),
+        bodies,
+        0.002,
+        (
+            "robot.structure.payloads.bag.stiffness_v",
+            "robot.structure.body.modes.bends.frequency",
+            f"{LEGS}.leg1.tip.stiffness_v",
+            "ground.incline",
+        ),
+        1e-5,
+        (1e-4, 1e-5),
     ),
     "down stairs": Case(lambda: stairs(-4e-3, 10e-3), 0.09, STAIRS, 3e-6, (1e-3, 1e-4)),
     "against a step": Case(lambda: stairs(10e-3, 5e-3), 0.09, STAIRS, 3e-6, (1e-3, 1e-4)),
     "a sled on teeth": Case(
-        sled, 0.2, [*of(PROFILE, "height", "length", "start"), "ground.gravity.acceleration", MU], 1e-6, (1e-3, 1e-4),
+        sled,
+        0.2,
+        [*of(PROFILE, "height", "length", "start"), "ground.gravity.acceleration", MU],
+        1e-6,
+        (1e-3, 1e-4),
         FRICTION[:2],
     ),
     "a block in a corner": Case(
-        corner, 0.09, [*of(PROFILE, "given.0.1", "given.1.0", "given.1.1", "given.2.0"), "signals.along.amplitude"],
-        1e-6, (1e-4, 1e-5),
+        corner,
+        0.09,
+        [*of(PROFILE, "given.0.1", "given.1.0", "given.1.1", "given.2.0"), "signals.along.amplitude"],
+        1e-6,
+        (1e-4, 1e-5),
     ),
     "a trotter on teeth": Case(
         lambda: steps_on(TEETH), 0.006, [*of(PROFILE, "height", "friction.1"), UNEVEN[0]], 5e-6, LONG, FRICTION[:2]
     ),
     "teeth and a film": Case(
-        lambda: steps_on(TEETH, film=FILM), 0.006,
-        [*of(PROFILE, "start", "length", "friction.0", "adhesion.0", "adhesion.2", "restitution.1"), *UNEVEN], 5e-6,
-        LONG, FRICTION[:2], slow=True,
+        lambda: steps_on(TEETH, film=FILM),
+        0.006,
+        [*of(PROFILE, "start", "length", "friction.0", "adhesion.0", "adhesion.2", "restitution.1"), *UNEVEN],
+        5e-6,
+        LONG,
+        FRICTION[:2],
+        slow=True,
     ),
     "a trotter on rough ground": Case(
-        lambda: steps_on(ROUGH, adhesion=None), 0.006,
-        [*of(PROFILE, "rms", "correlation_length", "hurst", "spacing"), *UNEVEN], 5e-6, LONG, FRICTION[:2], slow=True,
+        lambda: steps_on(ROUGH, adhesion=None),
+        0.006,
+        [*of(PROFILE, "rms", "correlation_length", "hurst", "spacing"), *UNEVEN],
+        5e-6,
+        LONG,
+        FRICTION[:2],
+        slow=True,
     ),
     "every law": Case(
-        lambda: trotter(3, ground=sticky(
-            film=ts.Film(coefficient=1e-22, thickness=2e-7),
-            electrostatic=ts.Electrostatic(coefficient=1e-15, offset=1e-6),
-        )), 0.01,
-        ("ground.film.coefficient", "ground.film.thickness", "ground.electrostatic.coefficient", MU,
-         "signals.leg1.phase", "robot.feet.leg1.gap", f"{LEGS}.leg0.mass"), 2e-7, STEPS, slow=True,
+        lambda: trotter(
+            3,
+            ground=sticky(
+                film=ts.Film(coefficient=1e-22, thickness=2e-7),
+                electrostatic=ts.Electrostatic(coefficient=1e-15, offset=1e-6),
+            ),
+        ),
+        0.01,
+        (
+            "ground.film.coefficient",
+            "ground.film.thickness",
+            "ground.electrostatic.coefficient",
+            MU,
+            "signals.leg1.phase",
+            "robot.feet.leg1.gap",
+            f"{LEGS}.leg0.mass",
+        ),
+        2e-7,
+        STEPS,
+        slow=True,
     ),
     # by no step do differences over it tell more: those over steps ten times apart differ by some 1e-6
     "a millipede": Case(
-        millipede, 0.026, (MU, "ground.film.thickness", REBOUND, "ground.adhesion.initial"), 1e-5, (1e-4, 1e-3, 1e-2),
+        millipede,
+        0.026,
+        (MU, "ground.film.thickness", REBOUND, "ground.adhesion.initial"),
+        1e-5,
+        (1e-4, 1e-3, 1e-2),
         slow=True,
     ),
     # volts of 0.1 % more move events by a thousand times what they are known to: states' own errors say 5e-5
     "a millipede's volts": Case(millipede, 0.026, ("gait.high",), 2e-4, (1e-4, 1e-3, 1e-2), slow=True),
     # runs know gaps to 1e-17 m or so, differences over 1e-9 m less well: these derivatives state errors of 2e-5, 1.3e-4
     "a millipede over pits": Case(
-        lambda: millipede(kind="pits", spacing=3e-4, width=1.2e-4, depth=2e-8, start=3.7e-5), 0.05,
-        (f"{PROFILE}.depth", "ground.film.coefficient"), 5e-5, (5e-2, 2e-2, 1e-3), slow=True,
+        lambda: millipede(kind="pits", spacing=3e-4, width=1.2e-4, depth=2e-8, start=3.7e-5),
+        0.05,
+        (f"{PROFILE}.depth", "ground.film.coefficient"),
+        5e-5,
+        (5e-2, 2e-2, 1e-3),
+        slow=True,
     ),
     "a millipede over a line": Case(
         lambda: millipede(
             kind="polyline", given=[(-0.02, 0.0), (-1e-3, -3e-8), (1e-3, 2e-8), (2.1e-3, -3e-8), (0.02, 0.0)]
-        ), 0.05, (*of(PROFILE, "given.1.1", "given.2.1"), "ground.film.coefficient"), 5e-4, (5e-2, 2e-2, 1e-3),
+        ),
+        0.05,
+        (*of(PROFILE, "given.1.1", "given.2.1"), "ground.film.coefficient"),
+        5e-4,
+        (5e-2, 2e-2, 1e-3),
         slow=True,
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize(
@@ -219,12 +309,7 @@ def test_a_scene_moves_as_its_derivatives_say(case: Case) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "duration", "within"),
-    [
-        ("p1_n2", 0.033, 1e-6),
-        ("three_feet", 0.012, 1e-6),
-        ("sticky_feet", 0.043, 3e-6),
-        ("damped_chain", 0.01, 1e-6),
-    ],
+    [("p1_n2", 0.033, 1e-6), ("three_feet", 0.012, 1e-6), ("sticky_feet", 0.043, 3e-6), ("damped_chain", 0.01, 1e-6)],
 )
 def test_derivatives_by_all_slots_as_differences(name, duration, within):
     scene = scene_of(name)

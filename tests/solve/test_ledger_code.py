@@ -20,8 +20,12 @@ from walking_scenes import block
 def pushed(level: float = 1e-3) -> Scene:
     """One mode under a force that swings: nothing happens without volts."""
     structure = {
-        "kind": "modal", "frequencies": [1e4], "damping_ratios": [0.1], "modal_masses": [1e-6], "shapes": {"A": [1.0]},
-    }  # fmt: skip
+        "kind": "modal",
+        "frequencies": [1e4],
+        "damping_ratios": [0.1],
+        "modal_masses": [1e-6],
+        "shapes": {"A": [1.0]},
+    }
     drive = {"load": {"kind": "point", "weights": {"A": 1.0}}, "law": {"kind": "linear", "gain": 1.0}}
     return validate(
         Scene,

@@ -32,9 +32,11 @@ def test_where_there_is_no_derivative_a_sentence_says_so():
 def two_balls(**gaps: float) -> ts.Scene:
     """Two masses on a common spring above the ground."""
     structure = ts.Lumped(
-        coordinates=("a", "b"), mass=((1.0, 0.2), (0.2, 1.0)), stiffness=((0.0, 0.0), (0.0, 0.0)),
+        coordinates=("a", "b"),
+        mass=((1.0, 0.2), (0.2, 1.0)),
+        stiffness=((0.0, 0.0), (0.0, 0.0)),
         damping=((0.0, 0.0), (0.0, 0.0)),
-    )  # fmt: skip
+    )
     feet = {name: ts.Foot(point=name, gap=gaps.get(name, 1.0)) for name in ("a", "b")}
     ground = ts.Ground(restitution=ts.Restitution(coefficient=0.6))
     start = ts.Initial(velocity=(-1.0, -1.0))
@@ -68,9 +70,11 @@ def test_a_grazing_touchdown_and_a_near_miss_have_no_derivative(part):
     tops = np.flatnonzero((x[1:-1] > x[:-2]) & (x[1:-1] > x[2:])) + 1
     k = int(tops[np.argmax(x[tops])])
     near = minimize_scalar(
-        lambda t: -free.states(np.array([t])).x[0, 0], bounds=(times[k - 1], times[k + 1]), method="bounded",
+        lambda t: -free.states(np.array([t])).x[0, 0],
+        bounds=(times[k - 1], times[k + 1]),
+        method="bounded",
         options={"xatol": 1e-12},
-    )  # fmt: skip
+    )
     run = ts.simulate(with_values(scene, {path: -near.fun * (1.0 + part)}), 20.0, gradients=[path])
     assert any("touches or leaves the ground otherwise from 19.77" in said for said in run.flags[path])
     late = run.events["time"] > 19.78
@@ -89,8 +93,9 @@ def test_a_near_miss_of_free_motion_is_seen_in_steps_of_several_radians(part, ne
             feet={"a": ts.Foot(point="a", gap=1.0 + part)},
         ),
         ground=ts.Ground(restitution=ts.Restitution(coefficient=0.5)),
-        initial=ts.Initial(displacement=(0.6,), velocity=(0.8,)), duration=30.0,
-    )  # fmt: skip
+        initial=ts.Initial(displacement=(0.6,), velocity=(0.8,)),
+        duration=30.0,
+    )
     run = ts.simulate(scene, gradients=["robot.feet.a.gap"])
     assert len(run.events) == 0
     assert near == any("touches or leaves" in said for said in run.flags.get("robot.feet.a.gap", ()))
@@ -110,9 +115,7 @@ def test_a_landing_at_the_threshold_of_the_pull_as_printed_has_no_derivative():
             adhesion=ts.Adhesion(initial=adhesion, rate=0.0),
             landing=ts.laws.PullAsPrinted(),
         )
-        scene = ts.Scene(
-            name="hung", robot=robot, ground=ground, initial=ts.Initial(velocity=(-0.5,)), duration=4e-6
-        )
+        scene = ts.Scene(name="hung", robot=robot, ground=ground, initial=ts.Initial(velocity=(-0.5,)), duration=4e-6)
         run = ts.simulate(scene, gradients=["ground.restitution.coefficient"])
         assert isinstance(run, ts.solve.GradientRun)
         return run

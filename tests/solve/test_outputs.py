@@ -31,9 +31,7 @@ def oscillator(signal, **changes) -> ts.Scene:
         structure=ts.Lumped(coordinates=("tip",), mass=((M,),), damping=((C,),), stiffness=((K,),)),
         drives={"pzt": drive},
     )
-    scene = ts.Scene(
-        name="oscillator", robot=robot, ground=ts.Ground(), signals={"pzt": signal}, duration=0.1
-    )
+    scene = ts.Scene(name="oscillator", robot=robot, ground=ts.Ground(), signals={"pzt": signal}, duration=0.1)
     return with_values(scene, changes) if changes else scene
 
 
@@ -157,13 +155,18 @@ def test_currents_and_accelerations_are_the_rates_of_charges_and_velocities(scen
 def test_slopes_of_outputs_are_those_of_windows_of_other_scenes() -> None:
     scene = trotter()
     paths = (
-        "robot.drives.leg0.law.gain", "robot.structure.legs.leg0.stiffness_v", "robot.structure.body.mass",
+        "robot.drives.leg0.law.gain",
+        "robot.structure.legs.leg0.stiffness_v",
+        "robot.structure.body.mass",
         "ground.restitution.coefficient",
-    )  # fmt: skip
+    )
     outputs = [
-        Output(Q.CURRENT, "leg0", motional=True), Output(Q.CHARGE, "leg1"), Output(Q.ACCELERATION, "body"),
-        Output(Q.ANGULAR_VELOCITY, "pitch"), Output(Q.DISPLACEMENT, "leg2_hip_x"),
-    ]  # fmt: skip
+        Output(Q.CURRENT, "leg0", motional=True),
+        Output(Q.CHARGE, "leg1"),
+        Output(Q.ACCELERATION, "body"),
+        Output(Q.ANGULAR_VELOCITY, "pitch"),
+        Output(Q.DISPLACEMENT, "leg2_hip_x"),
+    ]
     run, fine = ts.simulate(scene, 0.006), Accuracy(gap=1e-13, drive=1e-13)
     at = run.states(np.array([0.004]))
     times = np.linspace(0.0041, 0.006, 12)
@@ -175,9 +178,7 @@ def test_slopes_of_outputs_are_those_of_windows_of_other_scenes() -> None:
         return output_rows(scene, outputs, times).values(found.states)
 
     plan = lower_scene(scene)
-    found = simulate_windows(
-        plan, start, gradients=WindowGradients.of(scene, plan, paths), accuracy=fine
-    )
+    found = simulate_windows(plan, start, gradients=WindowGradients.of(scene, plan, paths), accuracy=fine)
     assert found.slopes is not None
     slopes = output_slopes(scene, outputs, times, found.states, found.slopes, paths, plan)
     for p, path in enumerate(paths):
@@ -206,9 +207,16 @@ def test_pieces_have_their_rate_and_rest_when_they_are_held() -> None:
 def test_another_output_is_one_row_of_the_table(monkeypatch, tmp_path) -> None:
     """All users of the table have it: series, datasets, folders, figures, instruments, stepped robots, pages."""
     double = RunChannel(
-        "double", "m", "2x", POINT, "displacement of a point, twice", None, Q.DISPLACEMENT,
-        lambda r, at: r.place(at)._replace(x_gain=2.0), motional=True,
-    )  # fmt: skip
+        "double",
+        "m",
+        "2x",
+        POINT,
+        "displacement of a point, twice",
+        None,
+        Q.DISPLACEMENT,
+        lambda r, at: r.place(at)._replace(x_gain=2.0),
+        motional=True,
+    )
     monkeypatch.setattr(channels, "CHANNELS", (*channels.CHANNELS, double))
     scene = scene_of("p1_n2")
     run, times = ts.simulate(scene, 0.002), np.array([0.0005, 0.001])

@@ -33,11 +33,7 @@ def devices():
 def drawn(make, seeds):
     """Random scenes, those with more contact modes than a packet holds left out."""
     scenes = {f"{make.__name__} {seed}": make(seed) for seed in seeds}
-    few = {
-        name: one
-        for name, one in scenes.items()
-        if lower_scene(one).legs is not None or len(one.robot.feet) <= 5
-    }
+    few = {name: one for name, one in scenes.items() if lower_scene(one).legs is not None or len(one.robot.feet) <= 5}
     assert len(few) > len(scenes) // 2
     return {name: (one, min(one.duration, 0.05)) for name, one in few.items()}
 
@@ -88,17 +84,16 @@ def test_a_packet_that_cannot_start_says_why():
         "rows.sources": rows.sources[0] * [*[1.0] * engine.plan.feet, -1.0, 1.0]
     }
     *_, refused = _native.Packaged(packed(arrays)).run(np.zeros(0))
-    assert {_native.FAULTS[int(fault)] for fault in refused[:, 1]} == {"pulled down"} and (
-        refused[:, 3] > 0.0
-    ).all()
+    assert {_native.FAULTS[int(fault)] for fault in refused[:, 1]} == {"pulled down"} and (refused[:, 3] > 0.0).all()
 
 
 def test_a_damaged_packet_is_refused():
     whole = packet_of(ts.load_scene("cantilever"), 0.01)
     for given, said in {
-        b"": "this is no packet of a plan", whole[:-8]: "a packet of a plan is damaged",
+        b"": "this is no packet of a plan",
+        whole[:-8]: "a packet of a plan is damaged",
         whole.replace(b"nodes.TAU\0", b"nodes.TOU\0"): "the packet has no nodes.TAU",
         whole.replace(b"mode.1.mobility\0", b"mode.1.mobilitz\0"): "the packet has no mode.1.mobility",
-    }.items():  # fmt: skip
+    }.items():
         with pytest.raises(ValueError, match=said):
             _native.Packaged(given).run(np.zeros(0))

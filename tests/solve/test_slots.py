@@ -70,9 +70,12 @@ def swinging() -> Scene:
 
 def creeping() -> Scene:
     law = {
-        "kind": "creeping", "instant": {"linear": 8e-7, "thresholds": [1.0, 2.0], "weights": [2e-7, 1e-7]},
-        "thresholds": [0.0, 1.5], "weights": [1e-7, 1e-7], "times": [2e-3, 1.0],
-    }  # fmt: skip
+        "kind": "creeping",
+        "instant": {"linear": 8e-7, "thresholds": [1.0, 2.0], "weights": [2e-7, 1e-7]},
+        "thresholds": [0.0, 1.5],
+        "weights": [1e-7, 1e-7],
+        "times": [2e-3, 1.0],
+    }
     scene = ts.load_scene("cantilever", wave="square")
     return ts.with_values(scene, {"robot.drives.pzt.law": law, "robot.drives.pzt.history": (), "provenance": {}})
 
@@ -85,11 +88,15 @@ TURNING = np.array([0.0, 0.5, 3.0, -2.0])
 CASES = {
     "gap": (chain, {"robot.feet.tip.gap": [0.0, 3e-5, 7e-5, 8e-5]}, 0.08),
     "gap, pull as printed": (
-        lambda: chain(landing=ts.laws.PullAsPrinted()), {"robot.feet.tip.gap": [3e-5, 7e-5, 8e-5]}, 0.08,
+        lambda: chain(landing=ts.laws.PullAsPrinted()),
+        {"robot.feet.tip.gap": [3e-5, 7e-5, 8e-5]},
+        0.08,
     ),
     "gravity": (heavy, {"ground.gravity.acceleration": [0.0, 0.5, 9.81]}, 0.08),
     "displacement": (
-        moved, {"initial.displacement.0": [0.0, 1e-6, 1e-5], "initial.velocity.1": [0.0, 1e-3, 2e-3]}, 0.05
+        moved,
+        {"initial.displacement.0": [0.0, 1e-6, 1e-5], "initial.velocity.1": [0.0, 1e-3, 2e-3]},
+        0.05,
     ),
     "amplitude": (chain, {"signals.pull.amplitude": [0.0, 5.0, 8.0, 9.0]}, 0.08),
     "gain": (chain, {"robot.drives.pull.law.gain": [-8e-4, -9e-4, 0.0]}, 0.08),
@@ -97,21 +104,27 @@ CASES = {
     "every law": (
         sticky_feet,
         {
-            "ground.film.coefficient": [5e-21, 8e-21, 0.0], "ground.film.thickness": [4e-6, 5e-6, 6e-6],
-            "ground.adhesion.initial": [15e-6, 0.0, 40e-6], "ground.restitution.coefficient": [0.3, 0.0, 0.6],
-            "ground.electrostatic.coefficient": [1e-17, 0.0, 2e-17], "ground.laws.drag.coefficient": [1e-5, 0.0, 1e-4],
-            "ground.gravity.acceleration": [9.81, 1.62, 20.0], "robot.drives.pzt.law.gain": [1.2e-4, 9e-5, 1.5e-4],
+            "ground.film.coefficient": [5e-21, 8e-21, 0.0],
+            "ground.film.thickness": [4e-6, 5e-6, 6e-6],
+            "ground.adhesion.initial": [15e-6, 0.0, 40e-6],
+            "ground.restitution.coefficient": [0.3, 0.0, 0.6],
+            "ground.electrostatic.coefficient": [1e-17, 0.0, 2e-17],
+            "ground.laws.drag.coefficient": [1e-5, 0.0, 1e-4],
+            "ground.gravity.acceleration": [9.81, 1.62, 20.0],
+            "robot.drives.pzt.law.gain": [1.2e-4, 9e-5, 1.5e-4],
         },
         0.02,
     ),
     "speed of a landing rule": (
         lambda: ts.load_scene("cantilever", **{"ground.landing": {"kind": "restitute_first", "speed": 0.1}}),
-        {"ground.landing.speed": [0.01, 0.05, 0.2, 5.0]}, 0.02,
+        {"ground.landing.speed": [0.01, 0.05, 0.2, 5.0]},
+        0.02,
     ),
     "cantilever": (
         lambda: ts.load_scene("cantilever"),
         {
-            "robot.feet.tip.gap": [6e-5, 7e-5], "signals.pzt.amplitude": [8.0, 9.0],
+            "robot.feet.tip.gap": [6e-5, 7e-5],
+            "signals.pzt.amplitude": [8.0, 9.0],
             "ground.film.thickness": [5e-6, 6e-6],
         },
         0.05,
@@ -119,8 +132,10 @@ CASES = {
     "hexapod": (
         bouncing,
         {
-            "robot.feet.foot1.gap": [0.0, 1e-7, 1e-6], "signals.pzt.phase": TURNING[:3],
-            "signals.pzt.amplitude": [8.0, 9.0, 10.0], "ground.adhesion.initial": [1e-4, 2e-4, 3e-4],
+            "robot.feet.foot1.gap": [0.0, 1e-7, 1e-6],
+            "signals.pzt.phase": TURNING[:3],
+            "signals.pzt.amplitude": [8.0, 9.0, 10.0],
+            "ground.adhesion.initial": [1e-4, 2e-4, 3e-4],
             "robot.drives.pzt.capacitance": [1e-9, 2e-9, 3e-9],
         },
         0.01,
@@ -128,38 +143,42 @@ CASES = {
     "walker": (
         walking,
         {
-            "ground.gravity.acceleration": [9.0, 9.81, 10.0], "gait.high": [12.0, 14.0, 15.0],
+            "ground.gravity.acceleration": [9.0, 9.81, 10.0],
+            "gait.high": [12.0, 14.0, 15.0],
             "gait.low": [0.0, 1.0, 5.0],
-            "ground.friction.coefficient": [0.3, 0.432, 0.5], "ground.film.coefficient": [1.6e-24, 1.7e-24, 2e-24],
+            "ground.friction.coefficient": [0.3, 0.432, 0.5],
+            "ground.film.coefficient": [1.6e-24, 1.7e-24, 2e-24],
         },
         0.05,
     ),
     "gaps of a walker": (
         lambda: ts.with_values(walking(), {"initial.standing": None, "ground.gravity": None}),
-        {"robot.feet.L1.gap": [1e-6, 2e-6], "robot.feet.R1.gap": [0.0, 1e-6], "gait.frequency": [102.0, 110.0]}, 0.05,
+        {"robot.feet.L1.gap": [1e-6, 2e-6], "robot.feet.R1.gap": [0.0, 1e-6], "gait.frequency": [102.0, 110.0]},
+        0.05,
     ),
     "incline": (
-        lambda: ts.with_values(trotter(3), {"ground.incline": 0.0}), {"ground.incline": [0.0, 0.17, 1.3]}, 0.01
+        lambda: ts.with_values(trotter(3), {"ground.incline": 0.0}),
+        {"ground.incline": [0.0, 0.17, 1.3]},
+        0.01,
     ),
     "friction that adheres": (
         lambda: trotter(3, ground=sticky(friction=AdhesiveFriction(coefficient=0.8))),
-        {"ground.friction.coefficient": [0.2, 0.7], "ground.adhesion.rate": [1e-5, 1e-4]}, 0.01,
+        {"ground.friction.coefficient": [0.2, 0.7], "ground.adhesion.rate": [1e-5, 1e-4]},
+        0.01,
     ),
-    "pads": (
-        lambda: ts.load_scene("climber"), {"signals.LF_pad.levels.0": [150.0, 200.0]}, 0.05,
-    ),
+    "pads": (lambda: ts.load_scene("climber"), {"signals.LF_pad.levels.0": [150.0, 200.0]}, 0.05),
     "grounds by foot": (
-        by_foot, {"ground.restitution.coefficient": [0.7, 0.6], "grounds.soft.restitution.coefficient": [0.2, 0.4]}, 1.0
+        by_foot,
+        {"ground.restitution.coefficient": [0.7, 0.6], "grounds.soft.restitution.coefficient": [0.2, 0.4]},
+        1.0,
     ),
-    "ground that swings": (
-        swinging,
-        {f"{SHIFT}.amplitude": [2e-4, 3e-4], f"{SHIFT}.phase": [0.1, 1.0]}, 1.0,
-    ),
+    "ground that swings": (swinging, {f"{SHIFT}.amplitude": [2e-4, 3e-4], f"{SHIFT}.phase": [0.1, 1.0]}, 1.0),
     "drive that creeps": (
         creeping,
-        {"robot.drives.pzt.law.temperature": [290.0, 300.0], "robot.drives.pzt.law.weights.1": [1e-7, 2e-7]}, 0.02,
+        {"robot.drives.pzt.law.temperature": [290.0, 300.0], "robot.drives.pzt.law.weights.1": [1e-7, 2e-7]},
+        0.02,
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -187,11 +206,13 @@ def test_bits_do_not_depend_on_neighbours_order_chunks_or_threads(monkeypatch):
     rng = np.random.default_rng(3)
     count = 24
     vary = {
-        "robot.feet.tip.gap": rng.uniform(3e-5, 8e-5, count), "signals.pull.phase": rng.uniform(0.0, 6.0, count),
-        "signals.pull.amplitude": rng.uniform(7.0, 9.0, count), "signals.pull.duty": rng.choice([0.4, 0.5, 1.0], count),
+        "robot.feet.tip.gap": rng.uniform(3e-5, 8e-5, count),
+        "signals.pull.phase": rng.uniform(0.0, 6.0, count),
+        "signals.pull.amplitude": rng.uniform(7.0, 9.0, count),
+        "signals.pull.duty": rng.choice([0.4, 0.5, 1.0], count),
         "ground.restitution.coefficient": rng.uniform(0.2, 0.5, count),
         "robot.structure.stiffness.1.1": np.repeat([420.0, 425.0], count // 2),
-    }  # fmt: skip
+    }
     whole = ts.simulate_batch(chain(), vary, 0.04, threads=2)
     order = rng.permutation(count)
     monkeypatch.setattr("tarsus.solve.simulation._CHUNK", 5)
@@ -209,9 +230,7 @@ def test_what_is_data_and_what_enters_tables():
     assert found["ground.gravity.acceleration"].kind is Kind.GRAVITY
     assert found["ground.film.thickness"].kind is Kind.LAW
     assert found["signals.pull.phase"].kind is Kind.DRIVE
-    assert not [
-        path for path in found if path.startswith(("robot.structure", "robot.drives.pull.load", "duration"))
-    ]
+    assert not [path for path in found if path.startswith(("robot.structure", "robot.drives.pull.load", "duration"))]
     walker = slots(walking())
     assert walker["gait.high"].kind is Kind.GAIT and walker["robot.feet.L1.gap"].at == 0
 
@@ -266,9 +285,7 @@ def test_tolerances_of_every_run_refer_to_its_own_lengths_and_forces():
     assert rows.scales[:, 0] == pytest.approx([2e-5, 5e-6, 5e-9, 2e-5], rel=1e-15)
     spring = np.diag(plan.system.stiffness).min()
     span = max(plan.channels[0].span, 2e-5 * spring)
-    assert rows.scales[:, 1] == pytest.approx(
-        [span, plan.channels[0].span, plan.channels[0].span, 7.0], rel=1e-12
-    )
+    assert rows.scales[:, 1] == pytest.approx([span, plan.channels[0].span, plan.channels[0].span, 7.0], rel=1e-12)
 
 
 def test_scales_of_a_law_are_sums_of_its_fields():

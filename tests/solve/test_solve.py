@@ -82,11 +82,7 @@ def test_held_feet_do_not_move_and_free_ones_are_not_pulled(run):
 def test_the_ledger_has_a_line_for_every_law(run):
     assert run.ok and run.ledger.closure < 1e-8
     assert list(run.ledger.laws) == ["film", "electrostatic", "drag"]
-    assert (
-        run.ledger.laws["film"] < 0.0
-        and run.ledger.laws["drag"] < 0.0
-        and run.ledger.laws["electrostatic"] != 0.0
-    )
+    assert run.ledger.laws["film"] < 0.0 and run.ledger.laws["drag"] < 0.0 and run.ledger.laws["electrostatic"] != 0.0
     times = run.series.time
     rate = np.where(run.series.state.held, 0.0, run.series.state.rate)
     drag = np.trapezoid((run.series.laws["drag"] * rate).sum(axis=0), times)
@@ -98,14 +94,32 @@ def test_dataset_has_dimensions_units_and_names(run):
     assert dict(data.sizes) == {"time": 11, "foot": 2, "drive": 1, "point": 2}
     assert data["foot"].values.tolist() == ["left", "right"] and data["drive"].values.tolist() == ["pzt"]
     units = {
-        "time": "s", "volts": "V", "charge": "C", "current": "A",
-        "drive_force": "N", "displacement": "m", "velocity": "m/s", "gap": "m",
-        "gap_rate": "m/s", "contact": "1", "pull": "N", "adhesion_strength": "N", "film_force": "N",
-        "electrostatic_force": "N", "drag_force": "N", "contact_force": "N", "kinetic_energy": "J",
-        "elastic_energy": "J", "work_in": "J", "damping_loss": "J", "film_work": "J",
-        "electrostatic_work": "J", "drag_work": "J",
-        "impact_loss": "J", "adhesion_loss": "J",
-    }  # fmt: skip
+        "time": "s",
+        "volts": "V",
+        "charge": "C",
+        "current": "A",
+        "drive_force": "N",
+        "displacement": "m",
+        "velocity": "m/s",
+        "gap": "m",
+        "gap_rate": "m/s",
+        "contact": "1",
+        "pull": "N",
+        "adhesion_strength": "N",
+        "film_force": "N",
+        "electrostatic_force": "N",
+        "drag_force": "N",
+        "contact_force": "N",
+        "kinetic_energy": "J",
+        "elastic_energy": "J",
+        "work_in": "J",
+        "damping_loss": "J",
+        "film_work": "J",
+        "electrostatic_work": "J",
+        "drag_work": "J",
+        "impact_loss": "J",
+        "adhesion_loss": "J",
+    }
     assert {name: data[name].attrs["units"] for name in units} == units
     assert all(data[name].attrs["long_name"] for name in units)
     assert set(data.data_vars) == set(units) - {"time"}
@@ -117,10 +131,7 @@ def test_result_codes_are_sentences():
     for code in ResultCode:
         assert str(code) == code.value and code.value[0].isupper() and code.value.endswith(".")
     kernel = (a.DONE, a.STALL, a.STEP_TOO_SMALL, a.STEP_LIMIT, a.NOT_FINITE, a.JAMMED)
-    assert {ResultCode.of(code) for code in kernel} == set(ResultCode) - {
-        ResultCode.DIVERGED,
-        ResultCode.LEDGER_OPEN,
-    }
+    assert {ResultCode.of(code) for code in kernel} == set(ResultCode) - {ResultCode.DIVERGED, ResultCode.LEDGER_OPEN}
     assert ResultCode.of(a.STALL, makes_energy=True) is ResultCode.DIVERGED
     assert ResultCode.of(a.DONE, makes_energy=True) is ResultCode.DONE
 
@@ -185,6 +196,4 @@ def test_devices_files_and_durations_are_taken_as_files_say_them(tmp_path):
         assert run.duration == 0.01 and np.array_equal(run.events, plain.events)
     batch = ts.simulate_batch("cantilever", {"signals.pzt.amplitude": [8.0]}, "10 ms")
     assert batch.events(0)["time"] == pytest.approx(plain.events["time"], rel=1e-7)
-    assert ts.Session("cantilever").run({}, "10 ms").events["time"][0] == pytest.approx(
-        plain.events["time"][0]
-    )
+    assert ts.Session("cantilever").run({}, "10 ms").events["time"][0] == pytest.approx(plain.events["time"][0])

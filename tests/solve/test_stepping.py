@@ -36,8 +36,7 @@ def _commands(scene, steps=STEPS, seed=3):
 def _whole(scene, levels, dt):
     """The scene driven by the same volts, one plateau a step."""
     waves = {
-        name: {"kind": "on_off", "levels": own.tolist(), "durations": [dt] * len(own)}
-        for name, own in levels.items()
+        name: {"kind": "on_off", "levels": own.tolist(), "durations": [dt] * len(own)} for name, own in levels.items()
     }
     return ts.with_values(scene, {f"signals.{name}": wave for name, wave in waves.items()})
 
@@ -49,17 +48,18 @@ def _same_events(parts, whole, scale, tolerance=1e-9):
         assert events[name].tolist() == whole[name].tolist()
     assert np.abs(events["time"] - whole["time"]).max(initial=0.0) < tolerance * scale
     for name in ("speed_before", "energy", "apex"):
-        assert events[name] == pytest.approx(
-            whole[name], rel=1e-5, abs=1e-8 * np.abs(whole[name]).max(initial=1e-30)
-        )
+        assert events[name] == pytest.approx(whole[name], rel=1e-5, abs=1e-8 * np.abs(whole[name]).max(initial=1e-30))
 
 
 def _creeping():
     """The cantilever's drive with a plain hysteresis, creep of a second and elements near a step's length."""
     law = {
-        "kind": "creeping", "instant": {"linear": 8e-7, "thresholds": [1.0, 2.0], "weights": [2e-7, 1e-7]},
-        "thresholds": [0.0, 1.5, 0.5], "weights": [1e-7, 1e-7, 2e-7], "times": [2e-3, 2e-3, 1.0],
-    }  # fmt: skip
+        "kind": "creeping",
+        "instant": {"linear": 8e-7, "thresholds": [1.0, 2.0], "weights": [2e-7, 1e-7]},
+        "thresholds": [0.0, 1.5, 0.5],
+        "weights": [1e-7, 1e-7, 2e-7],
+        "times": [2e-3, 2e-3, 1.0],
+    }
     return ts.with_values(
         ts.load_scene("cantilever"),
         {"robot.drives.pzt.law": law, "robot.drives.pzt.history": (9.0, -2.0), "provenance": {}},
@@ -76,15 +76,11 @@ SCENES = {
         ts.load_scene("millipede"),
         {
             "ground.adhesion": None,
-            "ground.laws": {
-                "ageing": AgeingAdhesion(initial=1e-7, gain=1e-5, ageing=2e-3, fading=3e-3),
-            },
+            "ground.laws": {"ageing": AgeingAdhesion(initial=1e-7, gain=1e-5, ageing=2e-3, fading=3e-3)},
         },
     ),
     "a drive that creeps": lambda: _creeping(),
-    "feet that slide": lambda: by_modes(
-        ts.load_scene("millipede").model_copy(update={"initial": ts.Initial()}),
-    ),
+    "feet that slide": lambda: by_modes(ts.load_scene("millipede").model_copy(update={"initial": ts.Initial()})),
 }
 
 
@@ -96,9 +92,7 @@ def test_steps_are_the_run_in_one_piece(name):
     whole = ts.simulate(_whole(scene, levels, dt), STEPS * dt)
     sim = ts.Session(scene, account=True)
     sim.reset()
-    parts = [
-        sim.step({drive: own[k] for drive, own in levels.items()}, dt).events_of(0) for k in range(STEPS)
-    ]
+    parts = [sim.step({drive: own[k] for drive, own in levels.items()}, dt).events_of(0) for k in range(STEPS)]
     assert whole.ok and len(whole.events) > 8
     _same_events(parts, whole.events, STEPS * dt)
     ledger = sim.ledger()
@@ -128,19 +122,25 @@ def test_drives_remember_all_volts_that_they_were_told(law):
     chain = ts.load_scene("cantilever")
     laws = {
         "two branches": {
-            "kind": "two_branch", "rising": {"linear": 1e-6, "quadratic": 2e-8}, "falling": {"linear": 1.1e-6},
+            "kind": "two_branch",
+            "rising": {"linear": 1e-6, "quadratic": 2e-8},
+            "falling": {"linear": 1.1e-6},
         },
         "plays": {
-            "kind": "prandtl_ishlinskii", "linear": 5e-7, "thresholds": [0.5, 1.0, 2.0], "weights": [2e-7, 2e-7, 1e-7],
+            "kind": "prandtl_ishlinskii",
+            "linear": 5e-7,
+            "thresholds": [0.5, 1.0, 2.0],
+            "weights": [2e-7, 2e-7, 1e-7],
         },
-    }  # fmt: skip
+    }
     scene = ts.with_values(
         chain,
         {
-            "robot.drives.pzt.law": laws[law], "robot.drives.pzt.history": [10.0, 0.0],
+            "robot.drives.pzt.law": laws[law],
+            "robot.drives.pzt.history": [10.0, 0.0],
             "robot.drives.pzt.amplifier": {"bandwidth": 3000.0, "slew_rate": 2e4},
         },
-    )  # fmt: skip
+    )
     dt, levels = 1e-3, _commands(scene, 60, seed=8)
     whole = ts.simulate(_whole(scene, levels, dt), 60 * dt)
     sim = ts.Session(scene)
@@ -148,9 +148,7 @@ def test_drives_remember_all_volts_that_they_were_told(law):
     parts = [sim.step({"pzt": levels["pzt"][k]}, dt).events_of(0) for k in range(60)]
     assert len(whole.events) > 2
     _same_events(parts, whole.events, 60 * dt, tolerance=1e-8)
-    assert sim.state.volts[0] == pytest.approx(
-        whole.scene.actuator_volts["pzt"].volts(np.array(60 * dt)), abs=1e-9
-    )
+    assert sim.state.volts[0] == pytest.approx(whole.scene.actuator_volts["pzt"].volts(np.array(60 * dt)), abs=1e-9)
 
 
 def test_what_larger_moves_wipe_out_is_forgotten_and_nothing_else():
@@ -218,8 +216,7 @@ def test_copies_go_their_own_way_and_files_go_on_to_the_last_bit(name, tmp_path)
     ways = []
     for one in (sim, fork, copied, pickled, restored):
         states = [
-            one.step({drive: own[k] for drive, own in levels.items()}, "1.5 ms", ramp=k == 4)
-            for k in range(3, 6)
+            one.step({drive: own[k] for drive, own in levels.items()}, "1.5 ms", ramp=k == 4) for k in range(3, 6)
         ]
         ways.append(np.concatenate([*(state.x for state in states), *(s.all_events["time"] for s in states)]))
     for way in ways[1:]:
@@ -240,9 +237,7 @@ def test_many_robots_are_each_what_it_is_alone():
     volts = np.random.default_rng(1).uniform(0.0, 14.0, (12, count))
     states = [many.step({"L1": volts[k], "R1": 14.0 - volts[k]}, dt) for k in range(12)]
     for r in range(count):
-        alone = ts.Session(
-            ts.with_values(scene, {"ground.adhesion.initial": float(gaps[r])}), accuracy=ts.Accuracy()
-        )
+        alone = ts.Session(ts.with_values(scene, {"ground.adhesion.initial": float(gaps[r])}), accuracy=ts.Accuracy())
         alone.reset()
         parts = [alone.step({"L1": volts[k, r], "R1": 14.0 - volts[k, r]}, dt) for k in range(12)]
         assert alone.state.x == pytest.approx(states[-1].x[r], rel=1e-7, abs=1e-13)
@@ -325,10 +320,13 @@ def test_memory_does_not_grow_with_the_steps():
         ts.load_scene("cantilever"),
         {
             "robot.drives.pzt.law": {
-                "kind": "prandtl_ishlinskii", "linear": 5e-7, "thresholds": [0.5, 1.0], "weights": [2e-7, 2e-7],
+                "kind": "prandtl_ishlinskii",
+                "linear": 5e-7,
+                "thresholds": [0.5, 1.0],
+                "weights": [2e-7, 2e-7],
             }
         },
-    )  # fmt: skip
+    )
     sim = ts.Session(scene)
     sim.reset()
     volts = np.random.default_rng(0).uniform(-8.0, 8.0, 300)
@@ -396,10 +394,7 @@ def test_a_step_has_derivatives_by_state_command_and_ground(name, path):
     assert len(state.all_events) or "frequencies" in path
     assert np.isfinite(slopes.state).all() and not slopes.flags
 
-    moved = {
-        f"drive.{drive}": (1e-5, {"volts": 1.0}),
-        path: (1e-4 * float(ts.get_value(scene, path)), {"value": path}),
-    }
+    moved = {f"drive.{drive}": (1e-5, {"volts": 1.0}), path: (1e-4 * float(ts.get_value(scene, path)), {"value": path})}
     moved |= {f"state.{i}": (1e-10 if i < n else 1e-7, {"state": i}) for i in (0, n)}
     for number, (size, what) in moved.items():
         ends = [_moved(sim, scene, dt, command, sign * size, **what) for sign in (1.0, -1.0)]

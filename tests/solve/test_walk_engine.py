@@ -112,10 +112,7 @@ def test_a_leg_wide_electrostatic_law_below_its_electrode_changes_nothing() -> N
 
 def lifted(push: float, friction: float = MU) -> ts.Run:
     """A block pushed along and pulled up ever harder, off the ground after 10 ms."""
-    signals = {
-        "along": ts.Constant(level=push),
-        "upward": ts.waveforms.Ramp(stop=2.0 * MASS * GRAVITY, duration=0.02),
-    }
+    signals = {"along": ts.Constant(level=push), "upward": ts.waveforms.Ramp(stop=2.0 * MASS * GRAVITY, duration=0.02)}
     return ts.simulate(block(friction=friction, signals=signals), duration=0.011)
 
 
@@ -191,17 +188,14 @@ PATH = "ground.friction.coefficient"
 
 def test_a_sliding_block_is_pulled_off_where_the_ground_lets_go() -> None:
     run = ts.simulate(
-        moving(
-            block(signals={"upward": ts.waveforms.Ramp(stop=2.0 * MASS * GRAVITY, duration=0.02)}),
-            block_x=0.1,
-        ),
+        moving(block(signals={"upward": ts.waveforms.Ramp(stop=2.0 * MASS * GRAVITY, duration=0.02)}), block_x=0.1),
         duration=0.011,
     )
     assert run.events["kind"][1:].tolist() == [RELEASE]
     speed = 0.1 - 0.5 * MU * GRAVITY * 0.01  # friction falls evenly to nothing
-    assert run.at(np.array([0.01])).state.v[
-        run.scene.robot.structure.row("block_x") != 0.0, 0
-    ] == pytest.approx(speed, rel=1e-9)
+    assert run.at(np.array([0.01])).state.v[run.scene.robot.structure.row("block_x") != 0.0, 0] == pytest.approx(
+        speed, rel=1e-9
+    )
 
 
 def test_a_step_of_half_an_oscillation_still_feels_a_constant_force():

@@ -58,9 +58,7 @@ def test_a_window_of_a_walker_goes_on_as_its_run():
             given = WindowStart(start, times[k], times[k:], contacts_at(run, states.held[:, k], times[k]))
             window = simulate_windows(plan, [given])[0]
             assert len(window.events) == np.sum(run.events["time"] > times[k])
-            np.testing.assert_allclose(
-                window.states.x, states.x[:, k:], rtol=0, atol=1e-9 * np.abs(states.x).max()
-            )
+            np.testing.assert_allclose(window.states.x, states.x[:, k:], rtol=0, atol=1e-9 * np.abs(states.x).max())
             for name, force in window.forces.items():
                 wanted = series.laws[name][:, k:]
                 np.testing.assert_allclose(force, wanted, rtol=0, atol=1e-6 * np.abs(wanted).max())

@@ -39,9 +39,7 @@ def starts_in(run: ts.Run, count: int, span: float, seed: int) -> list[WindowSta
 def difference(of: Callable[[float], WindowBatch], step: float) -> dict[str, np.ndarray]:
     """Fourth-order difference of the states of windows."""
     there = {k: of(k * step).states for k in (-2, -1, 1, 2)}
-    near, far = (
-        {name: getattr(there[k], name) - getattr(there[-k], name) for name in FIELDS} for k in (1, 2)
-    )
+    near, far = ({name: getattr(there[k], name) - getattr(there[-k], name) for name in FIELDS} for k in (1, 2))
     return {name: (8.0 * near[name] - far[name]) / (12.0 * step) for name in FIELDS}
 
 
@@ -55,40 +53,73 @@ def moved(starts: list[WindowStart], name: str, by: float) -> list[WindowStart]:
 
 def creeping() -> Scene:
     law = {
-        "kind": "creeping", "instant": {"linear": 8e-7, "thresholds": [1.0, 2.0], "weights": [2e-7, 1e-7]},
-        "thresholds": [0.0, 1.5], "weights": [1e-7, 1e-7], "times": [2e-3, 1.0],
-    }  # fmt: skip
+        "kind": "creeping",
+        "instant": {"linear": 8e-7, "thresholds": [1.0, 2.0], "weights": [2e-7, 1e-7]},
+        "thresholds": [0.0, 1.5],
+        "weights": [1e-7, 1e-7],
+        "times": [2e-3, 1.0],
+    }
     scene = ts.load_scene("cantilever", wave="square")
     return with_values(scene, {"robot.drives.pzt.law": law, "robot.drives.pzt.history": (), "provenance": {}})
 
 
-ROUGH = {
-    "kind": "random", "seed": 3, "rms": 2e-7, "correlation_length": 3e-5, "spacing": 1e-5, "facets": 256
-}  # fmt: skip
+ROUGH = {"kind": "random", "seed": 3, "rms": 2e-7, "correlation_length": 3e-5, "spacing": 1e-5, "facets": 256}
 SLOW = pytest.mark.slow
 CASES = [
     pytest.param(
-        lambda: scene_of("p1_n2"), ("ground.film.coefficient", "signals.pull.amplitude"), 0.1, 0.008, 16, True,
+        lambda: scene_of("p1_n2"),
+        ("ground.film.coefficient", "signals.pull.amplitude"),
+        0.1,
+        0.008,
+        16,
+        True,
         id="chain",
     ),
     pytest.param(
-        lambda: trotter(5, ground=sticky()), ("ground.adhesion.initial", "ground.restitution.coefficient"), None,
-        0.002, 12, True, marks=SLOW, id="trotter",
+        lambda: trotter(5, ground=sticky()),
+        ("ground.adhesion.initial", "ground.restitution.coefficient"),
+        None,
+        0.002,
+        12,
+        True,
+        marks=SLOW,
+        id="trotter",
     ),
     pytest.param(
         lambda: with_values(trotter(3, ground=sticky()), {"ground.profile": ROUGH}),
-        ("ground.profile.rms", "ground.friction.coefficient"), None, 0.002, 12, True, marks=SLOW, id="rough ground",
+        ("ground.profile.rms", "ground.friction.coefficient"),
+        None,
+        0.002,
+        12,
+        True,
+        marks=SLOW,
+        id="rough ground",
     ),
     pytest.param(
-        lambda: ts.load_scene("turning-hexapod"), ("ground.friction.coefficient", "robot.structure.body.mass"), 0.03,
-        0.004, 4, False, id="legs that move across",
+        lambda: ts.load_scene("turning-hexapod"),
+        ("ground.friction.coefficient", "robot.structure.body.mass"),
+        0.03,
+        0.004,
+        4,
+        False,
+        id="legs that move across",
     ),
     pytest.param(
-        sliding, ("ground.friction.coefficient", "robot.structure.modal_masses.0"), 0.03, 0.004, 4, False,
+        sliding,
+        ("ground.friction.coefficient", "robot.structure.modal_masses.0"),
+        0.03,
+        0.004,
+        4,
+        False,
         id="feet that slide",
     ),
     pytest.param(
-        creeping, ("signals.pzt.amplitude", "robot.structure.frequencies.0"), 0.03, 0.004, 4, False,
+        creeping,
+        ("signals.pzt.amplitude", "robot.structure.frequencies.0"),
+        0.03,
+        0.004,
+        4,
+        False,
         id="a drive that creeps",
     ),
     pytest.param(
@@ -96,10 +127,14 @@ CASES = [
             ts.load_scene("cantilever", wave="square"),
             {"robot.drives.pzt.amplifier": {"bandwidth": 3000.0, "slew_rate": 2e5}},
         ),
-        ("signals.pzt.amplitude", "robot.drives.pzt.amplifier.bandwidth"), 0.03, 0.004, 4, False,
+        ("signals.pzt.amplitude", "robot.drives.pzt.amplifier.bandwidth"),
+        0.03,
+        0.004,
+        4,
+        False,
         id="a slow amplifier",
     ),
-]  # fmt: skip
+]
 """Scene, numbers, seconds of its run and of a window, windows, and whether their starts are varied as well."""
 
 
@@ -130,17 +165,12 @@ def test_windows_move_as_their_derivatives_say(
         off, beyond = {}, {}
         for part in (1e-4, 1e-5, 1e-6):  # the best of several steps: far ones cross events, near ones round
             for field, value_ in difference(of, part * scale).items():
-                got, told = (
-                    getattr(of, field)[..., p] for of in (found.slopes.states, found.slopes.state_errors)
-                )
+                got, told = (getattr(of, field)[..., p] for of in (found.slopes.states, found.slopes.state_errors))
                 error = np.abs(value_ - got) * scale / size[field] if size[field] else np.abs(value_ - got)
                 more = np.abs(value_ - got) > 10.0 * told + 1e-5 * size[field] / scale
                 beyond[field] = beyond.get(field, True) & more
                 most = np.array(
-                    [
-                        error[:, a:b].max(initial=0.0)
-                        for a, b in zip(found.first, found.first[1:], strict=False)
-                    ]
+                    [error[:, a:b].max(initial=0.0) for a, b in zip(found.first, found.first[1:], strict=False)]
                 )
                 off[field] = np.minimum(off.get(field, np.inf), most)
         for field, most in off.items():
@@ -156,9 +186,9 @@ def test_one_window_is_that_of_many() -> None:
     by = WindowGradients.of(scene, plan, ["ground.film.coefficient"])
     many = simulate_windows(plan, starts, gradients=by)
     for one, start in zip(many, starts, strict=True):
-        alone = simulate_windows(
-            plan, [WindowStart(start.state, start.t0, start.times, start.contacts)], gradients=by
-        )[0]
+        alone = simulate_windows(plan, [WindowStart(start.state, start.t0, start.times, start.contacts)], gradients=by)[
+            0
+        ]
         assert one.slopes is not None and alone.slopes is not None
         np.testing.assert_allclose(one.states.x, alone.states.x, rtol=0, atol=1e-9 * plan.length)
         off = 10.0 * (one.slopes.state_errors.x + alone.slopes.state_errors.x)
@@ -177,9 +207,7 @@ def test_a_ball_lands_later_by_its_start_as_in_closed_form() -> None:
     fall = float(event["time"]) - 0.25
     speed = float(event["speed_before"])
     acceleration = (speed + float(plan.initial[1])) / fall
-    assert slopes == pytest.approx(
-        [1.0 / speed, (1.0 + plan.initial[1] / speed) / acceleration, 1.0], rel=1e-8
-    )
+    assert slopes == pytest.approx([1.0 / speed, (1.0 + plan.initial[1] / speed) / acceleration, 1.0], rel=1e-8)
 
 
 def test_a_window_has_its_own_flags_whatever_windows_lie_beside_it() -> None:
@@ -189,9 +217,7 @@ def test_a_window_has_its_own_flags_whatever_windows_lie_beside_it() -> None:
     paths = ("ground.film.coefficient", "signals.pull.phase")
     gradients = WindowGradients.of(scene, plan, paths, state=False, t0=False)
     state = np.zeros(2 * len(plan.system.mass))
-    starts = [
-        WindowStart(state, t0, t0 + np.linspace(1e-4, 4e-4, 4), Contacts()) for t0 in (0.0, 0.0013, 0.0)
-    ]
+    starts = [WindowStart(state, t0, t0 + np.linspace(1e-4, 4e-4, 4), Contacts()) for t0 in (0.0, 0.0013, 0.0)]
     every = simulate_windows(plan, starts, gradients=gradients)
     alone = [simulate_windows(plan, [one], gradients=gradients)[0] for one in starts]
     assert [dict(one.flags) for one in every] == [dict(one.flags) for one in alone]

@@ -85,7 +85,8 @@ WRONG: dict[str, tuple[wrong_inputs.Ask, wrong_inputs.Said]] = {
     "device": (lambda at: ts.simulate("cantlever"), "did you mean 'cantilever'"),
     "unit of a duration": (lambda at: ts.simulate("cantilever", "10 mm"), ("duration: ", "'10 mm'")),
     "negative duration": (
-        lambda at: ts.simulate("cantilever", "-10 ms"), "duration: expected a time above 0 s, got -0.01 s"
+        lambda at: ts.simulate("cantilever", "-10 ms"),
+        "duration: expected a time above 0 s, got -0.01 s",
     ),
     **{
         f"duration {one}": (lambda at, one=one: ts.simulate("cantilever", one), "expected a time above 0 s")
@@ -115,7 +116,8 @@ WRONG: dict[str, tuple[wrong_inputs.Ask, wrong_inputs.Said]] = {
         "no measure 'peek'; did you mean 'peak'",
     ),
     "volts of a slot": (
-        chain({"signals.pull.amplitude": [8.0, -1.0]}), "signals.pull.amplitude: expected a voltage (V) of at least 0"
+        chain({"signals.pull.amplitude": [8.0, -1.0]}),
+        "signals.pull.amplitude: expected a voltage (V) of at least 0",
     ),
     "frequency of a slot": (chain({"signals.pull.frequency": [50.0, 0.0]}), "signals.pull.frequency"),
     "gap of a slot": (chain({GAP: [1e-5, -1e-6]}), f"{GAP}: foot below ground at rest"),
@@ -153,8 +155,14 @@ WRONG: dict[str, tuple[wrong_inputs.Ask, wrong_inputs.Said]] = {
     ),
     "window": (
         window,
-        ("state: expected 4 finite", "t0: expected", "times: expected", "no foot number 3", "cannot be held and be",
-         "since: expected"),
+        (
+            "state: expected 4 finite",
+            "t0: expected",
+            "times: expected",
+            "no foot number 3",
+            "cannot be held and be",
+            "since: expected",
+        ),
     ),
     "step before a reset": (lambda at: ts.Session("cantilever").step({"pzt": 1.0}), "call reset first"),
     "session's file": (lambda at: restored(at, b"PK nothing"), "no file of a session"),
@@ -167,7 +175,8 @@ WRONG: dict[str, tuple[wrong_inputs.Ask, wrong_inputs.Said]] = {
     "number of no drive": (lambda at: explored(FILM), f"{FILM}: is not a number that a drive takes"),
     "four numbers of drives": (lambda at: explored(*DRIVES), "3 numbers of drives at most"),
     "value that was not lowered": (
-        lambda at: explored(VOLTS).place({VOLTS: 7.77777}), "none of the values that were lowered"
+        lambda at: explored(VOLTS).place({VOLTS: 7.77777}),
+        "none of the values that were lowered",
     ),
     "slider": (lambda at: explored(VOLTS).changed({"robot.structure.length": 1.0}), "there is no such slider"),
     "number of a scene": (
@@ -175,7 +184,7 @@ WRONG: dict[str, tuple[wrong_inputs.Ask, wrong_inputs.Said]] = {
         "the scene has no such number",
     ),
     "feet of an explorer": (many_feet, "contact modes: an explorer holds 256"),
-}  # fmt: skip
+}
 
 
 @wrong_inputs.cases(WRONG)

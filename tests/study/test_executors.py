@@ -16,9 +16,7 @@ from tarsus.calibrate.studyfile import load_study
 from tarsus.study.axes import Linspace, Sobol
 from tarsus.study.sweeping import run_sweep
 
-SWEEP = small(
-    vary={"ground.restitution.coefficient": Linspace(start=0.1, stop=0.6)}, design=Sobol(count=37), chunk=3
-)
+SWEEP = small(vary={"ground.restitution.coefficient": Linspace(start=0.1, stop=0.6)}, design=Sobol(count=37), chunk=3)
 
 
 @pytest.fixture(scope="module")
@@ -64,9 +62,7 @@ def test_a_worker_of_another_version_is_named(tmp_path, monkeypatch):
 
     def there(self, *words):
         sent(self, *words)
-        self._plan = dataclasses.replace(
-            self._plan, versions=(("engine", "feed"), ("tarsus", "9.9")), node="login1"
-        )
+        self._plan = dataclasses.replace(self._plan, versions=(("engine", "feed"), ("tarsus", "9.9")), node="login1")
 
     monkeypatch.setattr(pool.WorkerPool, "__init__", there)
     with pytest.raises(
@@ -94,17 +90,12 @@ def test_the_collected_file_does_not_depend_on_units(alone, tmp_path):
     run_sweep(small(vary=dict(SWEEP.vary), design=SWEEP.design, chunk=1), tmp_path / "many")
     import xarray as xr
 
-    with (
-        xr.open_dataset(tmp_path / "one" / "sweep.nc") as one,
-        xr.open_dataset(tmp_path / "many" / "sweep.nc") as many,
-    ):
+    with xr.open_dataset(tmp_path / "one" / "sweep.nc") as one, xr.open_dataset(tmp_path / "many" / "sweep.nc") as many:
         assert one.load().drop_attrs(deep=False).identical(many.load().drop_attrs(deep=False))
 
 
 def test_ts_sweep_takes_what_is_no_client_at_its_word(tmp_path):
-    with pytest.raises(
-        ts.InputError, match=r"threads: expected a dask\.distributed\.Client or an executor .* got str"
-    ):
+    with pytest.raises(ts.InputError, match=r"threads: expected a dask\.distributed\.Client or an executor .* got str"):
         ts.sweep(SWEEP, tmp_path, threads="3")
     result = ts.sweep(SWEEP, tmp_path, threads=FailingExecutor(lambda _: False))
     assert result.file == tmp_path / "sweep.nc" and result.outcomes == {"DONE": 37}

@@ -33,11 +33,7 @@ def test_ranges_hold_their_ends():
 
 
 def test_a_sobol_design_fills_every_axis_evenly():
-    axes = {
-        "a": Linspace(start=0.0, stop=1.0),
-        "b": Logspace(start=1e-4, stop=1.0),
-        "c": Values(values=(1.0, 2.0)),
-    }
+    axes = {"a": Linspace(start=0.0, stop=1.0), "b": Logspace(start=1e-4, stop=1.0), "c": Values(values=(1.0, 2.0))}
     points = Sobol(count=64, seed=3).points(axes, slice(0, 64))
     for share in (points["a"], 1.0 + np.log10(points["b"]) / 4.0):
         assert np.histogram(share, bins=64, range=(0.0, 1.0))[0].tolist() == [1] * 64
@@ -107,9 +103,7 @@ def test_an_unknown_of_a_fit_is_an_axis():
     for name, axis, share in zip(own, own.values(), cube.values(), strict=True):
         assert np.array_equal(points[name], axis.at(share))
     unknowns = Unknowns.of(both.scene, [rate, Unknown(RESTITUTION, 0.1, 0.5)])
-    assert np.array_equal(
-        unknowns.values(np.column_stack(list(cube.values()))), np.column_stack(list(points.values()))
-    )
+    assert np.array_equal(unknowns.values(np.column_stack(list(cube.values()))), np.column_stack(list(points.values())))
 
 
 def test_values_that_vary_together_take_one_value():
@@ -179,7 +173,7 @@ FAULTS = [
         f'{GOOD}{RATE} = {{ kind = "linspace", start = 0, stop = 1, count = 3 }}\n[design]\nkind = "sobol"\ncount = 4',
         f"vary.{RATE}.count: a Sobol design has its own count",
     ),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("text", "said"), FAULTS, ids=[said for _, said in FAULTS])
@@ -201,8 +195,11 @@ def test_all_faults_are_named_at_once(tmp_path):
     with pytest.raises(ts.InputError) as refused:
         read_sweep(file)
     assert [problem.split(":")[0] for problem in refused.value.problems] == [
-        f"vary.{RESTITUTION}", f"vary.{RATE}.0", "measures.0", "chunk",
-    ]  # fmt: skip
+        f"vary.{RESTITUTION}",
+        f"vary.{RATE}.0",
+        "measures.0",
+        "chunk",
+    ]
 
 
 def test_a_grid_needs_nothing_said():

@@ -39,9 +39,7 @@ def test_a_grid_holds_what_a_batch_gives(tmp_path):
 
 def test_a_sobol_sweep_has_its_values_as_coordinates(tmp_path):
     gap = Linspace(start=5e-5, stop=7e-5, paths=("robot.feet.tip.gap",))
-    sweep = small(
-        vary={RESTITUTION: Linspace(start=0.1, stop=0.6), "gap": gap}, design=Sobol(count=6, seed=1)
-    )
+    sweep = small(vary={RESTITUTION: Linspace(start=0.1, stop=0.6), "gap": gap}, design=Sobol(count=6, seed=1))
     dataset = opened(run_sweep(sweep, tmp_path))
     assert dataset["peak"].dims == ("run",) and set(dataset.coords) == {RESTITUTION, "gap"}
     for axis, values in sweep.points().items():
@@ -68,9 +66,7 @@ def test_finished_units_are_not_run_again(tmp_path, monkeypatch):
     (folder / "sweep.nc").unlink()
     kept = (folder / "units" / "000" / "000000.npz").stat().st_mtime_ns
     seen = []
-    again = run_sweep(
-        small(), folder, resume=True, progress=lambda done, total, who: seen.append((done, total))
-    )
+    again = run_sweep(small(), folder, resume=True, progress=lambda done, total, who: seen.append((done, total)))
     assert seen == [(4, 6), (6, 6)] and again.kept == 4
     assert (folder / "units" / "000" / "000000.npz").stat().st_mtime_ns == kept
     assert again.file.read_bytes() == whole.file.read_bytes()
@@ -103,9 +99,7 @@ def test_runs_that_end_early_are_kept_with_their_sentence(tmp_path, monkeypatch)
 def test_values_that_the_scene_refuses_together_are_kept_as_refused(tmp_path):
     # each value alone is that of a beam; 900 Hz and 5000 Hz together are of none with this tip
     first, second = "robot.structure.frequencies.0", "robot.structure.frequencies.1"
-    sweep = small(
-        vary={first: ["623 Hz", "900 Hz"], second: ["5000 Hz", "6424 Hz"]}, measures=("peak",), duration=0.01
-    )
+    sweep = small(vary={first: ["623 Hz", "900 Hz"], second: ["5000 Hz", "6424 Hz"]}, measures=("peak",), duration=0.01)
     result = run_sweep(sweep, tmp_path)
     assert result.outcomes == {"DONE": 3, "REFUSED": 1}
     assert np.argwhere(np.isnan(opened(result)["peak"].values)).tolist() == [[1, 0]]

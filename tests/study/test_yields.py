@@ -47,9 +47,7 @@ def test_every_leg_is_drawn_by_itself_and_some_are_dead(millipede):
     gains = np.column_stack([points[name] / sweep.vary[name].mean for name in design.parts])
     assert np.array_equal(gains == 0.0, left == 0.0)
     sound = np.where(left == 1.0, gains, np.nan)
-    assert np.nanstd(sound) == pytest.approx(0.1, rel=0.05) and np.nanmean(sound) == pytest.approx(
-        1.0, abs=0.01
-    )
+    assert np.nanstd(sound) == pytest.approx(0.1, rel=0.05) and np.nanmean(sound) == pytest.approx(1.0, abs=0.01)
     assert abs(np.corrcoef(points[GAIN.replace("*", "L1")], points[GAIN.replace("*", "R9")])[0, 1]) < 0.12
     assert np.array_equal(sweep.points(slice(77, 99))[FRICTION], points[FRICTION][77:99])
 
@@ -89,10 +87,7 @@ def test_indices_tell_what_acts_alone_from_what_acts_together():
 
 def test_intervals_cover_what_they_say():
     rng, share = np.random.default_rng(5), 0.9
-    inside = [
-        low <= share <= high
-        for _, low, high in (share_of(int(n), 200) for n in rng.binomial(200, share, 4000))
-    ]
+    inside = [low <= share <= high for _, low, high in (share_of(int(n), 200) for n in rng.binomial(200, share, 4000))]
     assert 0.93 < np.mean(inside) < 0.97
     assert share_of(0, 50)[1] == 0.0 and 0.0 < share_of(0, 50)[2] < 0.1
 
@@ -118,10 +113,7 @@ def test_a_dead_leg_costs_what_it_costs():
     ("words", "said"),
     [
         ({"scatter": {"robot.drives.*.law.gian": "5%"}}, r"law\.gian: is not a number in this scene"),
-        (
-            {"scatter": {"robot.feet.*.gap": "5%"}},
-            "5% of 0 is nothing: give the standard deviation as a value",
-        ),
+        ({"scatter": {"robot.feet.*.gap": "5%"}}, "5% of 0 is nothing: give the standard deviation as a value"),
         ({"scatter": {GAIN: "2 V"}}, r"law\.gain: .*N/V"),
         ({"scatter": {GAIN: "10"}}, r"times the value itself, .*N/V; .* in percent, such as '10%'"),
         ({"over": {"ground.friction": ("0.3", "0.5")}}, "ground.friction: is not a number"),
@@ -155,9 +147,7 @@ def test_who_matters_most_is_said_only_where_intervals_are_apart():
     alike = leader_of(indices(L1=(0.40, 0.1), R1=(0.45, 0.1), L2=(0.38, 0.1), R2=(0.1, 0.05)), 64)
     assert alike is not None and not alike.resolved and alike.rivals == ("L1", "L2")
     assert alike.draws == 1024  # 64 (0.2 / 0.05)^2
-    assert "is not resolved: R1 0.45 ± 0.10, and the interval of L1 and 1 more overlaps it" in alike.sentence(
-        "speed"
-    )
+    assert "is not resolved: R1 0.45 ± 0.10, and the interval of L1 and 1 more overlaps it" in alike.sentence("speed")
     twins = leader_of(indices(L1=(0.5, 0.1), R1=(0.5, 0.1)), 64)
     assert twins is not None and twins.draws is None and "hardly" in twins.sentence("speed")
     assert leader_of({}, 64) is None
@@ -187,8 +177,4 @@ def test_grounds_alone_may_be_scattered() -> None:
     scene = ts.with_values(creeping_millipede(), {"ground.profile": rough})
     found = Robots.of(scene, {}, {"ground.profile.seed": (0, 1000)})
     points = found.sweep(8, ["mean_speed"]).points()
-    assert (
-        not found.scatter
-        and list(points) == ["ground.profile.seed"]
-        and np.ptp(points["ground.profile.seed"]) > 0.0
-    )
+    assert not found.scatter and list(points) == ["ground.profile.seed"] and np.ptp(points["ground.profile.seed"]) > 0.0

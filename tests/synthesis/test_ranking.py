@@ -37,13 +37,14 @@ def alone(scene: ts.Scene, *paths: str) -> dict[str, dict[str, float]]:
     return {path: {path: float(get_value(scene, path))} for path in paths}
 
 
-def estimates(
-    scene: ts.Scene, recording: Recording, paths: list[str], sensing: Sensing, count: int
-) -> np.ndarray:
+def estimates(scene: ts.Scene, recording: Recording, paths: list[str], sensing: Sensing, count: int) -> np.ndarray:
     """Logarithms (count, np) over the truth that least squares on whole records of simulations find: two steps of
     Gauss and Newton with the slopes at the truth, which the noise moves by less than their curvature shows."""
-    outputs = [Output(kind, point) for kind in (Quantity.VELOCITY, Quantity.DISPLACEMENT)
-               for point in scene.robot.structure.points]  # fmt: skip
+    outputs = [
+        Output(kind, point)
+        for kind in (Quantity.VELOCITY, Quantity.DISPLACEMENT)
+        for point in scene.robot.structure.points
+    ]
     times = np.arange(1, int(recording.duration * sensing.rate) + 1) / sensing.rate
     there = placed(scene, recording, "pzt")
     truth = np.array([float(get_value(there, path)) for path in paths])
@@ -72,7 +73,7 @@ def estimates(
         (Recording("drops", Purpose.VALIDATION, Square(amplitude=2.0, frequency=200.0), 0.012), [E]),
     ],
     ids=["spring and damper of a sweep", "restitution of drops"],
-)  # fmt: skip
+)
 def test_estimates_from_noisy_records_scatter_as_far_as_the_bound_says(recording, paths):
     """40 records: their scatter is known to 11 %, so that a right bound fails one time in a hundred."""
     told = told_by(DEVICE, recording, alone(DEVICE, *paths), BARE, drive="pzt", impacts=None)
@@ -103,9 +104,7 @@ def test_the_walker_of_a_tenth_of_a_second():
 @pytest.mark.slow
 def test_long_contacts_of_single_legs_tell_what_no_gait_tells():
     scene = ts.load_scene("millipede")
-    by_name = {
-        one.name.split(" at ")[0]: one for one in proposals(scene, {"hz": [10.0], "volts": [7.0]}, 20e3)
-    }
+    by_name = {one.name.split(" at ")[0]: one for one in proposals(scene, {"hz": [10.0], "volts": [7.0]}, 20e3)}
     assert list(by_name) == ["gait", "exercise-L1", "exercise-R1"]
     chosen = [by_name["gait"], by_name["exercise-L1"]]
     found = rank(scene, chosen, Belief.of(scene), A, 2.0)
@@ -126,9 +125,7 @@ def test_signals_without_contact_tell_nothing_of_restitution():
 def test_one_contact_time_fixes_a_sum_and_two_separate_it():
     """The pull-off force is C_a0 + C_a t: records of one contact time tell a sum, and neither alone."""
     device = ts.with_values(DEVICE, {A0: 150e-9})
-    one, other = (
-        told_by(device, square(hz, 8.0), alone(device, A0, A), BARE, drive="pzt") for hz in (5.0, 100.0)
-    )
+    one, other = (told_by(device, square(hz, 8.0), alone(device, A0, A), BARE, drive="pzt") for hz in (5.0, 100.0))
     own = [deviations(told.matrix)[:2] for told in (one, other)]
     both = deviations(one.about(one.names) + other.about(one.names))[:2]
     assert np.all(both < 0.8 * np.min(own, axis=0))
@@ -161,9 +158,14 @@ def test_information_about_other_names_is_none():
 def test_beliefs_come_from_draws_or_from_intervals():
     random = np.random.default_rng(2)
     cov = np.array([[0.04, 0.03], [0.03, 0.09]])
-    known = ts.with_values(DEVICE, {"provenance": {
-        E: {"source": "calibrated", "note": "from bounces", "interval": [[0.2653 / 1.1, 0.2653 * 1.1]]}
-    }})  # fmt: skip
+    known = ts.with_values(
+        DEVICE,
+        {
+            "provenance": {
+                E: {"source": "calibrated", "note": "from bounces", "interval": [[0.2653 / 1.1, 0.2653 * 1.1]]}
+            }
+        },
+    )
     plain = Belief.of(known, spread=0.4)
     std = dict(zip(plain.unknown, plain.std, strict=True))
     assert [std[E], std[A]] == pytest.approx([np.log(1.1) / 1.96, 0.4], rel=1e-3)
@@ -188,9 +190,7 @@ def test_what_cannot_be_ranked_is_said_at_once():
     with pytest.raises(InputError) as refused:
         rank(DEVICE, [], Belief.of(DEVICE), "ground.adhesion.rat", 0.0)
     said = refused.value.problems
-    assert (
-        len(said) == 3 and "no record" in said[0] and f"did you mean '{A}'" in said[1] and "budget" in said[2]
-    )
+    assert len(said) == 3 and "no record" in said[0] and f"did you mean '{A}'" in said[1] and "budget" in said[2]
     with pytest.raises(InputError, match="needs a value other than 0"):
         Belief.of(DEVICE, ["signals.pzt.offset"])
     walker = ts.load_scene("millipede")

@@ -119,9 +119,7 @@ def test_a_walking_campaign_reads_back_as_the_walks_that_were_made(walking: Path
         record = read_records(opened, name)[0].record
         assert record is not None and record.rate == pytest.approx(20e3)
         channels = [channel for channel in record.channels if channel.quantity is not Quantity.VOLTAGE]
-        outputs = [
-            Output(one.quantity, one.at, motional=one.quantity is Quantity.CURRENT) for one in channels
-        ]
+        outputs = [Output(one.quantity, one.at, motional=one.quantity is Quantity.CURRENT) for one in channels]
         run = ts.simulate(scene, record.count * record.step)
         true = run.outputs(outputs, record.time)
         for channel, row in zip(channels, true, strict=True):
@@ -148,7 +146,5 @@ def test_a_walking_campaign_keeps_its_ground_and_legs_to_itself(walking: Path) -
 
 def test_a_device_of_which_no_draw_can_be_used_says_how_many_and_why():
     low = ts.with_values(ts.load_scene(LABORATORY), {"robot.feet.tip.gap": "5 um"})
-    with pytest.raises(
-        InputError, match=r"rests clear .*: \d+ of \d+ draws are refused, .* below the ground"
-    ):
+    with pytest.raises(InputError, match=r"rests clear .*: \d+ of \d+ draws are refused, .* below the ground"):
         devices.perturbed(low, 0.2, 1)

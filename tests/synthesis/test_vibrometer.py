@@ -72,8 +72,7 @@ def test_offset_and_drift_move_the_zero():
     run = runs(0.03)[0]
     exact = Vibrometer(rate=20e3).measure(run, FEET, 0)
     offsets = [
-        (Vibrometer(rate=20e3, offset=1e-3).measure(run, FEET, seed)["foot1"] - exact["foot1"])
-        for seed in range(30)
+        (Vibrometer(rate=20e3, offset=1e-3).measure(run, FEET, seed)["foot1"] - exact["foot1"]) for seed in range(30)
     ]
     assert max(np.ptp(one) for one in offsets) < 1e-12
     assert np.std([one[0] for one in offsets]) == pytest.approx(1e-3, rel=0.4)

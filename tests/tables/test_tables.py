@@ -17,32 +17,15 @@ from tarsus.tables.numbers import digits_apart
 
 @pytest.fixture(scope="module")
 def table() -> Table:
-    columns = (
-        "path",
-        Column("value", "row"),
-        Column("error", "%", 2),
-        Column("range", "row", 3, over="95 %"),
-        "held",
-    )
-    rows = [
-        ("robot.mass", 2.641e-4, 0.0941, (1e-6, 3.4e-5), True),
-        ("b <c>\nall 30", float("nan"), None, None, False),
-    ]
+    columns = ("path", Column("value", "row"), Column("error", "%", 2), Column("range", "row", 3, over="95 %"), "held")
+    rows = [("robot.mass", 2.641e-4, 0.0941, (1e-6, 3.4e-5), True), ("b <c>\nall 30", float("nan"), None, None, False)]
     part = Table("Part", ("n", Column("of", note="those that count")), [(1, 2)])
     return Table("A title", columns, rows, ["A note."], [part], units=("m", "1"), flagged=[(0, 3)])
 
 
 def test_text(table):
     lines = table.text().splitlines()
-    assert lines[0] == "A title" and lines[1].split() == [
-        "path",
-        "value",
-        "error",
-        "95",
-        "%:",
-        "range",
-        "held",
-    ]
+    assert lines[0] == "A title" and lines[1].split() == ["path", "value", "error", "95", "%:", "range", "held"]
     assert lines[3].split("  ")[0] == "robot.mass" and "264.1 µm" in lines[3] and "1 to 34 µm !" in lines[3]
     assert lines[4].startswith("b <c> (all 30)") and lines[4].count("–") == 3 and lines[4].endswith("no")
     assert lines[5:8] == ["A note.", "", "Part"] and lines[-1] == "of: those that count"
@@ -63,9 +46,9 @@ def test_tables_fit_their_width():
     path, value = "robot.structure.legs.L1.stiffness_v", "-744.7\N{NO-BREAK SPACE}nN/V, 3\N{NO-BREAK SPACE}V"
     rows = [(path, value, "A sentence of some length. " * 6, 1234.5)]
     for width in (60, 80, 120):
-        lines = Table(
-            "", ("path", "value", "why", "n"), rows, ["A note that is much longer than a line. " * 4]
-        ).text(width)
+        lines = Table("", ("path", "value", "why", "n"), rows, ["A note that is much longer than a line. " * 4]).text(
+            width
+        )
         assert max(map(len, lines.splitlines())) <= width and "1234" in lines
         assert any("-744.7 nN/V," in line for line in lines.splitlines())
 
@@ -146,24 +129,18 @@ def test_amounts(value, unit, text):
 
 def test_numbers_percents_and_intervals():
     assert (
-        number(None) == number(float("inf")) == "–"
-        and number(1234567.0) == "1.235·10⁶"
-        and number(12345.6) == "12350"
+        number(None) == number(float("inf")) == "–" and number(1234567.0) == "1.235·10⁶" and number(12345.6) == "12350"
     )
     assert percent(1.0, 2) == "100 %" and percent(None) == "–"
     assert interval(1e-6, 3.4e-5, "m", 3) == "1 to 34 µm" and interval(0.1, 0.25, "%") == "10 to 25 %"
     assert (
-        interval(1.0, 2.0) == "1 to 2"
-        and interval(None, None, "m") == "–"
-        and interval(None, 2.0, "s") == "– to 2 s"
+        interval(1.0, 2.0) == "1 to 2" and interval(None, None, "m") == "–" and interval(None, 2.0, "s") == "– to 2 s"
     )
 
 
 def test_the_package_is_imported_without_what_shows_tables():
     heavy = "{'rich', 'jinja2', 'markupsafe'} & set(sys.modules)"
-    told = (
-        f"import sys, tarsus; from tarsus.tables import Table; Table('', ('a',), [(1,)]); assert not {heavy}"
-    )
+    told = f"import sys, tarsus; from tarsus.tables import Table; Table('', ('a',), [(1,)]); assert not {heavy}"
     subprocess.run([sys.executable, "-c", told], check=True)
 
 

@@ -18,10 +18,7 @@ from validation.folders import drop_folder
 
 def test_a_folder_of_ones_own(tmp_path):
     found = ts.validate(drop_folder(tmp_path / "drop"))
-    assert found.ok and [one.outcome for one in found.verdicts] == [
-        ClaimOutcome.HOLDS,
-        ClaimOutcome.FAILS_AS_KNOWN,
-    ]
+    assert found.ok and [one.outcome for one in found.verdicts] == [ClaimOutcome.HOLDS, ClaimOutcome.FAILS_AS_KNOWN]
     times = [one.computed for one in found.compared]
     assert times == pytest.approx([(2.0 * h / 9.81) ** 0.5 for h in (0.2, 0.45, 0.8)], rel=1e-12)
     assert found.compared[1].measured == pytest.approx(0.3028)  # the mean of two readings
@@ -36,9 +33,7 @@ def test_a_folder_of_ones_own(tmp_path):
 def test_a_row_is_added_to_the_table_without_columns_that_it_lacks(tmp_path):
     added = ("80,440,1,bob", "80,440,1,bob\n125,504.8")
     found = ts.validate(drop_folder(tmp_path / "drop", measured=added))
-    assert (
-        len(found.compared) == 4 and abs(found.compared[3].error) < 1e-3 and found.compared[3].spread is None
-    )
+    assert len(found.compared) == 4 and abs(found.compared[3].error) < 1e-3 and found.compared[3].spread is None
 
 
 @pytest.mark.parametrize(
@@ -49,27 +44,15 @@ def test_a_row_is_added_to_the_table_without_columns_that_it_lacks(tmp_path):
         ({"measured": ("time_ms", "time_us")}, ["no column 'time_ms'"]),
         ({"claims": ('who == "ann"', 'whom == "ann"')}, ["claims.ann.rows", "no column 'whom'"]),
         ({"claims": ('unit = "ms"', 'unit = "furlong"')}, ["unknown unit 'furlong'"]),
-        (
-            {"claims": ("[claims.ann]", '[parameters]\nfitted = ["ground.film.x"]\n[claims.ann]')},
-            ["parameters.fitted"],
-        ),
+        ({"claims": ("[claims.ann]", '[parameters]\nfitted = ["ground.film.x"]\n[claims.ann]')}, ["parameters.fitted"]),
         ({"claims": ("[claims.ann]", '[claims.ann]\nof = "speed"')}, ["'speed' is no measured column"]),
-        (
-            {"claims": ("median_error = 0.01", 'mean_deviation = "1 mm"')},
-            ["claims.bob.mean_deviation", "a time"],
-        ),
+        ({"claims": ("median_error = 0.01", 'mean_deviation = "1 mm"')}, ["claims.bob.mean_deviation", "a time"]),
         ({"claims": ("median_error = 0.01\n", "")}, ["claims.bob", "claims nothing"]),
         ({"study": ("def case(", "def cases(")}, ["defines no function case(row, device)"]),
-        (
-            {"study": ("gap = ", "gap = no_name * ")},
-            ["measured.csv, line 3", "study.py, line 6", "NameError"],
-        ),
+        ({"study": ("gap = ", "gap = no_name * ")}, ["measured.csv, line 3", "study.py, line 6", "NameError"]),
         ({"study": ("robot.feet.ball.gap", "robot.feet.bal.gap")}, ["measured.csv, line 3", "bal"]),
         ({"study": ('"time_ms"', '"time_s"')}, ["reads 'time_s', which is no measured column"]),
-        (
-            {"study": ('touchdown(run, "ball")', 'touchdown(run, "bell")')},
-            ["measured.csv, line 3", "no foot 'bell'"],
-        ),
+        ({"study": ('touchdown(run, "ball")', 'touchdown(run, "bell")')}, ["measured.csv, line 3", "no foot 'bell'"]),
         ({"study": ("return RowCase", "return tuple")}, ["measured.csv, line 3"]),
         ({"study": ("import touchdown", "import touchdwn")}, ["study.py, line 1", "ImportError"]),
     ],
@@ -116,7 +99,7 @@ def test_at_most_three_numbers_are_fitted_in_all():
         ("impact-transport", {"trial": 1.5}, "paths.csv has no trial 1.5"),
         ("ball-on-table", {"restitution": 0.3, "acceleration_g": 0.5}, "it takes 1.69 g"),
     ],
-)  # fmt: skip
+)
 def test_a_row_beyond_an_experiment_is_a_sentence(name, row, said):
     one = load_experiment(name)
     with pytest.raises(InputError, match=r"measured\.csv, line 9: ") as caught:

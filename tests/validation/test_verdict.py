@@ -30,9 +30,7 @@ def claim(**criteria: Any) -> StatedClaim:
 def test_figures():
     found = Figures.of(compared([1.0, 2.0, 4.0, 0.0], [1.1, 1.9, math.nan, 0.3]))
     assert (found.rows, found.closes) == (4, 0.75)
-    np.testing.assert_allclose(
-        found.errors, [0.1, 0.05, math.inf], rtol=1e-12
-    )  # of 0 there is no relative error
+    np.testing.assert_allclose(found.errors, [0.1, 0.05, math.inf], rtol=1e-12)  # of 0 there is no relative error
     assert found.median_error == pytest.approx(0.1) and found.bias == pytest.approx(0.025)
     assert found.mean_deviation == pytest.approx(0.5 / 3.0)
     assert math.isnan(found.r2)  # one row has no number
@@ -68,9 +66,11 @@ def test_a_claim_holds_by_all_of_its_criteria(criteria, holds):
     for known in (False, True):
         verdict = judged("one", claim(**criteria, should_fail=known), "time_ms", COLUMN, rows)
         expected = {
-            (True, False): ClaimOutcome.HOLDS, (False, False): ClaimOutcome.FAILS,
-            (True, True): ClaimOutcome.HOLDS_UNEXPECTEDLY, (False, True): ClaimOutcome.FAILS_AS_KNOWN,
-        }[holds, known]  # fmt: skip
+            (True, False): ClaimOutcome.HOLDS,
+            (False, False): ClaimOutcome.FAILS,
+            (True, True): ClaimOutcome.HOLDS_UNEXPECTEDLY,
+            (False, True): ClaimOutcome.FAILS_AS_KNOWN,
+        }[holds, known]
         assert verdict.outcome is expected
         assert verdict.outcome.expected is (holds is not known)
 

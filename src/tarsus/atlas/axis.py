@@ -70,9 +70,7 @@ def axes_of(study: Sweep) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
     """Both axes of a study that varies two numbers, as `MapAxis.of` takes them. Raises InputError for others."""
     paths = [path for name in study.vary for path in study.paths(name)]
     if len(study.vary) != 2 or len(paths) != 2:
-        raise InputError(
-            f"{study.name}: varies {', '.join(paths)}; an atlas is over two numbers, each by itself"
-        )
+        raise InputError(f"{study.name}: varies {', '.join(paths)}; an atlas is over two numbers, each by itself")
     x, y = (
         (path, *axis.ends, "log" if isinstance(axis, Logspace) else "")
         for path, axis in zip(paths, study.vary.values(), strict=True)

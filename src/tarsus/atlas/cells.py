@@ -65,9 +65,7 @@ class CellRuns:
     def names(self) -> tuple[str, ...]:
         """Measures that every cell has."""
         left = set() if isinstance(self.scene.robot.structure, Walker) else {"travel", "slip"}
-        return tuple(
-            name for name in MEASURES if name not in (left if self.starts > 1 else left | {"motions"})
-        )
+        return tuple(name for name in MEASURES if name not in (left if self.starts > 1 else left | {"motions"}))
 
     def of(self, points: Floats, workers: Workers = 1) -> Arrays:
         """Of points (k, 2): code (k,) of the class that most starts lead to; codes (k, starts) of each start; measures
@@ -140,9 +138,7 @@ class CellRuns:
         moving = [path for path in values if path.startswith(("gait.", "signals.")) and _is_time(path)]
         if not moving:
             return np.full(count, drive_period(scene))
-        rows, which = np.unique(
-            np.column_stack([values[path] for path in moving]), axis=0, return_inverse=True
-        )
+        rows, which = np.unique(np.column_stack([values[path] for path in moving]), axis=0, return_inverse=True)
         known = self._kept[1]
         for row in map(tuple, rows.tolist()):
             if row not in known:
@@ -189,9 +185,7 @@ def _measures(settling: Settling) -> dict[str, Floats]:
     return {
         "bounces": total["bounces"] / last,
         "impacts": impacts / last,
-        "touchdown_speed": np.divide(
-            total["speed"], impacts, out=np.full(count, np.nan), where=impacts > 0.0
-        ),
+        "touchdown_speed": np.divide(total["speed"], impacts, out=np.full(count, np.nan), where=impacts > 0.0),
         "energy": total["energy"] / last,
         "travel": way / last,
         "slip": _slips(settling) if settling.walks else np.zeros(count),

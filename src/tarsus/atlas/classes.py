@@ -22,9 +22,7 @@ DOES = {TOUCHES: "touches the ground", HELD: "held", RESTS: "comes to rest", STA
 them are on the ground throughout."""
 
 REFUSED = -4
-WORDS = {
-    **OTHERS, CHAOTIC: "chaotic", UNSETTLED: "not settled", FAILED: "did not reach its end", REFUSED: "refused",
-}  # fmt: skip
+WORDS = {**OTHERS, CHAOTIC: "chaotic", UNSETTLED: "not settled", FAILED: "did not reach its end", REFUSED: "refused"}
 """Classes of runs that do not repeat: twins of chaotic ones part; the scene refuses the values of refused ones."""
 
 

@@ -80,9 +80,7 @@ def _curve(file: str) -> Floats:
     """The first two columns of a table."""
     rows = parse_rows(read_text(file), file)
     try:
-        return np.array(
-            [[number_of(row[name]) for name in rows.columns[:2]] for row in rows.rows], dtype=float
-        )
+        return np.array([[number_of(row[name]) for name in rows.columns[:2]] for row in rows.rows], dtype=float)
     except (ValueError, TypeError):
         raise InputError(f"{file}: a curve has two columns of numbers [SI]") from None
 
@@ -90,9 +88,7 @@ def _curve(file: str) -> Floats:
 def _cuts(found: Atlas, study: Sweep) -> Overlay:
     """Lines along which a study ran: over the range of one number, at every value of the other."""
     if study.scene.name != found.scene.name:
-        raise InputError(
-            f"{study.name}: is a study of {study.scene.name}, and the map is of {found.scene.name}"
-        )
+        raise InputError(f"{study.name}: is a study of {study.scene.name}, and the map is of {found.scene.name}")
     x, y = (_values(study, axis.path) for axis in (found.x, found.y))
     if len(x) == len(y) == 1:
         raise InputError(f"{study.name}: varies neither {found.x.path} nor {found.y.path}")

@@ -34,9 +34,7 @@ class Quadtree:
     def refined(cls, depth: int, coarse: int, ask: Ask) -> Quadtree:
         """From 2^coarse squares each way to 2^depth."""
         size = 2**depth + 1
-        grid = cls(
-            np.zeros((size, size), np.int16), np.full((size, size), -1, np.int32), np.zeros((0, 2), np.int64)
-        )
+        grid = cls(np.zeros((size, size), np.int16), np.full((size, size), -1, np.int32), np.zeros((0, 2), np.int64))
         step = 2 ** (depth - coarse)
         every = np.ones((2**coarse + 1,) * 2, dtype=bool)
         grid._run(every, step, ask)

@@ -50,9 +50,7 @@ class Atlas(Tabled):
     overlays: Sequence[Overlay] = field(default=())
 
     def __repr__(self) -> str:
-        return (
-            f"<Atlas of {self.scene.name!r} over {self.x.path} and {self.y.path}: {len(self.code)} cells run>"
-        )
+        return f"<Atlas of {self.scene.name!r} over {self.x.path} and {self.y.path}: {len(self.code)} cells run>"
 
     @property
     def size(self) -> int:
@@ -116,23 +114,33 @@ class Atlas(Tabled):
         rows_of = [(spaced(name), *rest) for name, *rest in ranges]
         part = Table("Measures of the runs", ("measure", *ends, "what it is"), rows_of, units=units)
         run = len(self.code) / self.size**2
-        notes = [f"{len(self.code)} of {self.size} x {self.size} points were run ({run:.1%}), {self.starts} "
-                 f"start{'s' * (self.starts > 1)} each; the others have the class of their square"]  # fmt: skip
+        notes = [
+            f"{len(self.code)} of {self.size} x {self.size} points were run ({run:.1%}), {self.starts} "
+            f"start{'s' * (self.starts > 1)} each; the others have the class of their square"
+        ]
         title = f"Atlas of {self.scene.name} over {self.x.path} and {self.y.path}"
         return Table(title, columns, rows, notes, [part])
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, SI; of single runs `cells.csv` and `atlas.nc` tell."""
         return {
-            "scene": self.scene.name, "x": self.x.to_dict(), "y": self.y.to_dict(), "points": [self.size, self.size],
-            "starts": self.starts, "runs": len(self.code),
+            "scene": self.scene.name,
+            "x": self.x.to_dict(),
+            "y": self.y.to_dict(),
+            "points": [self.size, self.size],
+            "starts": self.starts,
+            "runs": len(self.code),
             "classes": [
-                {"class": words(code), "share": self.share(code), "runs": int((self.code == code).sum()),
-                 "starts": float((self.codes == code).mean())}
+                {
+                    "class": words(code),
+                    "share": self.share(code),
+                    "runs": int((self.code == code).sum()),
+                    "starts": float((self.codes == code).mean()),
+                }
                 for code in self.classes
             ],
             "tarsus": package_version(),
-        }  # fmt: skip
+        }
 
     def cells(self) -> Table:
         """Every run: both numbers, its class, shares of its starts, measures."""
@@ -152,10 +160,7 @@ class Atlas(Tabled):
         folder.mkdir(parents=True, exist_ok=True)
         write_text(folder / "cells.csv", self.cells().csv())
         share = np.linspace(0.0, 1.0, self.size)
-        along = {
-            axis.path: Variable((axis.path,), axis.at(share), {"units": axis.unit})
-            for axis in (self.x, self.y)
-        }
+        along = {axis.path: Variable((axis.path,), axis.at(share), {"units": axis.unit}) for axis in (self.x, self.y)}
         dims = (self.x.path, self.y.path)
         kinds = ", ".join(f"{code} {words(code)}" for code in self.classes)
         runs = {

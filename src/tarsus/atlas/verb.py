@@ -138,9 +138,16 @@ class AtlasPlan:
 
     @classmethod
     def of(
-        cls, scene: Scene, x: tuple[Any, ...], y: tuple[Any, ...], *, depth: int = 8, starts: int = 1,
-        coarse: int | None = None, periods: int = MOST_PERIODS,
-    ) -> AtlasPlan:  # fmt: skip
+        cls,
+        scene: Scene,
+        x: tuple[Any, ...],
+        y: tuple[Any, ...],
+        *,
+        depth: int = 8,
+        starts: int = 1,
+        coarse: int | None = None,
+        periods: int = MOST_PERIODS,
+    ) -> AtlasPlan:
         """As `atlas` takes them. Raises InputError unless the scene takes the corners of the map, which suffices, for
         bounds are intervals, and unless its runs can go on."""
         coarse = max(min(depth - FINER, COARSEST), 1) if coarse is None else coarse
@@ -166,9 +173,13 @@ class AtlasPlan:
         return {**scene_texts(self.cells.scene), REQUEST: json.dumps(request, indent=1) + "\n"}
 
     def run(
-        self, output: str | os.PathLike[str] | None = None, *, resume: bool = False, threads: Workers = None,
+        self,
+        output: str | os.PathLike[str] | None = None,
+        *,
+        resume: bool = False,
+        threads: Workers = None,
         progress: OnProgress | None = None,
-    ) -> Atlas:  # fmt: skip
+    ) -> Atlas:
         """The atlas; words as those of `atlas`. Raises InputError for a folder that holds another one."""
         folder = None if output is None else Path(output)
         store = RunStore.open(folder, self.texts(), resume=resume, what="atlas")
@@ -176,9 +187,7 @@ class AtlasPlan:
         grid = Quadtree.refined(self.depth, self.coarse, asked)
         found = asked.kept(grid.points)
         measures = dict(zip(self.cells.names, found["measures"].T, strict=True))
-        return Atlas(
-            self.cells.scene, *self.axes, self.cells.starts, grid, found["code"], found["codes"], measures
-        )
+        return Atlas(self.cells.scene, *self.axes, self.cells.starts, grid, found["code"], found["codes"], measures)
 
 
 class _Asked:
@@ -188,9 +197,7 @@ class _Asked:
     what the others have done.
     """
 
-    def __init__(
-        self, store: RunStore, plan: AtlasPlan, threads: Workers, progress: OnProgress | None
-    ) -> None:
+    def __init__(self, store: RunStore, plan: AtlasPlan, threads: Workers, progress: OnProgress | None) -> None:
         self._store, self._plan, self._threads, self._progress = store, plan, threads, progress
         self._done = 0
 

@@ -12,9 +12,7 @@ from typing import TypeVar
 T = TypeVar("T")
 
 
-def classes_beside(
-    package: str, base: type[T], name: Callable[[type[T]], str | None]
-) -> Mapping[str, type[T]]:
+def classes_beside(package: str, base: type[T], name: Callable[[type[T]], str | None]) -> Mapping[str, type[T]]:
     """Classes derived from a base in the files of a package, in the order of the files.
 
     name: what a class is called, None for one that is only a base of others.  Raises TypeError for two of one name.

@@ -23,9 +23,15 @@ class InputProblem(str):
     """
 
     def __init__(
-        self, text: str, *, path: str = "", said: str = "", channel: str = "", fault: Fault | None = None,
+        self,
+        text: str,
+        *,
+        path: str = "",
+        said: str = "",
+        channel: str = "",
+        fault: Fault | None = None,
         cure: str = "",
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.path, self.said, self.channel, self.fault, self.cure = path, said or text, channel, fault, cure
 
     def __new__(cls, text: str, **_: object) -> InputProblem:

@@ -64,7 +64,9 @@ AIR, STUCK, SLIPPING = FootState
 
 TRANSITIONS = (
     (
-        AIR, AIR, "bounce",
+        AIR,
+        AIR,
+        "bounce",
         "reaches the ground and departs by the landing rule (pull > f_a(0) unless another is given): v+ = e v-",
     ),
     (AIR, STUCK, "capture", "reaches the ground and is held; friction stops what it has along the ground"),
@@ -74,6 +76,6 @@ TRANSITIONS = (
     (STUCK, SLIPPING, "slip begins", "|F_t| > mu (N + f_a)"),
     (SLIPPING, STUCK, "stick begins", "sliding speed reaches 0 and |F_t| <= mu (N + f_a)"),
     (SLIPPING, SLIPPING, "turns round", "sliding speed reaches 0 and |F_t| > mu (N + f_a)"),
-)  # fmt: skip
+)
 """(from, to, event, condition) of every change of state that the engine makes, Fig. 4.6 and what it leaves out; a foot
 whose flights are lower than any that matters is held as well (rest, averaged contact)."""

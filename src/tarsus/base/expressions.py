@@ -16,15 +16,34 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 
 FUNCTIONS = {
-    "sqrt": np.sqrt, "exp": np.exp, "log": np.log, "log10": np.log10, "sin": np.sin, "cos": np.cos, "abs": np.abs,
-    "min": lambda *values: reduce(np.minimum, values), "max": lambda *values: reduce(np.maximum, values),
-}  # fmt: skip
+    "sqrt": np.sqrt,
+    "exp": np.exp,
+    "log": np.log,
+    "log10": np.log10,
+    "sin": np.sin,
+    "cos": np.cos,
+    "abs": np.abs,
+    "min": lambda *values: reduce(np.minimum, values),
+    "max": lambda *values: reduce(np.maximum, values),
+}
 CONSTANTS = {"pi": math.pi}
 
 _ALLOWED = (
-    ast.Expression, ast.BinOp, ast.UnaryOp, ast.Call, ast.Name, ast.Constant, ast.Load,
-    ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow, ast.USub, ast.UAdd,
-)  # fmt: skip
+    ast.Expression,
+    ast.BinOp,
+    ast.UnaryOp,
+    ast.Call,
+    ast.Name,
+    ast.Constant,
+    ast.Load,
+    ast.Add,
+    ast.Sub,
+    ast.Mult,
+    ast.Div,
+    ast.Pow,
+    ast.USub,
+    ast.UAdd,
+)
 
 
 @dataclass(frozen=True)
@@ -44,10 +63,7 @@ class Expression:
             names = self.names
         except InputError as error:
             return list(error.problems)
-        return [
-            f"'{self.text}': there is no '{name}'{nearest(name, known)}"
-            for name in sorted(names - set(known))
-        ]
+        return [f"'{self.text}': there is no '{name}'{nearest(name, known)}" for name in sorted(names - set(known))]
 
     def values(self, names: Mapping[str, ArrayLike]) -> NDArray[np.float64]:
         """Its values for values of the names, numbers or arrays of one shape; NaN where the arithmetic has none

@@ -17,15 +17,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import SchemaValidator
 
-from tarsus.base.messages import (
-    MOST_FAULTS,
-    PathErrors,
-    alternatives,
-    fault_sentences,
-    kind_of,
-    locate,
-    meant_kind,
-)
+from tarsus.base.messages import MOST_FAULTS, PathErrors, alternatives, fault_sentences, kind_of, locate, meant_kind
 
 LOOKS = 12
 """Looks at one table: each goes a level further out, and no file is nested as deep."""
@@ -197,9 +189,7 @@ class _Look:
 def _validator(cls: type[BaseModel], judged: frozenset[type[BaseModel]]) -> Any:
     """The validator of a class in which some classes take their parts without asking whether they go together."""
     return (
-        SchemaValidator(_without_checks(cls.__pydantic_core_schema__, judged))
-        if judged
-        else cls.__pydantic_validator__
+        SchemaValidator(_without_checks(cls.__pydantic_core_schema__, judged)) if judged else cls.__pydantic_validator__
     )
 
 
@@ -269,9 +259,7 @@ def _whole_stand_in(annotation: Any) -> Any:
     if not members:
         raise _Opaque
     given = {
-        name: _value_for(one.annotation, one)
-        for name, one in members[0].model_fields.items()
-        if one.is_required()
+        name: _value_for(one.annotation, one) for name, one in members[0].model_fields.items() if one.is_required()
     }
     kind = kind_of(members[0])
     return given | ({} if kind is None else {"kind": kind})

@@ -219,12 +219,7 @@ def fault_sentences(cls: Any, error: Any) -> list[tuple[str, str]]:
         if code == "union_tag_not_found":
             return [(path, f"expected a table with a 'kind', one of {', '.join(map(repr, kinds))}")]
         tag = str(error["ctx"]["tag"])
-        return [
-            (
-                ".".join(filter(None, (path, "kind"))),
-                f"unknown kind '{tag}'{_nearest_of(tag, kinds, members)}",
-            )
-        ]
+        return [(".".join(filter(None, (path, "kind"))), f"unknown kind '{tag}'{_nearest_of(tag, kinds, members)}")]
     if code in ("literal_error", "enum"):
         return [(path, f"expected {error['ctx']['expected']}, got {_shown(given)}{about}")]
     if code == "string_pattern_mismatch":
@@ -281,6 +276,4 @@ def together(sentences: Sequence[str]) -> list[str]:
     for sentence in sentences:
         file, _, said = sentence.partition(": ")
         files.setdefault(said, []).append(file)
-    return [
-        f"{of[0]}{f' and {len(of) - 1} more' if len(of) > 1 else ''}: {said}" for said, of in files.items()
-    ]
+    return [f"{of[0]}{f' and {len(of) - 1} more' if len(of) > 1 else ''}: {said}" for said, of in files.items()]

@@ -199,10 +199,7 @@ class _Quantity:
 @lru_cache(maxsize=1024)
 def _quantities(cls: type[BaseModel]) -> dict[str, _Quantity]:
     return {
-        name: item
-        for name, field in cls.model_fields.items()
-        for item in field.metadata
-        if isinstance(item, _Quantity)
+        name: item for name, field in cls.model_fields.items() for item in field.metadata if isinstance(item, _Quantity)
     }
 
 
@@ -253,9 +250,7 @@ def _to_si(value: Any, spec: _Quantity, path: str, faults: list[tuple[str, str]]
         wanted = f"expected {describe_unit(spec.unit)}{bounds_text(spec.bounds)}"
         extreme = math.isfinite(number) and (abs(number) > MOST or 0.0 < number < LEAST)
         size = f" with a size from {LEAST:g} to {MOST:g} in SI" if extreme else ""
-        faults.append(
-            (path, f"{wanted}{size}, got {value if isinstance(value, str) else repr(number)}{about}")
-        )
+        faults.append((path, f"{wanted}{size}, got {value if isinstance(value, str) else repr(number)}{about}"))
     return number
 
 
@@ -284,9 +279,7 @@ class Description(BaseModel):
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
 
     def __setattr__(self, name: str, value: Any) -> None:
-        raise FrozenInstanceError(
-            f"a {type(self).__name__} is frozen: change {name} in a copy, by tarsus.with_values"
-        )
+        raise FrozenInstanceError(f"a {type(self).__name__} is frozen: change {name} in a copy, by tarsus.with_values")
 
     if not TYPE_CHECKING:  # type checkers know which names there are
 

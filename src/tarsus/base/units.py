@@ -61,16 +61,46 @@ _PLAIN: dict[str, Unit] = {
 }
 """Units that take none."""
 _WORDS = {
-    "meter": "m", "metre": "m", "gram": "g", "gramme": "g", "second": "s", "sec": "s", "ampere": "A", "amp": "A",
-    "radian": "rad", "hertz": "Hz", "newton": "N", "joule": "J", "watt": "W", "pascal": "Pa", "volt": "V",
-    "coulomb": "C", "farad": "F", "ohm": "ohm", "kelvin": "K", "degree": "deg", "percent": "%", "micron": "um",
-    "minute": "min", "hour": "h", "hr": "h", "sekunde": "s", "sekunden": "s",
-}  # fmt: skip
+    "meter": "m",
+    "metre": "m",
+    "gram": "g",
+    "gramme": "g",
+    "second": "s",
+    "sec": "s",
+    "ampere": "A",
+    "amp": "A",
+    "radian": "rad",
+    "hertz": "Hz",
+    "newton": "N",
+    "joule": "J",
+    "watt": "W",
+    "pascal": "Pa",
+    "volt": "V",
+    "coulomb": "C",
+    "farad": "F",
+    "ohm": "ohm",
+    "kelvin": "K",
+    "degree": "deg",
+    "percent": "%",
+    "micron": "um",
+    "minute": "min",
+    "hour": "h",
+    "hr": "h",
+    "sekunde": "s",
+    "sekunden": "s",
+}
 """Words for units, in any case, with an s for several."""
 _PREFIX_WORDS = {
-    "femto": "f", "pico": "p", "nano": "n", "micro": "u", "milli": "m", "centi": "c", "kilo": "k", "mega": "M",
+    "femto": "f",
+    "pico": "p",
+    "nano": "n",
+    "micro": "u",
+    "milli": "m",
+    "centi": "c",
+    "kilo": "k",
+    "mega": "M",
     "giga": "G",
-}  # fmt: skip
+}
 
 _NOUNS = {
     "1": "a pure number",
@@ -141,9 +171,7 @@ def _simple_unit(given: str) -> Unit:
     if prefix in _PREFIXES and rest in _PREFIXABLE:
         base = _PREFIXABLE[rest]
         return base._replace(exponent=base.exponent + _PREFIXES[prefix])
-    near = difflib.get_close_matches(
-        name, [*_PREFIXABLE, *_PLAIN, "kg", "um", "mm", "ms", "uN", "mg"], n=1, cutoff=0.5
-    )
+    near = difflib.get_close_matches(name, [*_PREFIXABLE, *_PLAIN, "kg", "um", "mm", "ms", "uN", "mg"], n=1, cutoff=0.5)
     raise InputError(f"unknown unit '{given}'" + (f", did you mean '{near[0]}'?" if near else ""))
 
 

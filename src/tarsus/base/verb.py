@@ -44,6 +44,4 @@ def callable_package(name: str, function: str) -> None:
     first, both work. Python offers it through the class of a module, which may be replaced.
     """
     module = sys.modules[name]
-    module.__class__ = type(
-        _Callable.__name__, (_Callable,), {"_called": function, "__doc__": _Callable.whole_doc}
-    )
+    module.__class__ = type(_Callable.__name__, (_Callable,), {"_called": function, "__doc__": _Callable.whole_doc})

@@ -157,8 +157,7 @@ def solve(
 
     fit = searched_ensembles(archive(problem, 0), search)
     trained = tuple(
-        fit.predictions(problem, row, [one.readings[:, row] for one in fit.ensembles])
-        for row in range(problem.trained)
+        fit.predictions(problem, row, [one.readings[:, row] for one in fit.ensembles]) for row in range(problem.trained)
     )
     if not excludes:
         return Solution(problem, fit, trained, None, None, fit.discrepancy)
@@ -235,9 +234,7 @@ def calibrate(
     ensemble = WeightedEnsemble(lowered, solution.fit.ensembles, solution.fit.weights, solution.discrepancy)
     rows = described.table.rows
     others = tuple(tuple(one.values()) for one in ensemble.predict([rows[n] for n in lowered.others]))
-    result = Calibration(
-        described, lowered, solution, ensemble, others, None if output is None else Path(output)
-    )
+    result = Calibration(described, lowered, solution, ensemble, others, None if output is None else Path(output))
     if output is not None:
         result.write(output)
     return result

@@ -52,15 +52,17 @@ def cells_of(
             elif absolute[place, k] == 0.0 and one.relative == 0.0:
                 faults.add(f"measures.{name}: expected an absolute or a relative tolerance above 0")
     return Cells(
-        tuple(study.measures), tuple(one.unit for _, one in measures), observed, absolute,
-        np.array([one.relative for _, one in measures]), np.array([one.weight for _, one in measures]),
+        tuple(study.measures),
+        tuple(one.unit for _, one in measures),
+        observed,
+        absolute,
+        np.array([one.relative for _, one in measures]),
+        np.array([one.weight for _, one in measures]),
         np.array([one.existence for _, one in measures]),
-    )  # fmt: skip
+    )
 
 
-def absolute_of(
-    sampling: TableSampling, one: MeasureColumn, period: float, where: str, faults: Faults
-) -> float:
+def absolute_of(sampling: TableSampling, one: MeasureColumn, period: float, where: str, faults: Faults) -> float:
     """Absolute tolerance of a column [SI] in a row of this drive period [s]: its own, and one count in the window."""
     unit = unit_of(one.measure)
     own = faults.quantity(one.absolute, unit, f"{where}.absolute")
@@ -70,9 +72,7 @@ def absolute_of(
     return float(np.hypot(own, 1.0 / window if unit == "1/s" else period / window))
 
 
-def limits_of(
-    study: Study, channels: Sequence[str], trained: int, table_rows: int, faults: Faults
-) -> list[SoftLimit]:
+def limits_of(study: Study, channels: Sequence[str], trained: int, table_rows: int, faults: Faults) -> list[SoftLimit]:
     """Constraints over places among the simulated rows: those of the table, then one for each own condition."""
     limits = []
     place = table_rows

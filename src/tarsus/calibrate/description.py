@@ -82,14 +82,10 @@ class TableSampling(Description):
     foot: str | None = Field(default=None, description="the foot that is judged; the first when absent")
     settle: MaybeAmount = quantity("s", "transient that is dropped", default=None, ge=0)
     settle_periods: float | None = Field(default=None, ge=0, description="the same in drive periods")
-    window: MaybeAmount = quantity(
-        "s", "length of the window that the table's numbers come from", default=None, gt=0
-    )
+    window: MaybeAmount = quantity("s", "length of the window that the table's numbers come from", default=None, gt=0)
     window_periods: float | None = Field(default=None, gt=0, description="the same in drive periods")
     windows: int = Field(default=4, ge=1, le=1000, description="windows of each run, one after the other")
-    draws: int = Field(
-        default=1, ge=1, le=1000, description="runs with random initial velocities; 1: from rest"
-    )
+    draws: int = Field(default=1, ge=1, le=1000, description="runs with random initial velocities; 1: from rest")
     speed: Amount = quantity("m/s", "standard deviation of the foot's initial speed", default=1e-3, gt=0)
     resolution: Amount = quantity("m", "height below which the instrument sees nothing", default=1e-7, gt=0)
     accuracy: float = Field(default=1e-6, gt=0, le=1e-2, description="relative error of the gap in a step")
@@ -121,17 +117,13 @@ class Search(Description):
     prescreening: int = Field(default=128, ge=5, description="sets a hypothesis at the start")
     short: int = Field(default=6, ge=0, description="generations before hypotheses are rejected")
     generations: int = Field(default=40, ge=0, description="generations of a hypothesis that is not, at most")
-    local_search: int = Field(
-        default=10, ge=0, description="most steps of the local search with derivatives; 0: none"
-    )
+    local_search: int = Field(default=10, ge=0, description="most steps of the local search with derivatives; 0: none")
     spread: int = Field(default=10, ge=0, description="generations of the ensemble")
     leave_out: bool = Field(
         default=True, description="search again without each row, and predict it; as much again for every row"
     )
     members: int = Field(default=32, ge=4, description="members of a hypothesis's ensemble, and chains")
-    robust: float = Field(
-        default=3.0, gt=0, description="residual, in tolerances, beyond which a cell loses influence"
-    )
+    robust: float = Field(default=3.0, gt=0, description="residual, in tolerances, beyond which a cell loses influence")
     rejected: float = Field(
         default=3.0,
         gt=1,
@@ -139,13 +131,12 @@ class Search(Description):
         "more: a short search leaves one at up to about twice its optimum",
     )
     within: float = Field(
-        default=6.0, gt=0,
+        default=6.0,
+        gt=0,
         description="a hypothesis is kept when its cost is so near the best, in units of the residual scale: 6 is a "
         "likelihood ratio of 20",
-    )  # fmt: skip
-    reason: str = Field(
-        default="6 is a likelihood ratio of 20 to 1", description="why `within` is what it is"
     )
+    reason: str = Field(default="6 is a likelihood ratio of 20 to 1", description="why `within` is what it is")
 
 
 class Study(Description):

@@ -57,12 +57,7 @@ def ensemble_of(fit: HypothesisFit, scale: float, count: int, states: Floats | N
     archive, run = fit.archive, fit.hypothesis.run
     readings = archive.evaluate(run, members)
     return HypothesisEnsemble(
-        members,
-        weights / weights.sum(),
-        fit.cost_at(members),
-        fit.hypothesis,
-        readings,
-        archive.found(run, members),
+        members, weights / weights.sum(), fit.cost_at(members), fit.hypothesis, readings, archive.found(run, members)
     )
 
 
@@ -103,9 +98,15 @@ class SearchedEnsembles:
         ensemble's members there; with the fit's own discrepancy unless another is given."""
         cells = problem.objective.cells
         return predict_row(
-            self.ensembles, self.weights, readings, cells, cells.absolute[row], discrepancy or self.discrepancy,
-            problem.peak, problem.resolution,
-        )  # fmt: skip
+            self.ensembles,
+            self.weights,
+            readings,
+            cells,
+            cells.absolute[row],
+            discrepancy or self.discrepancy,
+            problem.peak,
+            problem.resolution,
+        )
 
 
 def searched_ensembles(archive: Archive, search: Search) -> SearchedEnsembles:
@@ -121,6 +122,4 @@ def searched_ensembles(archive: Archive, search: Search) -> SearchedEnsembles:
     own = fits[best].pieces(ensembles[best].readings[:1]).costs
     missed = discrepancy_of(problem.objective.cells, own.missed[0], own.wrong[0], freedom.unknowns)
     weights = hypothesis_weights(ensembles, freedom.scale)
-    return SearchedEnsembles(
-        problem, tuple(ensembles), weights, tuple(kept), freedom, missed, found, archive.sets
-    )
+    return SearchedEnsembles(problem, tuple(ensembles), weights, tuple(kept), freedom, missed, found, archive.sets)

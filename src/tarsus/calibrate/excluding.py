@@ -50,10 +50,7 @@ class ExcludedRow:
 
 
 def exclude(
-    problem: CalibrationProblem,
-    search: Search,
-    row: int,
-    archive: Callable[[CalibrationProblem, int], Archive],
+    problem: CalibrationProblem, search: Search, row: int, archive: Callable[[CalibrationProblem, int], Archive]
 ) -> ExcludedRow:
     """Search without a row of the table, and simulate it with what was found.
 

@@ -134,12 +134,7 @@ class Forward:
         return np.nan_to_num(np.array([found[number] for number in rows]), posinf=0.0, neginf=0.0)
 
     def _window_slopes(
-        self,
-        run: _Run,
-        values: Callable[[Floats], dict[str, float]],
-        one: Floats,
-        span: Floats,
-        names: list[str],
+        self, run: _Run, values: Callable[[Floats], dict[str, float]], one: Floats, span: Floats, names: list[str]
     ) -> Floats | None:
         """Derivatives (names, samples, nu) of window readings of a row; None where the engine has none, or where the
         windows move."""
@@ -150,9 +145,12 @@ class Forward:
         for draw in range(s.draws):
             begun = {path: float(column[draw]) for path, column in starts.items()}
             case = Case(
-                with_values(template, begun) if begun else template, values, float(edges[-1]),
-                Accuracy(gap=s.accuracy), self._shared,
-            )  # fmt: skip
+                with_values(template, begun) if begun else template,
+                values,
+                float(edges[-1]),
+                Accuracy(gap=s.accuracy),
+                self._shared,
+            )
             made = case.run(one, span)
             if made is None or (s.settle is None and made.period_moves):
                 return None
@@ -184,9 +182,7 @@ class Forward:
         """Edges (windows + 1,) [s] of the windows of a run."""
         return run.settle + run.window * np.arange(self.sampling.windows + 1, dtype=float)
 
-    def _run(
-        self, place: tuple[int, int], variant: Variant, row: Row, one: Sequence[float]
-    ) -> _Run | None:
+    def _run(self, place: tuple[int, int], variant: Variant, row: Row, one: Sequence[float]) -> _Run | None:
         """The run of a row with a set (nu,) of SI values; None where there is no such scene."""
         s, found = self.sampling, variant.run(dict(zip(self.unknowns, one, strict=True)), row)
         if found is None or not np.isfinite(list(found[1].values())).all():
@@ -248,7 +244,5 @@ def random_velocities(scene: Scene, foot: str, seed: int, speed: float) -> tuple
 
 def _starts(template: Scene, foot: str, sampling: TableSampling) -> dict[str, Floats]:
     """Initial velocities (draws,) by path: the same ones for every set, of the structure as it is described."""
-    drawn = np.array(
-        [random_velocities(template, foot, draw, sampling.speed) for draw in range(sampling.draws)]
-    )
+    drawn = np.array([random_velocities(template, foot, draw, sampling.speed) for draw in range(sampling.draws)])
     return {f"initial.velocity.{i}": drawn[:, i] for i in range(drawn.shape[1])}

@@ -91,12 +91,16 @@ def lower_study(described: Described, threads: Workers = None) -> Lowered:
     limits = limits_of(study, channels, len(trained), fitted, faults)
     faults.stop()
     problem = CalibrationProblem(
-        unknowns, tuple(_hypotheses(study, channels, numbers)), forward,
+        unknowns,
+        tuple(_hypotheses(study, channels, numbers)),
+        forward,
         Objective(cells.at(range(len(trained))), tuple(limits), study.search.robust),
-        (*range(fitted), *range(len(chosen), len(rows))), tuple(f"row {n + 1}" for n in trained),
-        study.sampling.resolution, channels.index(PEAK),
+        (*range(fitted), *range(len(chosen), len(rows))),
+        tuple(f"row {n + 1}" for n in trained),
+        study.sampling.resolution,
+        channels.index(PEAK),
         lambda run, one, numbers: forward.slopes(run, one, numbers, unknowns.high - unknowns.low),
-    )  # fmt: skip
+    )
     return Lowered(study, table, forward, problem, trained, others, cells.at(range(len(trained), len(chosen))))
 
 
@@ -126,9 +130,7 @@ def _channels(study: Study, faults: Faults) -> list[str]:
                 if column not in study.measures:
                     faults.add(f"{where}: there is no measure of that name{nearest(column, study.measures)}")
                 wanted.append((where, measure, False))
-    wanted += [
-        (f"constraints.{n}.measure", one.measure, one.rows is None) for n, one in enumerate(study.constraints)
-    ]
+    wanted += [(f"constraints.{n}.measure", one.measure, one.rows is None) for n, one in enumerate(study.constraints)]
     for where, measure, motion in wanted:
         known = [*known_measures(), *MOTION] if motion else list(known_measures())
         if measure not in known:
@@ -175,9 +177,7 @@ def _is_number(text: str) -> bool:
         return False
 
 
-def _constraint_rows(
-    study: Study, table: TableRows, first: Mapping[str, Cell], faults: Faults
-) -> list[Row]:
+def _constraint_rows(study: Study, table: TableRows, first: Mapping[str, Cell], faults: Faults) -> list[Row]:
     """Rows of the constraints that have conditions of their own."""
     rows = []
     for n, constraint in enumerate(study.constraints):
@@ -234,9 +234,7 @@ def probes(unknowns: Unknowns) -> list[dict[str, float]]:
     return [unknowns.by_name(place) for place in [np.full(count, 0.5), *places]]
 
 
-def _prepared(
-    variants: Sequence[Variant], sets: Sequence[Mapping[str, float]], faults: Faults
-) -> tuple[Variant, ...]:
+def _prepared(variants: Sequence[Variant], sets: Sequence[Mapping[str, float]], faults: Faults) -> tuple[Variant, ...]:
     """Variants with the templates of all rows, which the middle of the bounds gives, and the paths that unknowns or
     options move; numbers that nothing moves become the scene's own."""
     rows = variants[0].rows
@@ -283,9 +281,7 @@ def _in_the_middle(variant: Variant, values: Mapping[str, float], row: Row, faul
     return RowChanges.of({})
 
 
-def _hypotheses(
-    study: Study, channels: list[str], numbers: Mapping[tuple[str, ...], int]
-) -> list[Hypothesis]:
+def _hypotheses(study: Study, channels: list[str], numbers: Mapping[tuple[str, ...], int]) -> list[Hypothesis]:
     """Every combination of options, with its variant of the runs and the channel of every column."""
     out = []
     for options, run in numbers.items():

@@ -181,9 +181,7 @@ class ReadingCosts:
         tau = tolerance(o, a, self.cells.relative)
         scale = np.divide(o + a, tau, out=np.ones_like(tau), where=tau > 0.0)
         whole = np.where(o + a > 0.0, o + a, 1.0)[:, :, None]
-        floor = np.where(o + a > 0.0, 1e-6 * (o + a), 1.0)[
-            :, :, None
-        ]  # a reading of zero, where nothing else is added
+        floor = np.where(o + a > 0.0, 1e-6 * (o + a), 1.0)[:, :, None]  # a reading of zero, where nothing else is added
         values = np.maximum(np.where(np.isfinite(self.table), self.table, 0.0), 0.0)
         held = np.maximum(values + a[:, :, None], floor)
         moves = (values > 0.0) & (held > floor)
@@ -225,9 +223,9 @@ class ReadingCosts:
         of_root = np.divide(0.5 * of_scatter / wide, root, out=np.zeros_like(of_scatter), where=root > 0.0)
         weight = np.sqrt(self.cells.weight)[:, None]
         cells = [(weight * one)[known] for one in (of_misfit, of_root, np.zeros_like(of_root))]
-        return np.concatenate(
-            [*cells, *(self._limit_slopes(one, slopes) for one in self.objective.limits)]
-        ).reshape(-1, nu)
+        return np.concatenate([*cells, *(self._limit_slopes(one, slopes) for one in self.objective.limits)]).reshape(
+            -1, nu
+        )
 
     def _limit_slopes(self, limit: SoftLimit, slopes: Floats) -> Floats:
         excess, place, sign = (one[0] for one in self._excess(limit))

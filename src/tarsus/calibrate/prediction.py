@@ -197,9 +197,7 @@ def _predict(
         top = weighted_quantile(np.nan_to_num(tops[~failed]).ravel(), each, 0.5)
         decidable = not 0.0 < top < resolution
     modes = has_modes(
-        windows.mean(axis=1),
-        member,
-        tolerance(np.array([median]), np.full(1, a), cells.relative[k : k + 1])[0],
+        windows.mean(axis=1), member, tolerance(np.array([median]), np.full(1, a), cells.relative[k : k + 1])[0]
     )
     return Prediction(name, median, low, high, p, modes, decidable, lost)
 

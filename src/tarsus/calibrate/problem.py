@@ -62,10 +62,7 @@ class CalibrationProblem:
     def without(self, row: int) -> CalibrationProblem:
         """The problem of somebody who does not have this row of the table: its run is not simulated either."""
         return replace(
-            self,
-            objective=self.objective.without(row),
-            rows=_but(self.rows, row),
-            labels=_but(self.labels, row),
+            self, objective=self.objective.without(row), rows=_but(self.rows, row), labels=_but(self.labels, row)
         )
 
 
@@ -132,9 +129,7 @@ class Archive:
         assert slopes is not None
 
         def made(points: Floats) -> dict[str, Floats]:
-            return {
-                "slopes": np.array([slopes(run, one, self.problem.rows) for one in unknowns.values(points)])
-            }
+            return {"slopes": np.array([slopes(run, one, self.problem.rows) for one in unknowns.values(points)])}
 
         return self.store.evaluate(_rounded(point[None]), made, name=f"{self.part}/{run}/slopes")["slopes"][0]
 
@@ -171,9 +166,7 @@ class HypothesisFit(Residuals):
 
     def asked(self, points: Floats, found: str | Sequence[str]) -> Floats:
         """Residuals (n, nr) at points (n, nu), which were found so."""
-        return self.problem.residuals(
-            self.pieces(self.archive.evaluate(self.hypothesis.run, points, found)), points
-        )
+        return self.problem.residuals(self.pieces(self.archive.evaluate(self.hypothesis.run, points, found)), points)
 
     def jacobian(self, x: ArrayLike) -> Floats:
         at = self.point(x)

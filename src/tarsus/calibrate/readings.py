@@ -37,9 +37,7 @@ def unit_of(measure: str) -> str:
     return MOTION[measure] if measure in MOTION else known_measures()[measure]
 
 
-def readings(
-    batch: Batch, foot: int, names: Sequence[str], edges: Floats, resolution: float
-) -> NDArray[np.float64]:
+def readings(batch: Batch, foot: int, names: Sequence[str], edges: Floats, resolution: float) -> NDArray[np.float64]:
     """Measures (nr, names, windows) of a foot of every run in windows between ``edges`` (nw + 1,) [s]; NaN where a
     window has none.
 
@@ -51,9 +49,7 @@ def readings(
     return out
 
 
-def table_readings(
-    table: RunTable, foot: int, names: Sequence[str], edges: Floats, resolution: float
-) -> Floats:
+def table_readings(table: RunTable, foot: int, names: Sequence[str], edges: Floats, resolution: float) -> Floats:
     """The same of runs as measures see them."""
     histories = EventHistories(table.events, table.first, table.ends, [foot], len(table.feet))
     found = by_window(histories, edges, Counting.of(table.period, resolution), names)

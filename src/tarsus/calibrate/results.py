@@ -114,11 +114,7 @@ def _hypotheses(result: Calibration) -> list[dict[str, Any]]:
     out = []
     for b, one in enumerate(solution.problem.hypotheses):
         found = solution.fit.found[b]
-        entry: dict[str, Any] = {
-            "options": one.options,
-            "cost": found.cost,
-            "dropped": found.rejected or None,
-        }
+        entry: dict[str, Any] = {"options": one.options, "cost": found.cost, "dropped": found.rejected or None}
         if b in places:
             place = places[b]
             ensemble = solution.fit.ensembles[place]
@@ -171,9 +167,7 @@ def _limits(result: Calibration, place: int) -> list[dict[str, Any]]:
     """Cost of every constraint at the best set: 0 where it is kept."""
     ensemble, objective = result.solution.fit.ensembles[place], result.solution.problem.objective
     costs = objective.pieces(ensemble.readings[:1], ensemble.hypothesis).costs.limits[0]
-    return [
-        {"name": one.name, "cost": float(cost)} for one, cost in zip(objective.limits, costs, strict=True)
-    ]
+    return [{"name": one.name, "cost": float(cost)} for one, cost in zip(objective.limits, costs, strict=True)]
 
 
 def _choices(result: Calibration) -> dict[str, dict[str, Any]]:
@@ -189,9 +183,7 @@ def _entries(lowered: Lowered, predictions: Sequence[Prediction], observed: np.n
     cells = lowered.problem.objective.cells
     return {
         name: prediction_entry(one, unit, value)
-        for name, unit, one, value in zip(
-            cells.names, cells.units, predictions, observed.tolist(), strict=True
-        )
+        for name, unit, one, value in zip(cells.names, cells.units, predictions, observed.tolist(), strict=True)
     }
 
 
@@ -222,8 +214,7 @@ def _refit(one: ExcludedRow) -> dict[str, Any]:
         "cost": best.best,
         "found": best.found[0],
         "branches": {
-            each.hypothesis.name: float(weight)
-            for weight, each in zip(one.fit.weights, one.fit.ensembles, strict=True)
+            each.hypothesis.name: float(weight) for weight, each in zip(one.fit.weights, one.fit.ensembles, strict=True)
         },
     }
 
@@ -236,9 +227,7 @@ def _at_best(result: Calibration, n: int) -> list[Prediction]:
     means = np.where(np.isinf(read).any(axis=-1), np.nan, np.nan_to_num(read, posinf=0.0).mean(axis=-1))
     return [
         Prediction(name, value, value, value, p if judged else None, False, True, float(np.isnan(value)))
-        for name, value, p, judged in zip(
-            cells.names, means.tolist(), there.tolist(), cells.exists, strict=True
-        )
+        for name, value, p, judged in zip(cells.names, means.tolist(), there.tolist(), cells.exists, strict=True)
     ]
 
 
@@ -259,11 +248,7 @@ def _summary(result: Calibration, predictions: Sequence[Sequence[Prediction]]) -
     out: dict[str, Any] = {}
     holds_all: list[bool] = []
     for k, (name, unit) in enumerate(zip(cells.names, cells.units, strict=True)):
-        pairs = [
-            (one[k], float(o))
-            for one, o in zip(predictions, cells.observed[:, k], strict=True)
-            if np.isfinite(o)
-        ]
+        pairs = [(one[k], float(o)) for one, o in zip(predictions, cells.observed[:, k], strict=True) if np.isfinite(o)]
         holds = [one.holds(o) for one, o in pairs if one.low < one.high]
         holds_all += holds
         above = [abs(one.median / o - 1.0) for one, o in pairs if o > 0.0]
@@ -329,11 +314,14 @@ def unknowns_table(branch: Mapping[str, Any], notes: Sequence[str] = (), *, mean
     )
     rows = [
         (
-            f"{name}\n{one['meaning']}" if meanings and one.get("meaning") else name, one["best"],
-            (one["low"], one["high"]), tuple(one["bounds"]), one["determined"],
+            f"{name}\n{one['meaning']}" if meanings and one.get("meaning") else name,
+            one["best"],
+            (one["low"], one["high"]),
+            tuple(one["bounds"]),
+            one["determined"],
         )
         for name, one in found.items()
-    ]  # fmt: skip
+    ]
     title = f"unknowns of the hypothesis {options_word(branch)}"
     return Table(title, columns, rows, notes, units=[one["unit"] for one in found.values()])
 
@@ -346,9 +334,15 @@ def errors_table(summary: Mapping[str, Any]) -> Table:
         for name, one in (part or {"measures": {}})["measures"].items()
     )
     columns = (
-        "measure", "rows", "cells", Column("mean relative error", "%", 2), Column("skill", digits=2),
-        Column("mean error", ROW, 3), Column("in 80 % interval", "%", 2), Column("Brier score", digits=2),
-    )  # fmt: skip
+        "measure",
+        "rows",
+        "cells",
+        Column("mean relative error", "%", 2),
+        Column("skill", digits=2),
+        Column("mean error", ROW, 3),
+        Column("in 80 % interval", "%", 2),
+        Column("Brier score", digits=2),
+    )
     keys = ("cells", "mean_relative_error", "skill", "mean_absolute_error", "held", "brier")
     rows = [(name, what, *(one.get(key) for key in keys)) for name, what, one in found]
     notes = ["skill: 1 less the error over the least of predictors that know the other rows alone"]

@@ -121,9 +121,7 @@ class _Descent:
         points, residuals = self.fit.visited()
         costs, size = (residuals**2).sum(axis=1), self.search.population
         most = max(round(DOWN * size / len(STEPS)), 1)
-        bases = [
-            self.before + n for n in self.valleys.bases(points[self.before :], costs[self.before :], most)
-        ]
+        bases = [self.before + n for n in self.valleys.bases(points[self.before :], costs[self.before :], most)]
         asked = [steps(points, residuals, base, self.rng) for base in bases]
         down, members = len(STEPS) * len(bases), len(self.population)
         targets = np.resize(self.rng.permutation(members), max(size - down, 0))
@@ -135,9 +133,7 @@ class _Descent:
         for base, own in zip(bases, after[:down].reshape(len(bases), len(STEPS)), strict=True):
             self.valleys.report(points[base], float(costs[base]), float(own.min()))
         for place, point, cost in zip([-1] * down + targets.tolist(), found, after, strict=True):
-            own = (
-                place if place >= 0 else int(np.argmax(self.costs))
-            )  # a step down takes the place of the worst
+            own = place if place >= 0 else int(np.argmax(self.costs))  # a step down takes the place of the worst
             if cost < self.costs[own]:
                 self.population[own], self.costs[own] = point, cost
 
@@ -166,9 +162,7 @@ def _children(population: Floats, costs: Floats, targets: Ints, rng: np.random.G
     1997); scipy's own evolution takes no points that another method finds while it goes on."""
     if len(population) < 2:
         return rng.random((len(targets), population.shape[1]))
-    pairs = np.array([rng.choice(len(population), 2, replace=False) for _ in targets], dtype=int).reshape(
-        -1, 2
-    )
+    pairs = np.array([rng.choice(len(population), 2, replace=False) for _ in targets], dtype=int).reshape(-1, 2)
     best = population[int(np.argmin(costs))]
     moved = best + rng.uniform(0.4, 0.9) * (population[pairs[:, 0]] - population[pairs[:, 1]])
     own = rng.random(moved.shape) >= 0.8
@@ -188,7 +182,7 @@ def sets_ahead(search: Search, stage: int, hypotheses: int) -> int:
         SHORT: search.population * search.short,
         DEEP: search.population * search.generations + (STARTS - 1) * search.prescreening + search.local_search + 1,
         CHAIN: search.members * (search.spread + 1 + MEMBERS_AGAIN),
-    }  # fmt: skip
+    }
     return hypotheses * sum(count for one, count in each.items() if one >= stage)
 
 
@@ -245,14 +239,11 @@ def _race(descents: Mapping[int, _Descent], rejected: dict[int, str], search: Se
         enough = min(best.values()) + max(search.within * scale, MARGIN)
         for b in list(running):
             if descents[b].hope() > enough:
-                rejected[b] = (
-                    f"behind: its last bouts gained too little to come within {search.within:g} scales"
-                )
+                rejected[b] = f"behind: its last bouts gained too little to come within {search.within:g} scales"
             if b in rejected or descents[b].settled() or descents[b].generations == last:
                 running.remove(b)
         archive.ahead = sum(
-            sets_ahead(search, DEEP, 1) - (descents[b].generations - search.short) * search.population
-            for b in running
+            sets_ahead(search, DEEP, 1) - (descents[b].generations - search.short) * search.population for b in running
         )
     return scale
 
@@ -262,9 +253,7 @@ def _near(best: Mapping[int, float], rejected: dict[int, str], scale: float, sea
     near = min(best.values()) + search.within * scale
     for b, cost in best.items():
         if cost > near:
-            rejected.setdefault(
-                b, f"more than {search.within:g} residual scales above the best ({search.reason})"
-            )
+            rejected.setdefault(b, f"more than {search.within:g} residual scales above the best ({search.reason})")
     return [b for b in best if b not in rejected]
 
 
@@ -290,6 +279,4 @@ def _chained(fit: HypothesisFit, search: Search, scale: float) -> Floats:
     def asked(moved: Floats, generation: int) -> Floats:
         return fit.cost_at(moved, f"chain, generation {generation}")
 
-    return chain(
-        asked, points[chosen], search.spread, randomness(search, fit.archive.part, CHAIN, fit.number), scale
-    )
+    return chain(asked, points[chosen], search.spread, randomness(search, fit.archive.part, CHAIN, fit.number), scale)

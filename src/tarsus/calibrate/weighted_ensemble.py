@@ -82,20 +82,23 @@ class WeightedEnsemble:
         lowered, unknowns = self.lowered, self.lowered.problem.unknowns
         forward = self._forward(rows, sampling, threads)
         places = tuple(range(len(forward.variants[0].rows)))
-        readings = [
-            forward(one.hypothesis.run, unknowns.values(one.points), places) for one in self.ensembles
-        ]
+        readings = [forward(one.hypothesis.run, unknowns.values(one.points), places) for one in self.ensembles]
         out = []
         for n, scene in enumerate(self._scenes(forward)):
             period, faults = scene_period(scene, np.inf), Faults()
             absolute = [
-                absolute_of(forward.sampling, one, period, name, faults)
-                for name, one in lowered.study.measures.items()
+                absolute_of(forward.sampling, one, period, name, faults) for name, one in lowered.study.measures.items()
             ]
             found = predict_row(
-                self.ensembles, self.weights, [one[:, n] for one in readings], lowered.problem.objective.cells,
-                np.array(absolute), self.discrepancy, lowered.problem.peak, lowered.problem.resolution,
-            )  # fmt: skip
+                self.ensembles,
+                self.weights,
+                [one[:, n] for one in readings],
+                lowered.problem.objective.cells,
+                np.array(absolute),
+                self.discrepancy,
+                lowered.problem.peak,
+                lowered.problem.resolution,
+            )
             out.append({one.measure: one for one in found})
         return out
 
@@ -218,9 +221,7 @@ def ensemble_of_table(table: Mapping[str, Any], lowered: Lowered) -> WeightedEns
         sets = [[member["unknowns"][name] for name in unknowns.names] for member in one["members"]]
         points, weights = unknowns.cube(np.array(sets)), _weights(one["members"])
         nothing, found = np.zeros((len(points), 0)), tuple(member.get("found", "") for member in one["members"])
-        ensembles.append(
-            HypothesisEnsemble(points, weights, np.zeros(len(points)), hypothesis, nothing, found)
-        )
+        ensembles.append(HypothesisEnsemble(points, weights, np.zeros(len(points)), hypothesis, nothing, found))
     weights = _weights(table["branches"])
     discrepancy = Discrepancy(np.array(table["sigma"]), np.array(table["existence_wrong"]))
     return WeightedEnsemble(lowered, tuple(ensembles), weights, discrepancy)

@@ -25,8 +25,15 @@ if TYPE_CHECKING:
 
 CALIBRATION_FILE = "calibration.json"
 CALIBRATION_FILES = (
-    *SWEEP_FILES, STUDY_FILE, ASKED_FILE, TABLE_FILE, CALIBRATION_FILE, ENSEMBLE_FILE, "branch-*.toml", REPORT_FILE,
-)  # fmt: skip
+    *SWEEP_FILES,
+    STUDY_FILE,
+    ASKED_FILE,
+    TABLE_FILE,
+    CALIBRATION_FILE,
+    ENSEMBLE_FILE,
+    "branch-*.toml",
+    REPORT_FILE,
+)
 """Everything that a calibration's folder may hold of it, as glob patterns."""
 
 
@@ -75,10 +82,7 @@ def write_outputs(result: Calibration, folder: Path) -> list[Path]:
         target = folder / device_file(place)
         write_text(target, scene_text(scene))
         written.append(target)
-    for name, table in (
-        (ENSEMBLE_FILE, ensemble_table(result.ensemble)),
-        (CALIBRATION_FILE, result.to_dict()),
-    ):
+    for name, table in ((ENSEMBLE_FILE, ensemble_table(result.ensemble)), (CALIBRATION_FILE, result.to_dict())):
         write_text(folder / name, json_text(table, indent=1) + "\n")
         written.append(folder / name)
     return written

@@ -25,9 +25,11 @@ GROUP = "tarsus.commands"
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 VOICES = {
-    "-q": console.Voice.QUIET, "--quiet": console.Voice.QUIET,
-    "-v": console.Voice.VERBOSE, "--verbose": console.Voice.VERBOSE,
-}  # fmt: skip
+    "-q": console.Voice.QUIET,
+    "--quiet": console.Voice.QUIET,
+    "-v": console.Voice.VERBOSE,
+    "--verbose": console.Voice.VERBOSE,
+}
 """Words that every verb understands, wherever they stand: how much is said beside results and errors."""
 
 

@@ -128,9 +128,7 @@ class Asked:
                 given.setdefault("resume", self.resume)
             if bar is not None and bar.type in PROGRESS:
                 title = command.title or "runs"
-                given["progress"] = stack.enter_context(
-                    console.progress_bar(title, time_left="work" in self.words)
-                )
+                given["progress"] = stack.enter_context(console.progress_bar(title, time_left="work" in self.words))
             elif command.title:
                 stack.enter_context(console.spinner(command.title))
             many = next((one.name for one in command.taken.values() if one.many), None)

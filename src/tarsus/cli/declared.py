@@ -102,11 +102,7 @@ class Declaration:
         places = [*taken.posonlyargs, *taken.args]
         defaults = [None] * (len(places) - len(taken.defaults)) + list(taken.defaults)
         several = [] if taken.vararg is None else [(taken.vararg, None)]
-        pairs = [
-            *zip(places, defaults, strict=True),
-            *several,
-            *zip(taken.kwonlyargs, taken.kw_defaults, strict=True),
-        ]
+        pairs = [*zip(places, defaults, strict=True), *several, *zip(taken.kwonlyargs, taken.kw_defaults, strict=True)]
         return tuple(
             Argument(
                 one.arg,

@@ -247,9 +247,7 @@ def _searched(
     return _shown(found, folder, pages)
 
 
-def _asked(
-    words: list[str] | None, over: list[str] | None, **named: Any
-) -> tuple[Path | None, dict[str, Any]]:
+def _asked(words: list[str] | None, over: list[str] | None, **named: Any) -> tuple[Path | None, dict[str, Any]]:
     """The file of settings, and those that are words of the command line, options of their own among them."""
     from tarsus.base.errors import InputError
     from tarsus.cli import requests
@@ -272,9 +270,7 @@ def _free(words: list[str] | None) -> dict[str, Any] | None:
 
     parts = [part for word in words or () for part in word.split(",")]
     free = values_of(parts, "--free")
-    return {
-        path: None if ends is None else range_of(ends, f"--free {path}=a:b") for path, ends in free.items()
-    } or None
+    return {path: None if ends is None else range_of(ends, f"--free {path}=a:b") for path, ends in free.items()} or None
 
 
 def _shown(found: Any, folder: Path, pages: Pages) -> int:

@@ -35,9 +35,7 @@ OPTIONS = {
     "yield --chunk": "`chunk` of `tarsus.yield_`",
 }
 OPTIONS |= {
-    f"design {verb} --{name}": f"`--request {name}=VALUE`"
-    for verb, names in DESIGNS.items()
-    for name in names.split()
+    f"design {verb} --{name}": f"`--request {name}=VALUE`" for verb, names in DESIGNS.items() for name in names.split()
 }
 OPTIONS |= {
     f"{verb} --dask": "`--on ADDRESS`, or `--on local`"

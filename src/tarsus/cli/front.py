@@ -24,6 +24,4 @@ def front_page(verbs: Mapping[str, str]) -> str:
     for title, lines in (("Commands", dict(sorted(verbs.items()))), ("Options", OPTIONS)):
         rows = [f"  {name:{indent - 2}}{said}" for name, said in lines.items()]
         blocks.append("\n".join([title, *(fill(row, width, subsequent_indent=" " * indent) for row in rows)]))
-    return "\n\n".join(
-        [*blocks, fill(f"tarsus COMMAND --help says what a command takes. {EVERYWHERE}", width)]
-    )
+    return "\n\n".join([*blocks, fill(f"tarsus COMMAND --help says what a command takes. {EVERYWHERE}", width)])

@@ -8,9 +8,7 @@ from typing import Any
 from tarsus.cli import console
 from tarsus.cli.asked import Asked
 
-FILES = (
-    "identified.toml", "identification.json", "draws.npz", "track.json", "track.csv", "report.html",
-)  # fmt: skip
+FILES = ("identified.toml", "identification.json", "draws.npz", "track.json", "track.csv", "report.html")
 """What is written of a campaign, and of a series."""
 
 
@@ -42,11 +40,7 @@ def _write(found: Any, folder: Path, asked: Asked) -> list[Path]:
     from tarsus.report.pages import write_page
 
     written = write_identification(found, folder)
-    return (
-        [*written, write_page(identify_html(found), folder / "report.html")]
-        if asked.pages.report
-        else written
-    )
+    return [*written, write_page(identify_html(found), folder / "report.html")] if asked.pages.report else written
 
 
 def _write_series(found: Any, folder: Path, asked: Asked) -> list[Path]:
@@ -55,9 +49,7 @@ def _write_series(found: Any, folder: Path, asked: Asked) -> list[Path]:
     from tarsus.report.track_page import track_html
 
     written = write_track(found, folder)
-    return (
-        [*written, write_page(track_html(found), folder / "report.html")] if asked.pages.report else written
-    )
+    return [*written, write_page(track_html(found), folder / "report.html")] if asked.pages.report else written
 
 
 def _complain(found: Any) -> None:

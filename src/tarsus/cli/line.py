@@ -71,9 +71,7 @@ def _shared(command: Verb) -> list[inspect.Parameter]:
     if "threads" in command.taken:
         several = command.taken["threads"].type == "Workers"
         found.append(
-            _parameter("work", options.Work, options.HERE)
-            if several
-            else _parameter("threads", options.Threads, None)
+            _parameter("work", options.Work, options.HERE) if several else _parameter("threads", options.Threads, None)
         )
     writes = bool(command.files or command.endings)
     if writes:
@@ -93,10 +91,7 @@ def _own_options(hook: Callable[..., int]) -> dict[str, inspect.Parameter]:
     """Options of a verb that its function in Python does not have, with their help."""
     own = list(inspect.signature(hook, eval_str=True).parameters.values())[1:]
     said = Declaration(f"{hook.__module__}:{hook.__name__}").said
-    return {
-        one.name: one.replace(annotation=Annotated[one.annotation, Parameter(help=said[one.name])])
-        for one in own
-    }
+    return {one.name: one.replace(annotation=Annotated[one.annotation, Parameter(help=said[one.name])]) for one in own}
 
 
 def _parameter(

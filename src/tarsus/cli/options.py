@@ -55,9 +55,7 @@ MaybeFolder = Annotated[Path | None, Parameter(name=["--output", "-o"])]
 Overwrite = Annotated[
     bool, FLAG, Parameter(help="replace what this verb wrote into the folder before; other files stay.")
 ]
-Resume = Annotated[
-    bool, FLAG, Parameter(help="continue what the folder holds; what is finished is not done again.")
-]
+Resume = Annotated[bool, FLAG, Parameter(help="continue what the folder holds; what is finished is not done again.")]
 Report = Annotated[bool, Parameter(help="write report.html.")]
 _SEED = Parameter(help="of everything that is drawn at random; without it the verb's or the study's own.")
 Seed = Annotated[int, at_least(0), _SEED]
@@ -152,16 +150,12 @@ class Pages:
     report: Report = True
     json: Json = False
 
-    def target(
-        self, folder: Path, verb: str, files: Sequence[str], *, resume: bool | None = None
-    ) -> OutputFolder:
+    def target(self, folder: Path, verb: str, files: Sequence[str], *, resume: bool | None = None) -> OutputFolder:
         """The folder, which was checked: nothing of another's is in the way. ``resume`` of verbs that can continue."""
         from tarsus.files.output import OutputFolder
 
         if resume and self.overwrite:
-            raise InputError(
-                "--resume continues what the folder holds and --overwrite begins again: give one of them"
-            )
+            raise InputError("--resume continues what the folder holds and --overwrite begins again: give one of them")
         target = OutputFolder(folder, verb, tuple(files), self.overwrite, resumable=resume is not None)
         target.check(resume=bool(resume))
         return target

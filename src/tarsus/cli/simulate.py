@@ -74,8 +74,7 @@ def _write(run: Any, others: Any, folder: Path, *, mat: bool, report: bool, stat
             companion: Any = None
             if scene.ground.without_adhesion != scene.ground and not scene.grounds:
                 companion = tarsus.simulate(
-                    tarsus.with_values(scene, {"ground": scene.ground.without_adhesion}),
-                    duration=run.duration,
+                    tarsus.with_values(scene, {"ground": scene.ground.without_adhesion}), duration=run.duration
                 )
             write_report(run, folder / REPORT_FILE, companion, others, static=static)
         written.append(folder / REPORT_FILE)

@@ -13,9 +13,7 @@ COMMANDS: dict[str, Verb] = {
     "show": Verb("tarsus.inspection.show:show", words=2),
     "new": Verb("tarsus.inspection.begin:new", words=2),
     "check": Verb("tarsus.inspection.show:check"),
-    "simulate": Verb(
-        "tarsus.solve.simulation:simulate", files="tarsus.files.store:RUN_FILES", paged=True, own=True
-    ),
+    "simulate": Verb("tarsus.solve.simulation:simulate", files="tarsus.files.store:RUN_FILES", paged=True, own=True),
     "explore": Verb(
         "tarsus.report.explorer:explore",
         endings="tarsus.report.explorer:ENDINGS",
@@ -23,12 +21,8 @@ COMMANDS: dict[str, Verb] = {
         own=True,
     ),
     "report": Verb("tarsus.report.verb:report", title="writing the report", own=True),
-    "plot": Verb(
-        "tarsus.report.plotted:plot", words=2, endings="tarsus.report.saved:FORMATS", title="drawing"
-    ),
-    "movie": Verb(
-        "tarsus.report.movie:movie", endings="tarsus.report.movie:ENDINGS", title="simulating and drawing"
-    ),
+    "plot": Verb("tarsus.report.plotted:plot", words=2, endings="tarsus.report.saved:FORMATS", title="drawing"),
+    "movie": Verb("tarsus.report.movie:movie", endings="tarsus.report.movie:ENDINGS", title="simulating and drawing"),
     "sweep": Verb(
         "tarsus.cluster.verb:sweep",
         files="tarsus.files.runstore:SWEEP_FILES",
@@ -58,21 +52,13 @@ COMMANDS: dict[str, Verb] = {
         title="attractors",
     ),
     "atlas": Verb(
-        "tarsus.atlas.verb:atlas",
-        files="tarsus.atlas.verb:FILES",
-        write="tarsus.report.atlas_page:write_atlas",
+        "tarsus.atlas.verb:atlas", files="tarsus.atlas.verb:FILES", write="tarsus.report.atlas_page:write_atlas"
     ),
     "synthesize": Verb(
-        "tarsus.synthesis.verb:synthesize",
-        files="tarsus.synthesis.campaign_folder:CAMPAIGN_FILES",
-        title="records",
+        "tarsus.synthesis.verb:synthesize", files="tarsus.synthesis.campaign_folder:CAMPAIGN_FILES", title="records"
     ),
     "identify": Verb(
-        "tarsus.identify.verb:identify",
-        files="tarsus.cli.identify:FILES",
-        title="steps",
-        paged=True,
-        own=True,
+        "tarsus.identify.verb:identify", files="tarsus.cli.identify:FILES", title="steps", paged=True, own=True
     ),
     "modes": Verb(
         "tarsus.modes.verb:modes",
@@ -89,13 +75,9 @@ COMMANDS: dict[str, Verb] = {
         paged=True,
         own=True,
     ),
-    "validate": Verb(
-        "tarsus.validation.verb:validate", files="tarsus.cli.validate:FILES", title="comparing", own=True
-    ),
+    "validate": Verb("tarsus.validation.verb:validate", files="tarsus.cli.validate:FILES", title="comparing", own=True),
     "recommend": Verb("tarsus.synthesis.recommend:recommend", title="records", own=True),
-    "export": Verb(
-        "tarsus.export.verb:export", files="tarsus.export.verb:FILES", title="writing and measuring"
-    ),
+    "export": Verb("tarsus.export.verb:export", files="tarsus.export.verb:FILES", title="writing and measuring"),
     "bench": Verb("tarsus.study.bench:bench", words=0, title="timing"),
     "doctor": Verb("tarsus.inspection.installation:doctor", words=0),
 }

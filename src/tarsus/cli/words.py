@@ -42,10 +42,7 @@ def counts_of(word: str, option: str) -> tuple[int, int]:
 def ranges_of(words: Sequence[str], option: str) -> dict[str, tuple[str, str]]:
     """`PATH=a:b` words as both ends of a range by path."""
     takes = f"{option} takes PATH=a:b, such as robot.feet.tip.gap=66um:74um"
-    return {
-        path: _ends(text or "", takes, f"{path}={text}")
-        for path, text in pairs_of(words, option, takes).items()
-    }
+    return {path: _ends(text or "", takes, f"{path}={text}") for path, text in pairs_of(words, option, takes).items()}
 
 
 def ranges_or_file(words: Sequence[str], option: str) -> Any:

@@ -165,7 +165,5 @@ def _ranges(numbers: Sequence[int]) -> str:
 
 def _units(text: str) -> list[int]:
     """The numbers of `_ranges`."""
-    ends = [
-        (first, last or first) for first, _, last in (one.partition("-") for one in text.split(",") if one)
-    ]
+    ends = [(first, last or first) for first, _, last in (one.partition("-") for one in text.split(",") if one)]
     return [number for first, last in ends for number in range(int(first), int(last) + 1)]

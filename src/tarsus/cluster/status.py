@@ -119,9 +119,7 @@ def status_lines(status: Status) -> list[str]:
     if status.units_done >= status.units:
         lines.append("nothing is missing: the next task, or `tarsus sweep` of this folder, collects it")
     elif status.lost or not status.working:
-        lines.append(
-            "to go on with what is missing: `tarsus sweep` of this folder, here or with --array"
-        )
+        lines.append("to go on with what is missing: `tarsus sweep` of this folder, here or with --array")
     lines.append(f"{status.working} processes work, {status.lost} are lost, {status.ended} have ended")
     if status.seconds_left is not None:
         lines.append(f"{status.runs_per_second:.3g} runs a second; {_span(status.seconds_left)} left")

@@ -98,8 +98,10 @@ def sweep(
     if seed is not None:
         chosen = redrawn(chosen, seed, resume)
     if array is not None:
-        found = prepare(chosen, folder, array, resume=resume) if sbatch is None else submit(
-            chosen, folder, sbatch, array, resume=resume
+        found = (
+            prepare(chosen, folder, array, resume=resume)
+            if sbatch is None
+            else submit(chosen, folder, sbatch, array, resume=resume)
         )
         if found is not None:
             return found
@@ -116,11 +118,14 @@ def _check_study(study: object, output: object) -> None:
     if scene is None and not isinstance(output, Mapping):
         return
     name = f'"{study}"' if isinstance(study, str) else "scene"
-    raise InputError([
-        f"expected a Sweep, a study's name or a study file, got {name}: a sweep into a folder is ts.sweep(ts.Sweep("
-        f'name="mine", scene={name if scene is None or scene is study else f"ts.load_scene({name})"}, vary={{...}}, '
-        f'measures=("peak",)), "mine.sweep"); runs in memory are ts.simulate_batch({name}, {{...}})'
-    ])  # fmt: skip
+    base = name if scene is None or scene is study else f"ts.load_scene({name})"
+    raise InputError(
+        [
+            f"expected a Sweep, a study's name or a study file, got {name}: a sweep into a folder is ts.sweep("
+            f'ts.Sweep(name="mine", scene={base}, vary={{...}}, '
+            f'measures=("peak",)), "mine.sweep"); runs in memory are ts.simulate_batch({name}, {{...}})'
+        ]
+    )
 
 
 def redrawn(sweep: Sweep, seed: int, resume: bool = False) -> Sweep:

@@ -5,12 +5,26 @@ from __future__ import annotations
 from collections import namedtuple
 
 # columns of an event row
-(E_TIME, E_FOOT, E_KIND, E_BEFORE, E_AFTER, E_PULL, E_STRENGTH, E_ENERGY, E_ADHESION, E_APEX, E_APEX_TIME,
- E_INTEGRAL) = range(12)  # fmt: skip
+(
+    E_TIME,
+    E_FOOT,
+    E_KIND,
+    E_BEFORE,
+    E_AFTER,
+    E_PULL,
+    E_STRENGTH,
+    E_ENERGY,
+    E_ADHESION,
+    E_APEX,
+    E_APEX_TIME,
+    E_INTEGRAL,
+) = range(12)
 EVENT_WIDTH = 12  # as many as the columns above
 
 # Return codes of the engine, as in native/march/kinds.hpp.
-DONE, STALL, STEP_TOO_SMALL, STEP_LIMIT, NOT_FINITE, JAMMED, GOING_ON = range(7)  # the last never of a run that has ended
+DONE, STALL, STEP_TOO_SMALL, STEP_LIMIT, NOT_FINITE, JAMMED, GOING_ON = range(
+    7
+)  # the last never of a run that has ended
 
 # What describes a legged robot to the engine. Sizes: nb body coordinates, nl legs, m feet, nd drives, nt kinds of leg blocks, w directions.
 # Direction 0 is upward, 1 along the way, and 2 across it, of legs that move sideways.

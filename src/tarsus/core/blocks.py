@@ -42,7 +42,10 @@ def split_modes(mass: Floats, damping: Floats, stiffness: Floats) -> tuple[Float
             # rigid and undamped is what is below the rounding of its own terms: a soft mode of a structure with a very stiff one is not
             sizes = np.abs(u)
             stiff, damped = (1e-14 * n * (sizes * product(np.abs(part), sizes)).sum(axis=0) for part in (k, c))
-            square, rates = np.where(np.abs(square) <= stiff, 0.0, square), np.where(np.abs(rates) <= damped, 0.0, rates)
+            square, rates = (
+                np.where(np.abs(square) <= stiff, 0.0, square),
+                np.where(np.abs(rates) <= damped, 0.0, rates),
+            )
             return _classical(*_slow_again(square, rates, product(root.T, u), (mass, damping, stiffness)))
     return _general(mass, damping, stiffness)
 
@@ -55,7 +58,11 @@ def _slow_again(
     slow = square < SLOW**2 * square.max(initial=0.0)
     mass, damping, stiffness = pencil
     if not slow.any() or square.min() <= 0.0 or stiffness.diagonal().min() <= 0.0:
-        return square, rates, shapes  # a motion without a stiffness would be found as the slowest of all, by its rounding
+        return (
+            square,
+            rates,
+            shapes,
+        )  # a motion without a stiffness would be found as the slowest of all, by its rounding
     unit = 1.0 / np.sqrt(stiffness.diagonal())
     try:
         root = inverse(cholesky(unit[:, None] * stiffness * unit))
@@ -143,9 +150,7 @@ def _rigid_planes(rigid: Floats, w: float) -> list[tuple[Floats, Floats]]:
     return planes
 
 
-def _elastic_planes(
-    state: Floats, rigid: Floats, pencil: tuple[Floats, ...], w: float
-) -> list[tuple[Floats, Floats]]:
+def _elastic_planes(state: Floats, rigid: Floats, pencil: tuple[Floats, ...], w: float) -> list[tuple[Floats, Floats]]:
     """The other planes of a state matrix and its block on each, of motions mass-orthogonal to the rigid ones.
 
     What these exert on the rigid motions, as dampers may that take from one side alone, moves them along: of the state
@@ -202,7 +207,9 @@ def _planes(state: Floats, pencil: tuple[Floats, ...], w: float) -> list[tuple[F
         planes.append((pair, np.array([[a, b], [-b, a]])))
     order = np.flatnonzero(real)[np.argsort(values[real].real)]
     if len(order) % 2:
-        raise DefectiveStructureError("a mode of the damped structure lies on the edge of overdamping; change one damping value slightly")
+        raise DefectiveStructureError(
+            "a mode of the damped structure lies on the edge of overdamping; change one damping value slightly"
+        )
     for first, second in zip(order[::2], order[1::2], strict=True):
         close = values[[second, first]].real  # the slower one first: its vector is the first of the plane
         own_scale = np.ones(len(state))
@@ -297,7 +304,9 @@ def _alone(
 def _least_moved(matrix: NDArray[np.complex128]) -> NDArray[np.complex128]:
     """A vector (n,) of length one that a matrix all but takes to zero: three steps of inverse iteration."""
     vector = 1.0 + np.arange(len(matrix)) % 3 + 0.0j
-    pivot = 4.0 * EPS * np.abs(matrix).max()  # where the matrix is singular to the last bit, a neighbouring one in every digit
+    pivot = (
+        4.0 * EPS * np.abs(matrix).max()
+    )  # where the matrix is singular to the last bit, a neighbouring one in every digit
     for _ in range(3):
         try:
             vector = solve(matrix, vector)

@@ -174,9 +174,13 @@ class ContactMode:
         held_feed[:, -1] = product(sources, self.bias.held_feed)
         printed_feed[:, -1] = product(sources, self.bias.printed_feed)
         return replace(
-            self, inputs=inputs, feed=feed, held_feed=held_feed, printed_feed=printed_feed,
+            self,
+            inputs=inputs,
+            feed=feed,
+            held_feed=held_feed,
+            printed_feed=printed_feed,
             offset=product(sources, self.bias.offset),
-        )  # fmt: skip
+        )
 
 
 def _apply(blocks: Floats, y: Floats) -> Floats:
@@ -222,7 +226,9 @@ def _hold(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Floats
     projector = solve(product(onto, z), onto) if z.shape[1] else np.zeros((0, n))
     minv_n = system.per_impulse[:, held]
     met = product(normals.T, minv_n)
-    share = pseudoinverse(met, REDUNDANT) if len(held) > 1 or not met.any() else 1.0 / met  # a point that does not move carries nothing
+    share = (
+        pseudoinverse(met, REDUNDANT) if len(held) > 1 or not met.any() else 1.0 / met
+    )  # a point that does not move carries nothing
     return z, placed, projector, product(share, minv_n.T)
 
 
@@ -293,9 +299,15 @@ def unbiased_mode(system: LinearSystem, mask: int) -> ContactMode:
     both = np.zeros((2 * nz, 2 * n))
     both[:nz, :n], both[nz:, n:] = projector, projector
     mode = ContactMode(
-        mask=mask, blocks=blocks, basis=basis, to_physical=np.vstack([position, velocity]), from_physical=product(onto, both),
-        leading=np.array(free, dtype=np.int64)[leading], spanned=spanned, **_nothing(system, nz),
-    )  # fmt: skip
+        mask=mask,
+        blocks=blocks,
+        basis=basis,
+        to_physical=np.vstack([position, velocity]),
+        from_physical=product(onto, both),
+        leading=np.array(free, dtype=np.int64)[leading],
+        spanned=spanned,
+        **_nothing(system, nz),
+    )
     force_in = product(onto[:, nz:], solve(mz, z.T)) if nz else np.zeros((0, n))
     mode.inputs[2 * m : -1] = product(force_in, system.loads).T
     mode.bias.inputs[:] = product(force_in, constant).T
@@ -325,11 +337,24 @@ def _nothing(system: LinearSystem, nz: int) -> dict[str, Any]:
     (n, m), nd, state = system.normals.shape, system.loads.shape[1], 2 * nz
     ni = 2 * m + nd + 1
     shapes = {
-        "inputs": (ni, state), "beta": (m, state), "outputs": (2 * m, state), "feed": (2 * m, ni), "feed_rate": (2 * m, ni),
-        "offset": (2 * n,), "held": (m, state), "held_feed": (m, ni), "jump": (m, state), "mobility": (m,), "reaction": (m, m),
-        "side": (m, state), "side_rate": (m, state), "skew": (m,), "printed": (m, state), "printed_feed": (m, ni),
+        "inputs": (ni, state),
+        "beta": (m, state),
+        "outputs": (2 * m, state),
+        "feed": (2 * m, ni),
+        "feed_rate": (2 * m, ni),
+        "offset": (2 * n,),
+        "held": (m, state),
+        "held_feed": (m, ni),
+        "jump": (m, state),
+        "mobility": (m,),
+        "reaction": (m, m),
+        "side": (m, state),
+        "side_rate": (m, state),
+        "skew": (m,),
+        "printed": (m, state),
+        "printed_feed": (m, ni),
         "printed_damping": (m,),
-    }  # fmt: skip
+    }
     ways = 0 if system.tangents is None else m
     shapes |= {"placed": (ways, n), "slide": (ways, state), "slide_rate": (ways, state), "slide_feed": (2 * ways, ways)}
     biases = {"inputs": state, "feed": 2 * m, "offset": 2 * n, "held_feed": m, "printed_feed": m}
@@ -343,7 +368,11 @@ def _add_free(mode: ContactMode, system: LinearSystem, free: list[int], force_in
     if not free:
         return
     feet, normals = np.array(free, dtype=np.intp), system.normals[:, free]
-    beta, gap, rate = product(force_in, normals).T, product(normals.T, mode.to_physical[:n]), product(normals.T, mode.to_physical[n:])
+    beta, gap, rate = (
+        product(force_in, normals).T,
+        product(normals.T, mode.to_physical[:n]),
+        product(normals.T, mode.to_physical[n:]),
+    )
     drift, mobility = _apply(mode.blocks, beta), product(rate, beta.T).diagonal().copy()
     loose = mobility > REDUNDANT * product(normals.T, system.per_impulse[:, free]).diagonal()
     if not loose.all():  # held feet hold these as well: nothing moves them, and they move nothing
@@ -380,7 +409,13 @@ def _add_held(
 
 
 def _add_along(
-    mode: ContactMode, system: LinearSystem, holding: list[int], free: list[int], rows: Floats, placed: Floats, force_in: Floats
+    mode: ContactMode,
+    system: LinearSystem,
+    holding: list[int],
+    free: list[int],
+    rows: Floats,
+    placed: Floats,
+    force_in: Floats,
 ) -> None:
     """What feet do along the ground: those that slide or are in the air, and the places of those that stick."""
     n, m = system.normals.shape
@@ -408,7 +443,13 @@ def _add_along(
 
 
 def _add_stopped(
-    mode: ContactMode, system: LinearSystem, i: int, held: list[int], springs: Floats, velocity: Floats, constant: Floats
+    mode: ContactMode,
+    system: LinearSystem,
+    i: int,
+    held: list[int],
+    springs: Floats,
+    velocity: Floats,
+    constant: Floats,
 ) -> None:
     """The pull on a free foot if it were stopped on the ground now."""
     together = sorted([*held, i])
@@ -447,7 +488,9 @@ def _leading(rows: Floats) -> tuple[NDArray[np.int64], Floats]:
         best = int(np.argmax(left))
         if left[best] <= 1e-13 * size:
             break
-        way = rest[best] - product(ways.T, product(ways, rest[best]))  # once more, for what rounding left of the others' ways
+        way = rest[best] - product(
+            ways.T, product(ways, rest[best])
+        )  # once more, for what rounding left of the others' ways
         ways = np.vstack([ways, way / length(way)])
         rest -= np.outer(product(rest, ways[-1]), ways[-1])
         chosen.append(best)
@@ -509,9 +552,12 @@ class ModeBook:
         system = self.system
         (n, m), given = system.normals.shape, system.tangents
         parts = {
-            "normals": system.normals.T, "loads": system.loads.T, "damping": system.damping, "weight": system.weight,
+            "normals": system.normals.T,
+            "loads": system.loads.T,
+            "damping": system.damping,
+            "weight": system.weight,
             "tangents": np.zeros(0) if given is None else given.T,
-        }  # fmt: skip
+        }
         sizes = {"feet": m, "drives": system.loads.shape[1], "coordinates": n, "rates": int(self._rates)}
         arrays = {name: np.ascontiguousarray(one, dtype=float) for name, one in parts.items()}
         return {"lengths": self.lengths, **sizes, **arrays}

@@ -51,10 +51,7 @@ ten times what makes a walk that rings forget how it began."""
 
 _SENSED = {
     Sense.NOTHING: (),
-    Sense.CHARGE: (
-        DesignObjective("support", "duty_factor", True),
-        DesignObjective("touchdowns", "impacts", True),
-    ),
+    Sense.CHARGE: (DesignObjective("support", "duty_factor", True), DesignObjective("touchdowns", "impacts", True)),
     Sense.SLIP: (DesignObjective("slip", "foot_slip", False), DesignObjective("stride", "stride", True)),
 }
 
@@ -77,9 +74,7 @@ class AdaptSettings(SearchSettings):
     training: Annotated[int, Field(ge=2)] = setting(256, "grounds that the table is of")
     sense: tuple[Sense, ...] = setting((Sense.CHARGE,), "charge, slip, both, or nothing")
     steps: Annotated[int, Field(ge=2)] = setting(20, "walked with up to four gaits before one is chosen")
-    noise: Amount = quantity(
-        "1", "standard deviation of what is sensed, as a share of it", default=0.02, ge=0, lt=1
-    )
+    noise: Amount = quantity("1", "standard deviation of what is sensed, as a share of it", default=0.02, ge=0, lt=1)
 
 
 def adapt(
@@ -127,9 +122,7 @@ def adapt(
     InputError
         With every problem of the request.
     """
-    options = settings_of(
-        AdaptSettings, request, free=free, over=over, sense=sense, objective=objective, **settings
-    )
+    options = settings_of(AdaptSettings, request, free=free, over=over, sense=sense, objective=objective, **settings)
     problems = Problems()
     senses = tuple(dict.fromkeys(options.sense))
     if len(senses) > 1 and Sense.NOTHING in senses:
@@ -138,9 +131,7 @@ def adapt(
         problems.append("over: name the grounds between which the robot cannot know, each with its range")
     asked = problems.tried(lambda: gait_problem(as_scene(scene), options, MEAN, threads))
     if asked is not None and (len(asked.objectives) != 1 or not asked.objectives[0].grounded):
-        problems.append(
-            "objective: a robot adapts to its ground for one objective that depends on it, such as speed"
-        )
+        problems.append("objective: a robot adapts to its ground for one objective that depends on it, such as speed")
     if problems or asked is None:
         raise InputError(problems)
     return _Adapter(asked, options, senses, progress or silent).design()
@@ -179,11 +170,20 @@ class _Adapter:
         known = self._known(library, judged, taken, hidden)
         self.progress(4, 4, "done")
         return AdaptiveGait(
-            self.request, self.sense,
-            tuple(self.sure.changes(one) for one in self.request.free.values(library)), chosen,
-            tuple(one.name for one in self.sensed), posterior, on_hidden, known, taken, judged.argmin(axis=1), hidden,
-            each, self.quick.made + self.sure.made,
-        )  # fmt: skip
+            self.request,
+            self.sense,
+            tuple(self.sure.changes(one) for one in self.request.free.values(library)),
+            chosen,
+            tuple(one.name for one in self.sensed),
+            posterior,
+            on_hidden,
+            known,
+            taken,
+            judged.argmin(axis=1),
+            hidden,
+            each,
+            self.quick.made + self.sure.made,
+        )
 
     def _choice(
         self, library: Floats, training: Grounds, costs: Floats, steps: int, most: int
@@ -191,9 +191,7 @@ class _Adapter:
         """Probes among the gaits of a library and the table, from two sets of walks on training grounds."""
         shape = (0, len(costs), 0)
         known, again = (
-            np.array([self._sensed(one, training, steps) for one in library])
-            if self.sensed
-            else np.zeros(shape)
+            np.array([self._sensed(one, training, steps) for one in library]) if self.sensed else np.zeros(shape)
             for _ in range(2)
         )
         return gait_choice(known, again, self._noisy(again), costs, most)
@@ -225,13 +223,9 @@ class _Adapter:
             own = nearest == np.arange(len(few))[:, None]  # (k, ng)
             given = grounds.rows(np.repeat(np.arange(len(grounds)), YOUNG))
 
-            def means(
-                moved: Floats, nearest: NDArray[np.int64] = nearest, own: NDArray[np.bool_] = own, given=given
-            ):
+            def means(moved: Floats, nearest: NDArray[np.int64] = nearest, own: NDArray[np.bool_] = own, given=given):
                 found = self._judged(moved[nearest].reshape(-1, nu), given).reshape(len(nearest), YOUNG)
-                return np.array(
-                    [found[one].mean(axis=0) if one.any() else np.full(YOUNG, np.inf) for one in own]
-                )
+                return np.array([found[one].mean(axis=0) if one.any() else np.full(YOUNG, np.inf) for one in own])
 
             now = np.array([costs[one, k].mean() if one.any() else -np.inf for k, one in enumerate(own)])
             moved, after = shorter_steps(means, library, now, [step], YOUNG, self.rng, self._circular)
@@ -296,8 +290,13 @@ class _Adapter:
         given = hidden.rows(np.repeat(np.arange(len(hidden)), YOUNG))
         found, values = shorter_steps(
             lambda moved: self._judged(moved.reshape(-1, nu), given).reshape(-1, YOUNG),
-            few, costs.min(axis=1), [STEP / SHORTER**i for i in range(KNOWING)], YOUNG, self.rng, self._circular,
-        )  # fmt: skip
+            few,
+            costs.min(axis=1),
+            [STEP / SHORTER**i for i in range(KNOWING)],
+            YOUNG,
+            self.rng,
+            self._circular,
+        )
         if self.request.starts is None:
             return values
         single = np.broadcast_to(library[int(costs.mean(axis=0).argmin())], few.shape)

@@ -110,10 +110,13 @@ class AdaptiveGait(DesignResult):
         units = units_of(self.request.scene, self.gaits[0])
         columns = ["gait", "taken", *(Column(path, unit) for path, unit in units.items())]
         rows = [
-            (f"{number}{' (probe)' * (number in self.probes)}",
-             f"{int((self.chosen == number).sum())} of {len(self.chosen)}", *gait.values())
+            (
+                f"{number}{' (probe)' * (number in self.probes)}",
+                f"{int((self.chosen == number).sum())} of {len(self.chosen)}",
+                *gait.values(),
+            )
             for number, gait in enumerate(self.gaits)
-        ]  # fmt: skip
+        ]
         low, high = self.regret_interval
         notes = [str(self.request.motion), *(f"gait {number} {said}" for said, number in self.rule)]
         notes.append(
@@ -134,35 +137,32 @@ class AdaptiveGait(DesignResult):
         fixed_regret: of the best single gait; choice_regret: were the best of these gaits always chosen.
         """
         return {
-            "scene": self.request.scene.name, "objective": self.request.objectives[0].name,
-            "sense": [one.value for one in self.sense], "senses": list(self.senses),
-            "probes": list(self.probes), "probe_steps": self.probe_steps, "gaits": [dict(one) for one in self.gaits],
+            "scene": self.request.scene.name,
+            "objective": self.request.objectives[0].name,
+            "sense": [one.value for one in self.sense],
+            "senses": list(self.senses),
+            "probes": list(self.probes),
+            "probe_steps": self.probe_steps,
+            "gaits": [dict(one) for one in self.gaits],
             "table": [{"when": said, "gait": number} for said, number in self.rule],
             "posterior": asdict(self.posterior),
-            "regret": self.regret, "regret_interval": list(self.regret_interval), "fixed_regret": self.fixed_regret,
-            "choice_regret": self.choice_regret, "hidden": len(self.known),
-            "motion": str(self.request.motion), "starts": self.request.motion.starts, "runs": self.runs,
+            "regret": self.regret,
+            "regret_interval": list(self.regret_interval),
+            "fixed_regret": self.fixed_regret,
+            "choice_regret": self.choice_regret,
+            "hidden": len(self.known),
+            "motion": str(self.request.motion),
+            "starts": self.request.motion.starts,
+            "runs": self.runs,
             "version": package_version(),
-        }  # fmt: skip
+        }
 
     def texts(self) -> dict[str, str]:
         """The data, and what was chosen and reached on every hidden ground."""
         objective = self.request.objectives[0]
-        head = [
-            *self.grounds.names,
-            "gait",
-            f"{objective.name} chosen ({objective.unit})",
-            f"{objective.name} known",
-        ]
+        head = [*self.grounds.names, "gait", f"{objective.name} chosen ({objective.unit})", f"{objective.name} known"]
         rows = [
-            (
-                *ground,
-                int(chosen),
-                float(objective.value(self.costs[i, chosen])),
-                float(objective.value(self.known[i])),
-            )
-            for i, (ground, chosen) in enumerate(
-                zip(self.grounds.points().tolist(), self.chosen, strict=True)
-            )
+            (*ground, int(chosen), float(objective.value(self.costs[i, chosen])), float(objective.value(self.known[i])))
+            for i, (ground, chosen) in enumerate(zip(self.grounds.points().tolist(), self.chosen, strict=True))
         ]
         return {"adapt.json": json_text(self.to_dict()) + "\n", "hidden.csv": csv_text(head, rows)}

@@ -18,9 +18,7 @@ the energy of plain on-off switching is drawn."""
 def energies(drive: Drive, squares: Floats, unsaid: float = RECOVERY) -> tuple[Floats, Floats]:
     """Energy [J] of sums of squared rises [V^2], plain and with charge recovery; NaN where the voltage of a drive
     without capacitance rises. unsaid: share that a drive recovers which does not say."""
-    plain = np.where(
-        squares > 0.0, (np.nan if drive.capacitance is None else drive.capacitance) * squares, 0.0
-    )
+    plain = np.where(squares > 0.0, (np.nan if drive.capacitance is None else drive.capacitance) * squares, 0.0)
     return plain, (1.0 - (unsaid if drive.recovery is None else drive.recovery)) * plain
 
 

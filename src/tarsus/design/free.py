@@ -185,10 +185,7 @@ def free_of(scene: Scene, given: Mapping[str, Any] | Iterable[str], symmetry: Sy
     InputError
         With every problem: paths that are no numbers of the scene, ranges that are empty or have to be given.
     """
-    wanted = {
-        path: _kind(one)
-        for path, one in (given if isinstance(given, Mapping) else dict.fromkeys(given)).items()
-    }
+    wanted = {path: _kind(one) for path, one in (given if isinstance(given, Mapping) else dict.fromkeys(given)).items()}
     trains = {path: one for path, one in wanted.items() if isinstance(one, Pulses)}
     wanted = by_path(scene, {path: one for path, one in wanted.items() if path not in trains})
     problems, found = Problems(), list[Shared]()
@@ -235,9 +232,7 @@ def _kind(given: Any) -> Any:
         try:
             return Symmetry(given)
         except ValueError:
-            raise InputError(
-                f"free: expected a range, usual, none, mirror, pairs or wave, got '{given}'"
-            ) from None
+            raise InputError(f"free: expected a range, usual, none, mirror, pairs or wave, got '{given}'") from None
     return given
 
 
@@ -246,9 +241,7 @@ def freed(scene: Scene, layout: Layout) -> Scene:
     assert scene.gait is not None
     late = scene.gait.delays(layout)
     same = {name: getattr(scene.gait, name) for name in ("frequency", "low", "high", "duty", "swing_lag")}
-    return with_values(
-        scene, {"gait": CustomGait(**same, phases={leg: late[leg] % 1.0 for leg in layout.hips})}
-    )
+    return with_values(scene, {"gait": CustomGait(**same, phases={leg: late[leg] % 1.0 for leg in layout.hips})})
 
 
 def _single(scene: Scene, path: str, span: Ends | None) -> Shared:
@@ -291,17 +284,13 @@ def _phases(
     if scene.gait is None or layout is None or not isinstance(scene.gait, CustomGait):
         raise InputError(f"{PHASES}: the scene has no gait whose phases could be free")
     if span is not None:
-        raise InputError(
-            f"{PHASES}: phases of all legs range over a whole period; give a range to single legs only"
-        )
+        raise InputError(f"{PHASES}: phases of all legs range over a whole period; give a range to single legs only")
     names, base, share = _tied(layout, symmetry)
     if not names:
         raise InputError(f"{PHASES}: no phase is left free; all legs move together")
     paths = tuple(f"{PHASES}.{leg}" for leg in layout.hips)
     values = {path: float(b + s.sum() * ANY) % 1.0 for path, b, s in zip(paths, base, share, strict=True)}
-    for _, text in with_values(scene.gait, {p.removeprefix("gait."): v for p, v in values.items()}).faults(
-        layout
-    ):
+    for _, text in with_values(scene.gait, {p.removeprefix("gait."): v for p, v in values.items()}).faults(layout):
         raise InputError(f"symmetry: '{symmetry.value}' does not fit the robot: {text}")
     columns = [dict(zip(paths, column.tolist(), strict=True)) for column in share.T]
     unknown = [Unknown(low=0.0, high=1.0, name=name, unit="1", circular=True) for name in names]
@@ -332,8 +321,7 @@ def _tied(layout: Layout, symmetry: Symmetry) -> tuple[list[str], Floats, Floats
     share = np.array([[float(key == group) for group in groups[1:]] for key in keys])
     share = share.reshape(len(legs), len(groups) - 1)
     names = [
-        f"phases.{group}" if symmetry is Symmetry.NONE else f"phase of pair {int(group) + 1}"
-        for group in groups[1:]
+        f"phases.{group}" if symmetry is Symmetry.NONE else f"phase of pair {int(group) + 1}" for group in groups[1:]
     ]
     return names, base, share
 

@@ -32,9 +32,11 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 FRONT_FILES = (
-    "front.csv", "gait.h", "report.html",
+    "front.csv",
+    "gait.h",
+    "report.html",
     *(f"{noun}{end}" for noun in ("gaits", "designs") for end in (".json", "/*.toml", "/*.html")),
-)  # fmt: skip
+)
 """Names of everything that a design writes at its end."""
 TICK, TICKS = 1e-6, 1000
 """Tick of the timer of `gait.h` [s], and the least number of them in a period: shorter ones where the gait is fast."""
@@ -148,9 +150,7 @@ class Design(DesignResult):
         was found, and at the worse end of its interval where both have one. None without a box."""
         if np.isnan(self.gain):
             return None
-        ends = np.array(
-            [one.intervals[0][0 if self.objectives[0].most else 1] for one in (self.robust, self.optimum)]
-        )
+        ends = np.array([one.intervals[0][0 if self.objectives[0].most else 1] for one in (self.robust, self.optimum)])
         own, other = self.objectives[0].cost(ends)
         return self.gain > 1.0 + CLOSED and (not np.isfinite(ends).all() or bool(own < other))
 
@@ -165,9 +165,7 @@ class Design(DesignResult):
     @property
     def named(self) -> list[tuple[str, Candidate]]:
         """Candidates that get files of their own, with the files' names without ending."""
-        members = [
-            (f"{self.request.noun}-{number:02d}", point) for number, point in enumerate(self.members, start=1)
-        ]
+        members = [(f"{self.request.noun}-{number:02d}", point) for number, point in enumerate(self.members, start=1)]
         return [*members, ("robust", self.robust), ("optimum", self.optimum)]
 
     @property
@@ -185,9 +183,7 @@ class Design(DesignResult):
         said += [f"limit: {one}" + f", for {one.reason}" * bool(one.reason) for one in self.request.limits]
         for names, one in self.once:
             none = [
-                about.name
-                for about, value in zip(self.objectives, one.nominal, strict=True)
-                if not np.isfinite(value)
+                about.name for about, value in zip(self.objectives, one.nominal, strict=True) if not np.isfinite(value)
             ]
             if none:
                 said.append(f"{names[0]}: its motion has no {' and no '.join(none)}")
@@ -210,37 +206,29 @@ class Design(DesignResult):
             if one.grounded and np.isfinite([point.intervals[j] for _, point in self.named]).any():
                 columns.append(Column(f"{one.name}, 95 %", one.unit, 3))
                 kinds.append(("intervals", j))
-        columns += [
-            *self.robust.motion.columns,
-            *(Column(*one) for one in units_of(self.request.scene, paths).items()),
-        ]
+        columns += [*self.robust.motion.columns, *(Column(*one) for one in units_of(self.request.scene, paths).items())]
         rows = [
-            (", ".join(names), *(getattr(point, kind)[j] for kind, j in kinds), *point.motion.row,
-             *(point.values[path] for path in paths))
+            (
+                ", ".join(names),
+                *(getattr(point, kind)[j] for kind, j in kinds),
+                *point.motion.row,
+                *(point.values[path] for path in paths),
+            )
             for names, point in self.once
-        ]  # fmt: skip
-        read = f", {self.reused} read" if self.reused else ""
-        notes = [
-            f"{self.candidates} tried, {self.runs} runs{read}",
-            f"{self.request.motion}",
         ]
+        read = f", {self.reused} read" if self.reused else ""
+        notes = [f"{self.candidates} tried, {self.runs} runs{read}", f"{self.request.motion}"]
         if isinstance(self.request.motion, SettledMotion):
             notes.append(self.spread_of)
         if judged and self.gap == self.gap:
-            notes.append(
-                f"gap of the worst grounds: {percent(self.gap, 2)}; {len(self.grounds)} grounds active"
-            )
+            notes.append(f"gap of the worst grounds: {percent(self.gap, 2)}; {len(self.grounds)} grounds active")
         if self.certificate is not None:
             looked = self.certificate
             notes.append(
                 f"of {looked.grounds} grounds drawn by chance at the end {looked.worse} were more than 2 % worse for "
                 f"any that is shown than known; at most {percent(looked.share, 2)} of the box are (95 %)"
             )
-        notes += [
-            f"robust, {self.percents.words}",
-            *self.remarks,
-            *([self.verdict] if self.verdict else []),
-        ]
+        notes += [f"robust, {self.percents.words}", *self.remarks, *([self.verdict] if self.verdict else [])]
         names = " against ".join(one.name for one in self.objectives)
         title = f"Design of '{self.request.scene.name}': a front of {len(self.members)}, {names}"
         return Table(title, columns, rows, notes)
@@ -255,27 +243,36 @@ class Design(DesignResult):
         those more than 2 % worse than known, and the box's share that may be so.
         """
         request, looked = self.request, self.certificate
-        proof = (
-            None
-            if looked is None
-            else {"grounds": looked.grounds, "worse": looked.worse, "share": looked.share}
-        )
+        proof = None if looked is None else {"grounds": looked.grounds, "worse": looked.worse, "share": looked.share}
         return {
-            "certificate": proof, "scene": request.scene.name, "risk": request.risk.name,
+            "certificate": proof,
+            "scene": request.scene.name,
+            "risk": request.risk.name,
             "free": list(request.free.names),
             "objectives": [{"name": one.name, "unit": one.unit, "most": one.most} for one in self.objectives],
-            "limits": [{"measure": one.measure, "most": one.most, "value": one.value, "reason": one.reason}
-                       for one in request.limits], "remarks": self.remarks,
+            "limits": [
+                {"measure": one.measure, "most": one.most, "value": one.value, "reason": one.reason}
+                for one in request.limits
+            ],
+            "remarks": self.remarks,
             "front": [_point(self, one) for one in self.members],
-            "robust": _point(self, self.robust), "optimum": _point(self, self.optimum), "gain": self.gain,
+            "robust": _point(self, self.robust),
+            "optimum": _point(self, self.optimum),
+            "gain": self.gain,
             "percents": self.percents.to_dict(),
             "over": [] if request.over is None else list(request.over.names),
             "grounds": self.grounds.each(),
-            "motion": str(request.motion), "starts": request.motion.starts, "better": self.better,
-            "gap": self.gap, "rounds": [{"what": one.what, "grounds": one.grounds, "gap": one.gap} for one in
-            self.rounds], "candidates": self.candidates, "runs": self.runs, "reused": self.reused, "duration":
-            request.duration, "version": package_version(),
-        }  # fmt: skip
+            "motion": str(request.motion),
+            "starts": request.motion.starts,
+            "better": self.better,
+            "gap": self.gap,
+            "rounds": [{"what": one.what, "grounds": one.grounds, "gap": one.gap} for one in self.rounds],
+            "candidates": self.candidates,
+            "runs": self.runs,
+            "reused": self.reused,
+            "duration": request.duration,
+            "version": package_version(),
+        }
 
     def texts(self) -> dict[str, str]:
         """The front as data and rows, its gaits as scenes, the robust one as a header."""
@@ -293,24 +290,42 @@ def _point(design: Design, point: Candidate) -> dict[str, Any]:
     named = {key: dict(zip(names, getattr(point, key), strict=True)) for key in ("nominal", "risk", "worst")}
     return {
         "intervals": {name: list(ends) for name, ends in zip(names, point.intervals, strict=True)},
-        "values": dict(point.values), **named, "worst_ground": dict(point.worst_ground), "energy": point.energy,
-        "energy_recovered": point.recovered, "beyond": point.beyond, "motion": point.motion.to_dict(),
-    }  # fmt: skip
+        "values": dict(point.values),
+        **named,
+        "worst_ground": dict(point.worst_ground),
+        "energy": point.energy,
+        "energy_recovered": point.recovered,
+        "beyond": point.beyond,
+        "motion": point.motion.to_dict(),
+    }
 
 
 def _front_csv(design: Design) -> str:
     kinds = ("nominal", "risk", "worst")
     paths = units_of(design.request.scene, design.request.free.paths)
-    head = [design.request.noun, *(f"{path} ({unit})" for path, unit in paths.items()),
-            *(f"{one.name} {kind} ({one.unit})" for one in design.objectives
-              for kind in (*kinds, "low 95 %", "high 95 %")),
-            "energy (J)", "energy with charge recovery (J)", "share of runs beyond limits",
-            *design.robust.motion.head]  # fmt: skip
+    head = [
+        design.request.noun,
+        *(f"{path} ({unit})" for path, unit in paths.items()),
+        *(f"{one.name} {kind} ({one.unit})" for one in design.objectives for kind in (*kinds, "low 95 %", "high 95 %")),
+        "energy (J)",
+        "energy with charge recovery (J)",
+        "share of runs beyond limits",
+        *design.robust.motion.head,
+    ]
     rows = [
-        (name, *point.values.values(),
-         *(one for j in range(len(design.objectives))
-           for one in (*(getattr(point, kind)[j] for kind in kinds), *point.intervals[j])),
-         point.energy, point.recovered, point.beyond, *point.motion.to_dict().values())
+        (
+            name,
+            *point.values.values(),
+            *(
+                one
+                for j in range(len(design.objectives))
+                for one in (*(getattr(point, kind)[j] for kind in kinds), *point.intervals[j])
+            ),
+            point.energy,
+            point.recovered,
+            point.beyond,
+            *point.motion.to_dict().values(),
+        )
         for name, point in design.named
-    ]  # fmt: skip
+    ]
     return csv_text(head, rows)

@@ -75,9 +75,7 @@ def gait_choice(
     """
     fixed = costs[:, int(np.argmin(costs.mean(axis=0)))]
     none = GaitChoice(np.zeros((len(costs), 0)), costs, np.zeros(0))
-    deviations = (
-        np.sqrt((0.5 * (table - again) ** 2 + (noise - again) ** 2).mean(axis=1)) if table.size else table
-    )
+    deviations = np.sqrt((0.5 * (table - again) ** 2 + (noise - again) ** 2).mean(axis=1)) if table.size else table
     scale = np.abs(table).max(axis=1) if table.size else table
     deviations = np.maximum(deviations, 1e-6 * scale)  # a sense that never scatters still compares
     apart = [_apart(sensed, known, own) for sensed, known, own in zip(noise, table, deviations, strict=True)]
@@ -85,8 +83,12 @@ def gait_choice(
     best, lost, width = list(chosen), fixed, 1.0
     total = np.where(np.eye(len(costs), dtype=bool), np.inf, 0.0)  # no ground tells of itself
     while len(chosen) < min(most, len(apart)):
-        tried = [(_lost((total + one) / w**2, costs), number, w) for number, one in enumerate(apart) for w in WIDTHS
-                 if number not in chosen]  # fmt: skip
+        tried = [
+            (_lost((total + one) / w**2, costs), number, w)
+            for number, one in enumerate(apart)
+            for w in WIDTHS
+            if number not in chosen
+        ]
         found, number, w = min(tried, key=lambda one: float(one[0].mean()))
         chosen.append(number)
         total = total + apart[number]

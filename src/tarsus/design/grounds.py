@@ -103,10 +103,13 @@ def with_starts(over: Over, starts: Box, seed: int, least: int) -> Over:
         return Grounds({**over.rows(which), **dict(zip(names, along.T, strict=True))}, over.weights[which])
     size, units = len(names), starts.units()
     return Unknowns(
-        (*over.names, *names), (*over.units, *units.values()), np.append(over.low, ends[:, 0]),
-        np.append(over.high, ends[:, 1]), np.append(over.log, np.zeros(size, dtype=bool)),
+        (*over.names, *names),
+        (*over.units, *units.values()),
+        np.append(over.low, ends[:, 0]),
+        np.append(over.high, ends[:, 1]),
+        np.append(over.log, np.zeros(size, dtype=bool)),
         (*over.priors, *(None,) * size),
-    )  # fmt: skip
+    )
 
 
 def started(own: Grounds, starts: Box, count: int, seed: int) -> Grounds:
@@ -166,9 +169,7 @@ def _ends(grounds: Grounds) -> tuple[Floats, Floats]:
 
 
 def _box(scene: Scene, given: Mapping[str, Any]) -> Unknowns:
-    problems = [
-        f"{path}: expected (low, high), got {pair}" for path, pair in given.items() if not _is_pair(pair)
-    ]
+    problems = [f"{path}: expected (low, high), got {pair}" for path, pair in given.items() if not _is_pair(pair)]
     ends = {path: pair for path, pair in given.items() if _is_pair(pair)}
     try:
         if ends or not problems:

@@ -58,9 +58,11 @@ def header_text(design: LandingDesign) -> str:
         "Switch to landing_millivolts[i] at landing_ticks[i] after the landing edge, every period.",
     )
     constants = {
-        "uint32_t landing_tick_ns": round(tick * 1e9), "uint32_t landing_period_ticks": request.ticks,
-        "uint32_t landing_ticks": times, "int32_t landing_millivolts": [round(1e3 * one) for one in signal.levels],
-    }  # fmt: skip
+        "uint32_t landing_tick_ns": round(tick * 1e9),
+        "uint32_t landing_period_ticks": request.ticks,
+        "uint32_t landing_ticks": times,
+        "int32_t landing_millivolts": [round(1e3 * one) for one in signal.levels],
+    }
     return _header("LANDING", said, digest(signal), len(times), constants)
 
 
@@ -87,9 +89,7 @@ def gait_header_text(scene: Scene, *, tick: float = 1e-6) -> str:
     period, exact = in_ticks(1.0 / gait.frequency, tick), 1.0 / gait.frequency / tick
     _fits(period)
     rises = [round(-wave.phase / (2.0 * math.pi) % 1.0 * exact) % period for wave in waves.values()]
-    falls = [
-        (rise + round(wave.duty * exact)) % period for rise, wave in zip(rises, waves.values(), strict=True)
-    ]
+    falls = [(rise + round(wave.duty * exact)) % period for rise, wave in zip(rises, waves.values(), strict=True)]
     low, high = (round(1e3 * volts) for volts in (gait.low, gait.high))
     said = (
         f"Gait of {in_comment(scene.name)}, {gait.kind}, {gait.frequency:.6g} Hz; made by tarsus, do not edit.",
@@ -100,28 +100,33 @@ def gait_header_text(scene: Scene, *, tick: float = 1e-6) -> str:
     said += _on_ticks(scene, tick, period, rises, falls)
     own = digest([round(tick * 1e9), period, rises, falls, low, high, list(waves)])
     constants = {
-        "uint32_t gait_tick_ns": round(tick * 1e9), "uint32_t gait_period_ticks": period,
-        "int32_t gait_low_millivolts": low, "int32_t gait_high_millivolts": high,
-        "uint32_t gait_rise_ticks": rises, "uint32_t gait_fall_ticks": falls,
-    }  # fmt: skip
+        "uint32_t gait_tick_ns": round(tick * 1e9),
+        "uint32_t gait_period_ticks": period,
+        "int32_t gait_low_millivolts": low,
+        "int32_t gait_high_millivolts": high,
+        "uint32_t gait_rise_ticks": rises,
+        "uint32_t gait_fall_ticks": falls,
+    }
     return _header("GAIT", said, own, len(waves), constants)
 
 
-def _on_ticks(
-    scene: Scene, tick: float, period: int, rises: Sequence[int], falls: Sequence[int]
-) -> tuple[str, ...]:
+def _on_ticks(scene: Scene, tick: float, period: int, rises: Sequence[int], falls: Sequence[int]) -> tuple[str, ...]:
     """What rounding to ticks does to a gait: sentences on its frequency and edges, and on how fast plain runs of both
     walk."""
     assert scene.gait is not None
     layout = scene.robot.layout()
     assert layout is not None
     waves = {
-        name: with_values(wave, {
-            "frequency": 1.0 / (period * tick), "duty": (fall - rise) % period / period,
-            "phase": -2.0 * math.pi * rise / period,
-        })
+        name: with_values(
+            wave,
+            {
+                "frequency": 1.0 / (period * tick),
+                "duty": (fall - rise) % period / period,
+                "phase": -2.0 * math.pi * rise / period,
+            },
+        )
         for (name, wave), rise, fall in zip(scene.gait.waveforms(layout).items(), rises, falls, strict=True)
-    }  # fmt: skip
+    }
     rounded = with_values(scene, {"gait": None, "signals": {**waves, **scene.signals}})
     runs = simulate(rounded), simulate(scene)
     found = [run.measures.get("mean_speed") if run.ok else None for run in runs]
@@ -167,10 +172,13 @@ def drives_header_text(
         "drives_begin[i + 1] - 1.",
     )
     constants = {
-        "uint32_t drives_tick_ns": round(tick * 1e9), "uint32_t drives_period_ticks": period,
-        "uint32_t drives_count": len(volts), "uint32_t drives_begin": begins, "uint32_t drives_ticks": times,
+        "uint32_t drives_tick_ns": round(tick * 1e9),
+        "uint32_t drives_period_ticks": period,
+        "uint32_t drives_count": len(volts),
+        "uint32_t drives_begin": begins,
+        "uint32_t drives_ticks": times,
         "int32_t drives_millivolts": levels,
-    }  # fmt: skip
+    }
     own = digest([round(tick * 1e9), period, begins, times, levels, list(volts)])
     return _header("DRIVES", said, own, len(times), constants)
 
@@ -180,9 +188,7 @@ def _fits(ticks: int) -> None:
         raise InputError(f"tick: {ticks} ticks a period do not fit into {WIDEST} bits; give a longer tick")
 
 
-def _header(
-    kind: str, said: Sequence[str], own: str, count: int, constants: Mapping[str, int | list[int]]
-) -> str:
+def _header(kind: str, said: Sequence[str], own: str, count: int, constants: Mapping[str, int | list[int]]) -> str:
     """A header of numbers and rows of numbers by type and name, most of them of ``count``, under a comment."""
 
     def line(name: str, value: int | list[int]) -> str:
@@ -195,10 +201,20 @@ def _header(
     guard = f"TARSUS_{kind}_H"
     comment = "\n * ".join(said)
     lines = [
-        f"/* {comment} */", f"#ifndef {guard}", f"#define {guard}", "", "#include <stdint.h>", "",
-        f"#define {kind}_COUNT {count}u", f'#define {kind}_DIGEST "{own}"', "",
-        *(line(name, value) for name, value in constants.items()), "", "#endif", "",
-    ]  # fmt: skip
+        f"/* {comment} */",
+        f"#ifndef {guard}",
+        f"#define {guard}",
+        "",
+        "#include <stdint.h>",
+        "",
+        f"#define {kind}_COUNT {count}u",
+        f'#define {kind}_DIGEST "{own}"',
+        "",
+        *(line(name, value) for name, value in constants.items()),
+        "",
+        "#endif",
+        "",
+    ]
     return "\n".join(lines)
 
 
@@ -217,9 +233,7 @@ def in_ticks(period: float, tick: float) -> int:
     if not tick > 0.0:
         raise InputError(f"tick: expected a time above 0 s, got {tick:g} s")
     if period / tick > MOST_TICKS:
-        raise InputError(
-            f"tick: {tick:g} s is more than 1e15 times in a period of {period:g} s; give a longer one"
-        )
+        raise InputError(f"tick: {tick:g} s is more than 1e15 times in a period of {period:g} s; give a longer one")
     count = round(period / tick)
     if count < FEWEST_TICKS:
         shown = format_quantity(float(f"{tick:.4g}"), "s")
@@ -237,9 +251,7 @@ def neighbours(durations: Floats, total: int, rng: np.random.Generator) -> Ints:
     inner = len(edges)
     shifts = np.array(list(product((0, -1, 1), repeat=inner))) if 3**inner <= MOST else None
     if shifts is None:
-        shifts = np.concatenate(
-            [np.zeros((1, inner), dtype=int), rng.integers(-1, 2, size=(MOST - 1, inner))]
-        )
+        shifts = np.concatenate([np.zeros((1, inner), dtype=int), rng.integers(-1, 2, size=(MOST - 1, inner))])
     moved = near + shifts[np.argsort(np.abs(shifts).sum(axis=1), kind="stable")]
     ticks = np.diff(np.column_stack([np.zeros(len(moved)), moved, np.full(len(moved), total)]), axis=1)
     return ticks[(ticks >= 1).all(axis=1)].astype(np.int64)

@@ -62,9 +62,7 @@ class Risk:
         order = np.argsort(-costs, axis=1)
         own = weights[order]
         taken = np.clip(self.tail - (np.cumsum(own, axis=1) - own), 0.0, own)
-        ordered = np.where(
-            taken > 0.0, np.take_along_axis(costs, order, axis=1), 0.0
-        )  # 0 times infinity is 0
+        ordered = np.where(taken > 0.0, np.take_along_axis(costs, order, axis=1), 0.0)  # 0 times infinity is 0
         return (taken * ordered).sum(axis=1) / self.tail
 
 
@@ -89,9 +87,7 @@ def risk_of(given: Any) -> Risk:
     if isinstance(given, Mapping) and list(given) == ["cvar"] and isinstance(given["cvar"], (int, float)):
         return cvar(float(given["cvar"]))
     if isinstance(given, str) and given.startswith("cvar:"):
-        raise InputError(
-            f"risk: '{given}' is {{cvar = {given.removeprefix('cvar:')}}}, in Python `tarsus.design.cvar`"
-        )
+        raise InputError(f"risk: '{given}' is {{cvar = {given.removeprefix('cvar:')}}}, in Python `tarsus.design.cvar`")
     raise InputError(f"risk: expected worst, mean, nominal, or {{cvar = q}} with 0 <= q < 1, got '{given}'")
 
 
@@ -143,11 +139,7 @@ class Certificate:
         3 / grounds where none was."""
         from scipy.special import betaincinv
 
-        return (
-            float(betaincinv(self.worse + 1, self.grounds - self.worse, 0.95))
-            if self.worse < self.grounds
-            else 1.0
-        )
+        return float(betaincinv(self.worse + 1, self.grounds - self.worse, 0.95)) if self.worse < self.grounds else 1.0
 
 
 @dataclass
@@ -232,9 +224,7 @@ class Judge:
         climbed = np.array([(i, j) for i in range(k) for j in self.grounded for _ in range(look.islands)])
         if look.steps and len(climbed):
             order = np.argsort(-np.nan_to_num(first, nan=-np.inf), axis=1, kind="stable")
-            regions = [
-                apart(cube, order[i, :, j], FIRST_STEP, look.islands) for i in range(k) for j in self.grounded
-            ]
+            regions = [apart(cube, order[i, :, j], FIRST_STEP, look.islands) for i in range(k) for j in self.grounded]
             starts = np.concatenate([np.resize(one, look.islands) for one in regions])
             who, what = climbed.T
 

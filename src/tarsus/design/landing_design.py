@@ -151,9 +151,7 @@ class LandingDesign(DesignResult):
             notes.append(f"borne: {', '.join(self.request.over.names)}")
         notes.append(self.percents.words)
         if math.isfinite(energy):
-            notes.append(
-                f"energy: {amount(energy, 'J')} a period, {amount(recovered, 'J')} with charge recovery"
-            )
+            notes.append(f"energy: {amount(energy, 'J')} a period, {amount(recovered, 'J')} with charge recovery")
         signal = zip(self.switching_times, self.signal.levels, self.signal.durations, strict=True)
         columns = (Column("from", "s", 6), Column("voltage", "V", 5), Column("for", "s", 6))
         plain, softer = (amount(float(one.speed[0, 0]), "m/s") for one in (before, self.after))
@@ -169,33 +167,74 @@ class LandingDesign(DesignResult):
         """
         energy, recovered = self.energies
         request, step, found, learned = self.request, self.request.step, self.attack, self.learning
-        worst = None if found is None else {
-            "ground": dict(zip(self.grounds.names, found.grounds[0, 0].tolist(), strict=True)),
-            "score": float(found.costs[0, 0]), "tried": found.tried,
-        }  # fmt: skip
+        worst = (
+            None
+            if found is None
+            else {
+                "ground": dict(zip(self.grounds.names, found.grounds[0, 0].tolist(), strict=True)),
+                "score": float(found.costs[0, 0]),
+                "tried": found.tried,
+            }
+        )
         return {
-            "scene": request.scene.name, "foot": request.foot, "drive": request.drive, "risk": request.risk.name,
-            "objective": request.options.objective.value, "speed": self.speed, "touchdowns": self.touchdowns,
-            "worst": self.worst, "nominal_worst": self.nominal_worst, "pairs": self.pairs,
-            "switching_times": list(self.switching_times), "levels": list(self.signal.levels),
-            "durations": list(self.signal.durations), "period": step.period, "tick": step.period / request.ticks,
-            "rounding_loss": self.loss, "energy": energy, "energy_recovered": recovered,
-            "plain": _landed(self.before, 0), "nominal": _landed(self.after, 0), "regime": self.regime.words,
-            "put_down": {"starts": len(self.put_down), "share": self.as_stated[1],
-                         "share_95": list(self.as_stated[2:]), "speeds": self.put_down.tolist()},
-            "percents": self.percents.to_dict(), "periods_to_settle": self.settle - 1, "scenarios": _scenarios(self),
+            "scene": request.scene.name,
+            "foot": request.foot,
+            "drive": request.drive,
+            "risk": request.risk.name,
+            "objective": request.options.objective.value,
+            "speed": self.speed,
+            "touchdowns": self.touchdowns,
+            "worst": self.worst,
+            "nominal_worst": self.nominal_worst,
+            "pairs": self.pairs,
+            "switching_times": list(self.switching_times),
+            "levels": list(self.signal.levels),
+            "durations": list(self.signal.durations),
+            "period": step.period,
+            "tick": step.period / request.ticks,
+            "rounding_loss": self.loss,
+            "energy": energy,
+            "energy_recovered": recovered,
+            "plain": _landed(self.before, 0),
+            "nominal": _landed(self.after, 0),
+            "regime": self.regime.words,
+            "put_down": {
+                "starts": len(self.put_down),
+                "share": self.as_stated[1],
+                "share_95": list(self.as_stated[2:]),
+                "speeds": self.put_down.tolist(),
+            },
+            "percents": self.percents.to_dict(),
+            "periods_to_settle": self.settle - 1,
+            "scenarios": _scenarios(self),
             "rounds": [{"grounds": one.grounds, "score": one.score, "worst": one.worst} for one in self.rounds],
-            "worst_ground": worst, "front": [
-                {"pairs": one.pairs, "speed": one.speed, "energy": one.energy, "energy_recovered": one.recovered,
-                 "levels": list(one.signal.levels), "durations": list(one.signal.durations)}
+            "worst_ground": worst,
+            "front": [
+                {
+                    "pairs": one.pairs,
+                    "speed": one.speed,
+                    "energy": one.energy,
+                    "energy_recovered": one.recovered,
+                    "levels": list(one.signal.levels),
+                    "durations": list(one.signal.durations),
+                }
                 for one in self.front
-            ], "runs": self.runs, "digest": digest(self.signal), "learning": learned and {
-                "steps": learned.speeds.shape[1] - 1, "grounds": len(learned.grounds), "halved_in_ten": learned.halved,
+            ],
+            "runs": self.runs,
+            "digest": digest(self.signal),
+            "learning": learned
+            and {
+                "steps": learned.speeds.shape[1] - 1,
+                "grounds": len(learned.grounds),
+                "halved_in_ten": learned.halved,
                 "median_speed": np.median(learned.speeds, axis=0).tolist(),
                 "plain_speed": float(np.median(learned.plain)),
-                "median_regret": np.median(learned.regret, axis=0).tolist(), "sensor": learned.sensor.value,
-            }, "notes": [], "version": package_version(),
-        }  # fmt: skip
+                "median_regret": np.median(learned.regret, axis=0).tolist(),
+                "sensor": learned.sensor.value,
+            },
+            "notes": [],
+            "version": package_version(),
+        }
 
     def texts(self) -> dict[str, str]:
         """The signal for any scene, a header for a microcontroller, the table of grounds, and the data."""
@@ -203,10 +242,12 @@ class LandingDesign(DesignResult):
         names = [name for name in rows[0] if name != "ground"]
         table = [(*row["ground"].values(), *(row[name] for name in names)) for row in rows]
         return {
-            "scene.toml": scene_text(self.scene), "signal.toml": signal_text(self), "landing.h": header_text(self),
+            "scene.toml": scene_text(self.scene),
+            "signal.toml": signal_text(self),
+            "landing.h": header_text(self),
             "scenarios.csv": csv_text((*self.grounds.names, *names), table),
             "landing.json": json_text(self.to_dict()) + "\n",
-        }  # fmt: skip
+        }
 
 
 def _touchdowns(count: float) -> str:

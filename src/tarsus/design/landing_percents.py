@@ -33,9 +33,10 @@ def landing_percents(trials: Trials, row: Floats, scene: Scene) -> Percents:
     worst = {name: float(found.max()) for name, found in varied(numbers, speeds, STEPS).items()}
     names = costly(worst, own, most=False)
     slopes = simulate(
-        scene, trials.periods * trials.period,
+        scene,
+        trials.periods * trials.period,
         gradients={name: {path: PERCENT * value for path, value in numbers[name].items()} for name in names},
-    ).gradient_of_runs(lambda run: _hardest(trials, run), "m/s")  # fmt: skip
+    ).gradient_of_runs(lambda run: _hardest(trials, run), "m/s")
     each = tuple(Percent(name, slopes[name], slopes.error[name], worst[name]) for name in names)
     box = float(all_at_once(numbers, names, speeds, BOX).max()) if names else own
     return Percents("hardest touchdown", "m/s", False, own, box, each)

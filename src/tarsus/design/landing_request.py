@@ -67,9 +67,7 @@ class LandingSettings(Settings):
         "any voltages between two, or listed ones as -8 V, 8 V, whatever the scene's own signal has; the lowest and "
         "the highest are held",
     )
-    free: tuple[str, ...] = setting(
-        (), "paths of the switching times that alone may move, of an on-off signal"
-    )
+    free: tuple[str, ...] = setting((), "paths of the switching times that alone may move, of an on-off signal")
     objective: LandingObjective = setting(LandingObjective.SPEED, "speed, impulse or touchdowns")
     over: Any = setting(None, f"{OVER}; the structure's frequencies within 1 % unless given")
     risk: Any = setting(None, "worst, mean, {cvar = q}, or nominal for the scene as it is")
@@ -129,11 +127,7 @@ def landing_request(scene: Scene, options: LandingSettings, threads: Workers = N
     problems.tried(lambda: still_only(scene, "feet land softly"))
     drive = problems.tried(lambda: _drive(scene, options.drive))
     over, risk = bearing(
-        problems,
-        scene,
-        borne(scene, options),
-        options.risk,
-        lambda path: path.startswith(f"signals.{drive}."),
+        problems, scene, borne(scene, options), options.risk, lambda path: path.startswith(f"signals.{drive}.")
     )
     asked = Pulses(options.foot, options.pairs, options.levels, options.free, options.shortest, options.tick)
     train = None
@@ -155,8 +149,9 @@ def borne(scene: Scene, options: LandingSettings) -> Any:
     values = {path: float(get_value(scene, path)) for path in paths}
     return {
         path: scene.interval(path) or ((1.0 - KNOWN) * value, (1.0 + KNOWN) * value)
-        for path, value in values.items() if value > 0.0
-    } or None  # fmt: skip
+        for path, value in values.items()
+        if value > 0.0
+    } or None
 
 
 def _drive(scene: Scene, name: str | None) -> str:

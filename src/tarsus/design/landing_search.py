@@ -110,18 +110,18 @@ class LandingSearch:
         """A search's length by the effort of the request."""
         effort = self.request.options.effort
         return replace(
-            whole, scan=max(int(whole.scan * effort), 64), islands=max(int(whole.islands * effort), 2),
+            whole,
+            scan=max(int(whole.scan * effort), 64),
+            islands=max(int(whole.islands * effort), 2),
             generations=max(int(whole.generations * min(effort, 1.0)), min(SETTLED, whole.generations)),
-        )  # fmt: skip
+        )
 
     def scores(self, rows: Floats, grounds: Grounds, risk: Risk | None = None) -> Floats:
         """Scores (n,) of signals (n, 2S) by a risk, the request's unless given."""
         return self.judge.risked(self.judge.costs(rows, grounds), grounds, risk)[:, 0]
 
     def _cost(self, choices: list[Family], grounds: Grounds, risk: Risk) -> Callable[[Ints, Floats], Floats]:
-        return lambda numbers, points: self.scores(
-            self.request.step.place(choices, numbers, points), grounds, risk
-        )
+        return lambda numbers, points: self.scores(self.request.step.place(choices, numbers, points), grounds, risk)
 
     def _signals(self, pairs: int, count: int) -> list[LandingSignal]:
         """The best signals that were visited."""
@@ -144,20 +144,26 @@ class LandingSearch:
 
         nu = 1 + self.request.step.unknowns(pairs)
         length = FrontSearch(
-            max(int(ON_ONE.scan * effort), 64), int(np.clip(ON_ONE.population * effort, 48, ON_ONE.population)),
+            max(int(ON_ONE.scan * effort), 64),
+            int(np.clip(ON_ONE.population * effort, 48, ON_ONE.population)),
             max(int(ON_ONE.generations * effort), SETTLED),
-        )  # fmt: skip
+        )
         visited = Visited.empty(nu - 1)
         for _ in range(1 if self.judge.robust else TWICE):
             points, costs = search_front(
-                lambda cube: cost(family(cube), cube[:, 1:])[:, None], nu, np.zeros(nu, dtype=bool), length,
+                lambda cube: cost(family(cube), cube[:, 1:])[:, None],
+                nu,
+                np.zeros(nu, dtype=bool),
+                length,
                 int(self.rng.integers(2**31)),
-            )  # fmt: skip
+            )
             visited.add(family(points), points[:, 1:], costs[:, 0])
-        rows = np.concatenate([
-            own[Visited(visited.numbers[own], visited.points[own], visited.costs[own]).best(OWN_VALLEYS)]
-            for own in (np.flatnonzero(visited.numbers == number) for number in range(len(choices)))
-        ])  # fmt: skip
+        rows = np.concatenate(
+            [
+                own[Visited(visited.numbers[own], visited.points[own], visited.costs[own]).best(OWN_VALLEYS)]
+                for own in (np.flatnonzero(visited.numbers == number) for number in range(len(choices)))
+            ]
+        )
         numbers, starts = visited.numbers[rows], visited.points[rows]
         follow_down(cost, visited, numbers, starts, self._budget(AFTER), self.rng)
         self.visited[pairs] = choices, visited
@@ -222,8 +228,6 @@ class LandingSearch:
 
 def _few(grounds: Grounds) -> Grounds:
     """The first of grounds, and `FEW` of the others, as far apart in their order as there are."""
-    rows = (
-        np.unique(np.linspace(1, len(grounds) - 1, FEW).astype(int)) if len(grounds) > 1 else np.zeros(0, int)
-    )
+    rows = np.unique(np.linspace(1, len(grounds) - 1, FEW).astype(int)) if len(grounds) > 1 else np.zeros(0, int)
     kept = np.append(0, rows)
     return Grounds(grounds.rows(kept), grounds.weights[kept])

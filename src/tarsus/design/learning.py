@@ -65,12 +65,7 @@ class ArrivalLine:
 
     @classmethod
     def of(
-        cls,
-        trials: Trials,
-        target: Target,
-        start: Floats,
-        near: Callable[[Floats, Floats], Floats],
-        prior: Grounds,
+        cls, trials: Trials, target: Target, start: Floats, near: Callable[[Floats, Floats], Floats], prior: Grounds
     ) -> ArrivalLine:
         """Each the design at ``start``, a signal (1, 2S), searched on for its own ground of the ``prior``.
 
@@ -85,9 +80,7 @@ class ArrivalLine:
         made = {first: first_spans}
         for j in (first, *range(first + 1, MEMBERS), *range(first - 1, -1, -1)):
             beside = made[j - (j > first) + (j < first)]
-            made[j] = _searched(
-                trials, target, (levels, beside), near, Grounds(prior.rows(chosen[j : j + 1]))
-            )
+            made[j] = _searched(trials, target, (levels, beside), near, Grounds(prior.rows(chosen[j : j + 1])))
         durations = np.concatenate([made[j] for j in range(MEMBERS)])
         signals = np.concatenate([np.repeat(levels, MEMBERS, axis=0), durations], axis=1)
         return cls(durations, trials.each(signals, prior.rows(chosen)).first)
@@ -240,9 +233,7 @@ def _by_speeds(
     logs = np.log(line.durations[:, plateaus.moved])
     reach, size = np.maximum(FINEST * np.ptp(logs, axis=0), LEAST), np.ones(hidden)
     while len(speeds) <= steps:
-        tried = plateaus.near(
-            best, size[:, None] * reach * plateaus.rng.standard_normal((hidden, len(reach)))
-        )
+        tried = plateaus.near(best, size[:, None] * reach * plateaus.rng.standard_normal((hidden, len(reach))))
         found = step(tried)
         speeds.append(found.speed)
         softer = target.measure(found) < softest
@@ -283,7 +274,5 @@ def _around(request: LandingRequest) -> Over:
     ends = {path: ((1.0 - UNKNOWN) * value, (1.0 + UNKNOWN) * value) for path, value in middle.items()}
     over = over_of(request.scene, ends)
     if over is None:
-        raise InputError(
-            "learn: the scene has no gap, restitution or film to be unknown: name the grounds under over"
-        )
+        raise InputError("learn: the scene has no gap, restitution or film to be unknown: name the grounds under over")
     return over

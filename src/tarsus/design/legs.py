@@ -190,9 +190,7 @@ class LegSettings(Settings):
 
     shortest: Amount = quantity("m", "least length of every link", gt=0)
     longest: Amount = quantity("m", "greatest length of every link", gt=0)
-    load: MaybeAmount = quantity(
-        "N", "force to be carried; the leg's own body unless given", default=None, gt=0
-    )
+    load: MaybeAmount = quantity("N", "force to be carried; the leg's own body unless given", default=None, gt=0)
     gravity: Amount = quantity("m/s^2", "acceleration of gravity, for that weight", default=GRAVITY, ge=0)
 
 
@@ -245,8 +243,7 @@ def _fastest(leg: Leg, shortest: float, longest: float, needed: float) -> LinkDe
         return step_lift(with_values(leg, dict(zip(LENGTHS, values.tolist(), strict=True))))
 
     tried = [
-        (parts, lift(np.array(parts)))
-        for parts in product(np.linspace(shortest / longest, 1.0, COARSE), repeat=3)
+        (parts, lift(np.array(parts))) for parts in product(np.linspace(shortest / longest, 1.0, COARSE), repeat=3)
     ]
     able = [(parts, one) for parts, one in tried if one.capacity >= needed and one.mean_speed > 0.0]
     if not able:

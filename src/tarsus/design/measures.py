@@ -97,17 +97,9 @@ OBJECTIVES = {
 """What has a word of its own; any measure goes by its name with a direction, as ``most duty_factor``."""
 
 
-def objectives_of(
-    given: str | DesignObjective | Sequence[str | DesignObjective],
-) -> tuple[DesignObjective, ...]:
+def objectives_of(given: str | DesignObjective | Sequence[str | DesignObjective]) -> tuple[DesignObjective, ...]:
     """Objectives of words, or of one text with commas; raises InputError for unknown, repeated and too many ones."""
-    given = (
-        given.split(",")
-        if isinstance(given, str)
-        else [given]
-        if isinstance(given, DesignObjective)
-        else given
-    )
+    given = given.split(",") if isinstance(given, str) else [given] if isinstance(given, DesignObjective) else given
     problems, found = list[str](), list[DesignObjective]()
     for word in given:
         try:
@@ -115,13 +107,9 @@ def objectives_of(
         except InputError as error:
             problems += [f"objective: {one}" for one in error.problems]
     names = [one.name for one in found]
-    problems += [
-        f"objective: '{name}' is named twice" for name in dict.fromkeys(names) if names.count(name) > 1
-    ]
+    problems += [f"objective: '{name}' is named twice" for name in dict.fromkeys(names) if names.count(name) > 1]
     if not 1 <= len(given) <= 3:
-        problems.append(
-            f"objective: expected one to three, got {len(given)}: a front of more cannot be looked through"
-        )
+        problems.append(f"objective: expected one to three, got {len(given)}: a front of more cannot be looked through")
     if problems:
         raise InputError(problems)
     return tuple(found)
@@ -199,10 +187,7 @@ def limits_of(scene: Scene, given: Any) -> tuple[DesignLimit, ...]:
 
 def _texts(given: Any) -> list[str | DesignLimit]:
     if isinstance(given, Mapping):
-        return [
-            f"{name} {one if isinstance(one, str) else ' '.join(map(str, one))}"
-            for name, one in given.items()
-        ]
+        return [f"{name} {one if isinstance(one, str) else ' '.join(map(str, one))}" for name, one in given.items()]
     words = given.split(",") if isinstance(given, str) else given if isinstance(given, Sequence) else ()
     return [word if isinstance(word, DesignLimit) else str(word) for word in words if str(word).strip()]
 
@@ -239,10 +224,12 @@ def model_limit(scene: Scene) -> DesignLimit | None:
     if not wide > 0.0:
         return None
     return DesignLimit(
-        "heave_span", True, float(SMALL * wide),
+        "heave_span",
+        True,
+        float(SMALL * wide),
         f"hips {amount(float(wide), 'm')} apart that rise one after the other would turn the body by {SMALL:g} rad, "
         "and here it cannot turn",
-    )  # fmt: skip
+    )
 
 
 def unmeasured(scene: Scene, measures: Collection[str], episodes: bool) -> list[str]:

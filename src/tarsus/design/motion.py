@@ -28,9 +28,14 @@ WATCHED = 32
 """Drive periods after which a motion that is judged by its last one is looked at: a mode of damping ratio 1 % at 30
 oscillations a period has forgotten its start long before."""
 NAMES = {
-    "duty_factor": "a foot down", "all_feet_up": "all feet up", "heave_span": "heave", "slip_ratio": "slip ratio",
-    "peak": "peak", "impacts": "touchdowns", "hardest_impact": "hardest touchdown",
-}  # fmt: skip
+    "duty_factor": "a foot down",
+    "all_feet_up": "all feet up",
+    "heave_span": "heave",
+    "slip_ratio": "slip ratio",
+    "peak": "peak",
+    "impacts": "touchdowns",
+    "hardest_impact": "hardest touchdown",
+}
 """Measures that say what a motion is, as heads of columns."""
 OF_WALKERS = ("duty_factor", "all_feet_up", "heave_span", "slip_ratio")
 OF_OTHERS = ("duty_factor", "peak", "impacts", "hardest_impact")
@@ -64,19 +69,14 @@ class DesignMotion:
         if self.repeats == 1.0:
             return "repeats"
         differs = "" if np.isnan(self.varies) else f", {self.what} differ by {percent(self.varies, 2)}"
-        return (
-            "does not repeat" if self.repeats == 0.0 else f"{percent(self.repeats, 2)} of starts repeat"
-        ) + differs
+        return ("does not repeat" if self.repeats == 0.0 else f"{percent(self.repeats, 2)} of starts repeat") + differs
 
     @property
     def columns(self) -> list[Column]:
         """Columns of a table of such motions."""
         shares = {name: "%" if (unit := definition_of(name).unit) == "1" else unit for name in self.means}
         shares |= {"impacts": "1"} if "impacts" in shares else {}
-        return [
-            *(Column(NAMES[name], unit, 3) for name, unit in shares.items()),
-            Column("from period to period"),
-        ]
+        return [*(Column(NAMES[name], unit, 3) for name, unit in shares.items()), Column("from period to period")]
 
     @property
     def row(self) -> tuple[Any, ...]:
@@ -88,15 +88,21 @@ class DesignMotion:
         """Heads of the numbers of `to_dict`, with units."""
         return (
             *(f"{name.replace('_', ' ')} ({definition_of(name).unit})" for name in self.means),
-            "highest heave (m)", "starts that repeat (1)", "varies from period to period (1)", "outside its model",
-        )  # fmt: skip
+            "highest heave (m)",
+            "starts that repeat (1)",
+            "varies from period to period (1)",
+            "outside its model",
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, SI units."""
         return {
-            **self.means, "highest": self.highest, "repeats": self.repeats, "varies": self.varies,
+            **self.means,
+            "highest": self.highest,
+            "repeats": self.repeats,
+            "varies": self.varies,
             "outside": self.outside,
-        }  # fmt: skip
+        }
 
 
 UNSEEN = DesignMotion({}, *[np.nan] * 3, outside="")
@@ -124,8 +130,11 @@ def motions_of(runs: Runs, points: Sequence[Candidate], starts: Grounds) -> list
         motion = DesignMotion(
             {name: float(values[name][done].mean()) if len(done) else np.nan for name in means},
             float(values["heave_span"][done].max(initial=0.0)) if walks else np.nan,
-            _repeating(batch, done), varies, _outside(values, done, limit), VARYING[varying],
-        )  # fmt: skip
+            _repeating(batch, done),
+            varies,
+            _outside(values, done, limit),
+            VARYING[varying],
+        )
         found.append(replace(one, motion=motion))
     return found
 

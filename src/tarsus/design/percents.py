@@ -81,9 +81,11 @@ class Percents:
     def table(self) -> Table:
         """A row for each number."""
         columns = (
-            "number", Column("a percent more adds", self.unit, 3), Column("give or take", self.unit, 2),
+            "number",
+            Column("a percent more adds", self.unit, 3),
+            Column("give or take", self.unit, 2),
             Column("worst within 1 %", self.unit, 3),
-        )  # fmt: skip
+        )
         return Table("", columns, [(one.name, one.slope, one.error, one.worst) for one in self.each])
 
     @property
@@ -99,9 +101,12 @@ class Percents:
     def to_dict(self) -> dict[str, Any]:
         """Plain data, SI units."""
         return {
-            "measure": self.measure, "unit": self.unit, "own": self.own, "box": self.box,
+            "measure": self.measure,
+            "unit": self.unit,
+            "own": self.own,
+            "box": self.box,
             "each": [one.to_dict() for one in self.each],
-        }  # fmt: skip
+        }
 
 
 def percents_of(runs: Runs, row: Floats, starts: Grounds, *, periodic: bool) -> Percents:
@@ -110,9 +115,7 @@ def percents_of(runs: Runs, row: Floats, starts: Grounds, *, periodic: bool) -> 
     one, count = runs.objectives[0], len(starts)
     train, known = runs.free.pulses, float_paths(runs.scene)
     chosen = () if train is None else (f"signals.{train.drive}.",)
-    numbers = numbers_of(
-        runs.scene_of(row), lambda path: path.startswith(("initial.", *chosen)) or path not in known
-    )
+    numbers = numbers_of(runs.scene_of(row), lambda path: path.startswith(("initial.", *chosen)) or path not in known)
 
     def each(ground: Ground) -> Floats:
         """Measures (n, starts), by which means are taken."""
@@ -162,9 +165,7 @@ def numbers_of(scene: Scene, designed: Callable[[str], bool]) -> dict[str, dict[
     return found
 
 
-def varied(
-    numbers: Mapping[str, Mapping[str, float]], measured: Measured, steps: Floats
-) -> dict[str, Floats]:
+def varied(numbers: Mapping[str, Mapping[str, float]], measured: Measured, steps: Floats) -> dict[str, Floats]:
     """Measures (ns, ...) by name where one number alone, or all that share its name, are off by shares ``steps`` (ns,);
     of numbers that vary by themselves."""
     found = {}
@@ -182,11 +183,7 @@ def all_at_once(
     """Measures (count,) where all numbers of these names are off at once, each by up to a percent."""
     off = PERCENT * (2.0 * np.random.default_rng(11).random((count, len(names))) - 1.0)
     return measured(
-        {
-            path: value * (1.0 + off[:, i])
-            for i, name in enumerate(names)
-            for path, value in numbers[name].items()
-        }
+        {path: value * (1.0 + off[:, i]) for i, name in enumerate(names) for path, value in numbers[name].items()}
     )
 
 

@@ -66,9 +66,7 @@ def gait(
     InputError
         With every problem of the request.
     """
-    options = settings_of(
-        GaitSettings, request, free=free, objective=objective, over=over, risk=risk, **settings
-    )
+    options = settings_of(GaitSettings, request, free=free, objective=objective, over=over, risk=risk, **settings)
     asked = gait_problem(as_scene(scene), options, options.risk, threads)
     return found_for(asked, options, folder, progress, resume=resume)
 

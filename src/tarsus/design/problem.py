@@ -17,15 +17,7 @@ from tarsus.base.workers import Workers
 from tarsus.design.free import Free, free_of
 from tarsus.design.grounds import Grounds, Over
 from tarsus.design.judge import Risk
-from tarsus.design.measures import (
-    ENERGY,
-    TRANSPORT,
-    DesignLimit,
-    DesignObjective,
-    limits_of,
-    objectives_of,
-    unmeasured,
-)
+from tarsus.design.measures import ENERGY, TRANSPORT, DesignLimit, DesignObjective, limits_of, objectives_of, unmeasured
 from tarsus.design.problems import Problems
 from tarsus.design.request import OVER, RISK, SEED, Count, Seed, Settings, bearing, setting
 from tarsus.design.runs import Runs
@@ -47,9 +39,7 @@ squared: a single unknown is then tried at every 0.4 % of its range."""
 TRIED = f"that are tried in all, {FEWEST} or more; unless given {MOST}, or {A_PAIR} times the unknowns squared if less"
 FREE = 'paths of what may change, each with its range or "usual", a way to tie phases, or pulses of a signal'
 RUNS = "of the runs that all that is shown comes from, 1 s or more; as long as 20 drive periods unless given"
-STARTS = (
-    "of every run, spread over heights and speeds; a value on a ground is the mean of their settled motions"
-)
+STARTS = "of every run, spread over heights and speeds; a value on a ground is the mean of their settled motions"
 REST = (
     "judge an episode of so long from the scene's own start, transients and all, and not the settled motion; of a "
     "robot that does not walk the scene's own duration unless anything else is asked for"
@@ -88,14 +78,11 @@ class DesignSettings(SearchSettings):
     }
 
     limits: Any = setting(
-        None,
-        "measures that every run keeps, as slip_ratio<0.2, with commas; heave_span<inf lifts that of the model",
+        None, "measures that every run keeps, as slip_ratio<0.2, with commas; heave_span<inf lifts that of the model"
     )
     risk: Any = setting(None, RISK)
     scene: str | None = setting(None, SCENE)
-    look: Count = setting(
-        48, "grounds that an attack between rounds looks at before it climbs; the last at more"
-    )
+    look: Count = setting(48, "grounds that an attack between rounds looks at before it climbs; the last at more")
 
 
 @dataclass(frozen=True)
@@ -156,17 +143,13 @@ class DesignProblem:
         """Runs that are judged; of a settled motion for a share of their duration."""
         short = share if isinstance(self.motion, SettledMotion) else 1.0
         skip = self.motion.periods - 1 if isinstance(self.motion, LastPeriod) else None
-        return Runs(
-            self.free, self.objectives, short * self.duration, self.threads, self.starts, self.limits, skip
-        )
+        return Runs(self.free, self.objectives, short * self.duration, self.threads, self.starts, self.limits, skip)
 
     @property
     def text(self) -> str:
         """What runs and their order depend on beside the scene and `numbers`."""
         over = () if self.over is None else self.over.names
-        own = self.options.model_dump(
-            mode="json", exclude={"scene", "free", "objective", "over", "risk", "limits"}
-        )
+        own = self.options.model_dump(mode="json", exclude={"scene", "free", "objective", "over", "risk", "limits"})
         bounds = (f"{one}" for one in self.limits)
         names = (*self.free.paths, *(one.measure for one in self.objectives), *bounds, *over, self.risk.name)
         return f"{', '.join(names)}\n{own}, {self.motion!r}\n"
@@ -191,9 +174,7 @@ def problem_of(scene: Scene, options: SearchSettings, risk: Any, threads: Worker
     problems = Problems()
     objectives = problems.tried(lambda: objectives_of(options.objective)) or ()
     free = problems.tried(lambda: free_of(scene, options.free))
-    over, judged = bearing(
-        problems, scene, options.over, risk, lambda path: free is not None and free.chooses(path)
-    )
+    over, judged = bearing(problems, scene, options.over, risk, lambda path: free is not None and free.chooses(path))
     limits: tuple[DesignLimit, ...] = ()
     if isinstance(options, DesignSettings):
         limits = problems.tried(lambda given=options.limits: limits_of(scene, given)) or ()
@@ -232,21 +213,21 @@ def _slowest(free: Free) -> float:
     return max((wave.period or 0.0 for wave in scene.waves.values()), default=0.0)
 
 
-def _of_energy(
-    scene: Scene, objectives: Sequence[DesignObjective], limits: Sequence[DesignLimit]
-) -> list[str]:
+def _of_energy(scene: Scene, objectives: Sequence[DesignObjective], limits: Sequence[DesignLimit]) -> list[str]:
     asked = {one.measure: one.name for one in objectives} | {one.measure: one.measure for one in limits}
     priced = {measure: name for measure, name in asked.items() if measure in (ENERGY, TRANSPORT)}
     if not priced:
         return []
     layout = scene.robot.layout()
-    moving = list(scene.robot.drives) if layout is None else [
-        name for name, reach in layout.drives.items() if reach.legs
-    ]  # fmt: skip
+    moving = (
+        list(scene.robot.drives) if layout is None else [name for name, reach in layout.drives.items() if reach.legs]
+    )
     bare = [name for name in moving if scene.robot.drives[name].capacitance is None]
     names = " and ".join(priced.values())
-    problems = [f"objective: {names} needs the capacitance of drive '{name}': set robot.drives.{name}.capacitance"
-                for name in bare[:1]]  # fmt: skip
+    problems = [
+        f"objective: {names} needs the capacitance of drive '{name}': set robot.drives.{name}.capacitance"
+        for name in bare[:1]
+    ]
     if scene.ground.gravity is None and TRANSPORT in priced:
         problems.append("objective: transport needs gravity, for the weight that is carried")
     return problems

@@ -59,9 +59,7 @@ class Pulses:
 def pulses_of(table: Mapping[str, Any]) -> Pulses:
     """Pulses from a table of a file; raises InputError for words that it does not know."""
     known = [one.name for one in fields(Pulses)]
-    problems = [
-        f"{name}: is no setting of pulses{nearest(name, known)}" for name in table if name not in known
-    ]
+    problems = [f"{name}: is no setting of pulses{nearest(name, known)}" for name in table if name not in known]
     if problems:
         raise InputError(problems)
     found = dict(table)
@@ -97,9 +95,7 @@ class PulseTrain:
     def paths(self) -> tuple[str, ...]:
         """Of the levels, then of the durations, of a signal's plateaus."""
         count = self.plain().shape[1] // 2
-        return tuple(
-            f"signals.{self.drive}.{name}.{i}" for name in ("levels", "durations") for i in range(count)
-        )
+        return tuple(f"signals.{self.drive}.{name}.{i}" for name in ("levels", "durations") for i in range(count))
 
     def place(self, number: Ints, cube: Floats) -> Floats:
         """Signals (n, 2S) of points (n, nu) of the unit cube, each of a family of its own."""
@@ -112,9 +108,7 @@ class PulseTrain:
             return self.step.plain()
         levels, durations = np.split(self.step.plain(), 2, axis=1)
         parts = np.array([1, 2 * self.pairs + 1])
-        return np.concatenate(
-            [np.repeat(levels, parts, axis=1), np.repeat(durations / parts, parts, axis=1)], axis=1
-        )
+        return np.concatenate([np.repeat(levels, parts, axis=1), np.repeat(durations / parts, parts, axis=1)], axis=1)
 
     def carried_by(self, scene: Scene) -> Scene:
         """A scene with a signal of so many plateaus."""
@@ -178,13 +172,13 @@ def levels_of(given: Any, drive: Drive | None) -> Levels:
         found = given
     else:
         free = isinstance(given, str) and given.strip().startswith("free=")
-        words: Sequence[Any] = given if not isinstance(given, str) else (
-            given.strip().removeprefix("free=").split(":") if free else given.split(",")
-        )  # fmt: skip
+        words: Sequence[Any] = (
+            given
+            if not isinstance(given, str)
+            else (given.strip().removeprefix("free=").split(":") if free else given.split(","))
+        )
         try:
-            volts = tuple(
-                parse_quantity(word.strip() if isinstance(word, str) else float(word), "V") for word in words
-            )
+            volts = tuple(parse_quantity(word.strip() if isinstance(word, str) else float(word), "V") for word in words)
         except InputError as error:
             raise InputError([f"levels: {one}" for one in error.problems]) from None
         if free and len(volts) != 2:
@@ -216,9 +210,7 @@ def _check_levels(levels: Levels, drive: Drive) -> None:
 def _period(scene: Scene, drive: str) -> float:
     wave = scene.waveforms.get(drive)
     if wave is None or wave.period is None:
-        raise InputError(
-            f"signals.{drive}: the signal to be designed needs a period; give the scene a periodic one"
-        )
+        raise InputError(f"signals.{drive}: the signal to be designed needs a period; give the scene a periodic one")
     return wave.period
 
 
@@ -266,9 +258,10 @@ def _moving(scene: Scene, drive: str, paths: Sequence[str]) -> tuple[int, ...]:
     repeats = isinstance(scene.waveforms.get(drive), OnOff)
     known_as = f"those are {known[0]} to {known[-1]}" if known and repeats else "its signal is not on-off"
     problems = [
-        f"{path}: is no switching time of drive '{drive}': {known_as}" for path in paths
+        f"{path}: is no switching time of drive '{drive}': {known_as}"
+        for path in paths
         if path not in known or not repeats
-    ]  # fmt: skip
+    ]
     if not problems and len(set(paths)) >= len(known):
         problems.append(f"free: one switching time of '{drive}' must stay, to keep the period")
     if problems:

@@ -86,11 +86,7 @@ class Step:
         for index in np.unique(number):
             family, rows = which[int(index)], np.flatnonzero(number == index)
             a = family.sizes[0]
-            between = (
-                free[rows]
-                if self.levels.free
-                else np.tile([*family.landing, *family.release], (len(rows), 1))
-            )
+            between = free[rows] if self.levels.free else np.tile([*family.landing, *family.release], (len(rows), 1))
             first, last = spans[rows, :a], spans[rows, a:]
             halves = (self.supported, self.period - self.supported)
             first, last = (self._fit(part, half) for part, half in zip((first, last), halves, strict=True))

@@ -49,9 +49,12 @@ OVER = "numbers that are not known by path, each from its least to its most; or 
 RISK = "worst, mean, nominal, or {cvar = q}; worst with grounds, else nominal"
 SEED = "of everything that is drawn at random"
 _KINDS = {
-    "design": ("problem", "DesignSettings"), "landing": ("landing_request", "LandingSettings"),
-    "gait": ("presets", "GaitSettings"), "adapt": ("adaptive", "AdaptSettings"), "leg": ("legs", "LegSettings"),
-}  # fmt: skip
+    "design": ("problem", "DesignSettings"),
+    "landing": ("landing_request", "LandingSettings"),
+    "gait": ("presets", "GaitSettings"),
+    "adapt": ("adaptive", "AdaptSettings"),
+    "leg": ("legs", "LegSettings"),
+}
 
 
 BY_PATH = {"free": '"PATH" = [low, high]', "limits": 'MEASURE = "< value"', "over": '"PATH" = [low, high]'}
@@ -93,9 +96,7 @@ def settings_of(kind: type[S], request: Given = None, **given: Any) -> S:
         if name in kind.SECTIONS and isinstance(value, Mapping):
             found |= {name if key == "of" else key: one for key, one in value.items()}
         else:
-            found[name] = (
-                dict(_paths(value)) if name in ("over", "free") and isinstance(value, Mapping) else value
-            )
+            found[name] = dict(_paths(value)) if name in ("over", "free") and isinstance(value, Mapping) else value
     if folder is not None and isinstance(found.get("over"), str):
         found["over"] = folder / found["over"]  # a file of draws lies beside the request
     if folder is not None and isinstance(found.get("scene"), str) and (folder / found["scene"]).is_file():

@@ -69,21 +69,14 @@ class Runs:
         return np.stack(costs, axis=1)
 
     def measured(
-        self,
-        rows: Floats,
-        grounds: Mapping[str, Floats],
-        measures: Sequence[str],
-        duration: float | None = None,
+        self, rows: Floats, grounds: Mapping[str, Floats], measures: Sequence[str], duration: float | None = None
     ) -> dict[str, Floats]:
         """Measures (nr,) of candidates (nr, np), each on its own ground, and those that limits are on, in runs of
         another duration [s] where one is given."""
         measures = tuple(dict.fromkeys([*measures, *(one.measure for one in self.limits)]))
         parts = [
             self._some(
-                rows[i : i + MOST_AT_ONCE],
-                {p: v[i : i + MOST_AT_ONCE] for p, v in grounds.items()},
-                measures,
-                duration,
+                rows[i : i + MOST_AT_ONCE], {p: v[i : i + MOST_AT_ONCE] for p, v in grounds.items()}, measures, duration
             )
             for i in range(0, len(rows), MOST_AT_ONCE)
         ]
@@ -147,8 +140,7 @@ class Runs:
         if gait is not None and layout is not None and self._switched():
             low, high = (values.get(f"gait.{end}", getattr(gait, end)) for end in ("low", "high"))
             moved = [
-                name in gait.waveforms(layout) and name not in self.scene.signals
-                for name in self.scene.robot.drives
+                name in gait.waveforms(layout) and name not in self.scene.signals for name in self.scene.robot.drives
             ]
             return np.outer(np.broadcast_to((high - low) ** 2, len(rows)), np.array(moved, dtype=float))
         train = self.free.pulses
@@ -194,8 +186,10 @@ def without_legs(scene: Scene, dead: Sequence[str]) -> Scene:
     gone = [name for name, reach in layout.drives.items() if set(reach.legs) & set(dead)]
     problems += [
         f"dead: drive '{name}' moves leg '{leg}' as well, which is not said to be dead"
-        for name in gone for leg in layout.drives[name].legs if leg not in dead
-    ]  # fmt: skip
+        for name in gone
+        for leg in layout.drives[name].legs
+        if leg not in dead
+    ]
     if problems:
         raise InputError(problems)
     if not gone:

@@ -12,19 +12,7 @@ from numpy.typing import NDArray
 from tarsus.base.progress import Progress, silent
 from tarsus.design.front import Candidate, Design
 from tarsus.design.grounds import Grounds, drawn, started, with_starts
-from tarsus.design.judge import (
-    CLOSED,
-    NOMINAL,
-    WORST,
-    Certificate,
-    Each,
-    Judge,
-    Look,
-    Risk,
-    Round,
-    excess,
-    finite,
-)
+from tarsus.design.judge import CLOSED, NOMINAL, WORST, Certificate, Each, Judge, Look, Risk, Round, excess, finite
 from tarsus.design.motion import MOTIONS, motions_of
 from tarsus.design.percents import percents_of
 from tarsus.design.problem import SEARCHED, DesignProblem, DesignSettings, LastPeriod
@@ -80,11 +68,7 @@ _STATED, _MOTION, _PERCENTS = 2, 3, 4
 and of long runs."""
 
 KEPT_FILES = (
-    *(
-        f"{name}{end}"
-        for name in ("scene.toml", "request.txt", "plan.json", "laws/*.py")
-        for end in ("", ".*.part")
-    ),
+    *(f"{name}{end}" for name in ("scene.toml", "request.txt", "plan.json", "laws/*.py") for end in ("", ".*.part")),
     *UNIT_FILES,
 )
 """What a design keeps in its folder while it works, as glob patterns."""
@@ -152,11 +136,7 @@ class DesignSearch:
     from other starts."""
 
     def __init__(
-        self,
-        request: DesignProblem,
-        options: DesignSettings,
-        store: RunStore,
-        progress: Progress | None = None,
+        self, request: DesignProblem, options: DesignSettings, store: RunStore, progress: Progress | None = None
     ) -> None:
         self.request, self.options, self.memo = request, options, store.memo()
         self.progress, self.runs = progress or silent, request.runs()
@@ -167,7 +147,12 @@ class DesignSearch:
             over = with_starts(over, request.starts, options.seed, MEAN_GROUNDS)
         self.quick, self.sure = (
             Judge(
-                self._kept(runs), self._own(number), over, request.risk, options.seed, grounded,
+                self._kept(runs),
+                self._own(number),
+                over,
+                request.risk,
+                options.seed,
+                grounded,
                 limited=bool(request.limits),
             )
             for number, runs in enumerate((request.runs(SEARCHED), self.runs))
@@ -190,9 +175,7 @@ class DesignSearch:
 
     def _own(self, number: int) -> Grounds:
         """The scene's own ground, once for each of a number of starts; other ones for every set."""
-        own = Grounds.nominal(
-            self.request.scene, () if self.request.over is None else self.request.over.names
-        )
+        own = Grounds.nominal(self.request.scene, () if self.request.over is None else self.request.over.names)
         if self.request.starts is None:
             return own
         count = {_STATED: FRESH, _MOTION: MOTIONS, _PERCENTS: PAIRED}.get(number, self.request.motion.starts)
@@ -254,10 +237,20 @@ class DesignSearch:
         kept = kept if kept.any() else ~kept
         periodic = isinstance(self.request.motion, LastPeriod)
         return Design(
-            self.request, tuple(shown), optimum, grounds, tuple(rounds), gap,
-            found.points[kept], found.risked[kept], self.tried, self.memo.computed, self.memo.reused, self.certificate,
+            self.request,
+            tuple(shown),
+            optimum,
+            grounds,
+            tuple(rounds),
+            gap,
+            found.points[kept],
+            found.risked[kept],
+            self.tried,
+            self.memo.computed,
+            self.memo.reused,
+            self.certificate,
             percents_of(self.runs, members[0].row, self._own(_PERCENTS), periodic=periodic),
-        )  # fmt: skip
+        )
 
     def _rounded(self, row: Floats, grounds: Grounds) -> Floats:
         """The best under the risk of what a device can be given about a row (np,)."""
@@ -303,9 +296,7 @@ class DesignSearch:
 
     def _judgement(self, rows: Floats, grounds: Grounds) -> _Found:
         each, size = self.sure.costs(rows, grounds), len(self.request.objectives)
-        return _Found(
-            rows, allowed(self.sure.risked(each, grounds), size), allowed(self.sure.nominal(each), size)
-        )
+        return _Found(rows, allowed(self.sure.risked(each, grounds), size), allowed(self.sure.nominal(each), size))
 
     def _judged(self, starts: Floats, grounds: Grounds, share: float) -> tuple[_Found, Grounds, list[Round]]:
         """DesignSearch the front under the request's risk, its grounds, and the rounds that made them."""
@@ -331,9 +322,7 @@ class DesignSearch:
         if not isinstance(over, Unknowns):
             tried = None
             if over is not None:
-                tried = self.sure.costs(
-                    points, drawn(over, count, np.random.default_rng([self.options.seed, 37]))
-                )
+                tried = self.sure.costs(points, drawn(over, count, np.random.default_rng([self.options.seed, 37])))
             return self._points(points, grounds, tried), np.nan, np.zeros((0, 0))
         self._report("the last look at the box")
         active = self.sure.costs(points, grounds).max(axis=1)
@@ -387,12 +376,19 @@ class DesignSearch:
         none = tuple(np.nan for _ in objectives)
         made = [
             Candidate(
-                point, self.runs.changes(point), values(own[i]), values(risked[i]),
-                none if request.over is None else values(worst[i]), where[i], float(plain[i]), float(recovered[i]),
-                intervals(seen[i]), self._beyond(np.concatenate([each[i], seen[i]])),
+                point,
+                self.runs.changes(point),
+                values(own[i]),
+                values(risked[i]),
+                none if request.over is None else values(worst[i]),
+                where[i],
+                float(plain[i]),
+                float(recovered[i]),
+                intervals(seen[i]),
+                self._beyond(np.concatenate([each[i], seen[i]])),
             )
             for i, point in enumerate(points)
-        ]  # fmt: skip
+        ]
         size = len(objectives)
         return _Shown(tuple(made), allowed(risked, size), allowed(own, size))
 

@@ -15,15 +15,7 @@ from tarsus.design.headers import neighbours
 from tarsus.design.landing_design import FrontPoint, LandingDesign
 from tarsus.design.landing_percents import landing_percents
 from tarsus.design.landing_request import LandingSettings, Sensor, landing_request
-from tarsus.design.landing_search import (
-    ATTACKED,
-    BETWEEN,
-    COMPARED,
-    DENSE,
-    ROUNDS,
-    LandingSearch,
-    LandingSignal,
-)
+from tarsus.design.landing_search import ATTACKED, BETWEEN, COMPARED, DENSE, ROUNDS, LandingSearch, LandingSignal
 from tarsus.design.learning import Learning, learn_on_hidden_grounds
 from tarsus.design.pulses import OwnStep
 from tarsus.design.request import Given, settings_of
@@ -146,14 +138,27 @@ def _designed(search: LandingSearch) -> LandingDesign:
     loss = request.risk(whole, grounds.weights)[0] - request.risk(exact, grounds.weights)[0]
     signal = request.step.waveform(rounded.row)
     return LandingDesign(
-        request, signal, request.step.waveform(robust.row), rounded.pairs,
-        search.target.plain, trials.on(rounded.rows, search.nominal), regime_of(trials, rounded.rows, search.nominal),
-        grounds, on_grounds, trials.on(plain.rows, grounds),
-        np.nan if request.over is None else float(on_grounds.speed.max()), nominal_worst, attack, rounds, float(loss),
-        _front(search, [*nominal, robust]), trials.put_down(signal, STARTS),
+        request,
+        signal,
+        request.step.waveform(robust.row),
+        rounded.pairs,
+        search.target.plain,
+        trials.on(rounded.rows, search.nominal),
+        regime_of(trials, rounded.rows, search.nominal),
+        grounds,
+        on_grounds,
+        trials.on(plain.rows, grounds),
+        np.nan if request.over is None else float(on_grounds.speed.max()),
+        nominal_worst,
+        attack,
+        rounds,
+        float(loss),
+        _front(search, [*nominal, robust]),
+        trials.put_down(signal, STARTS),
         landing_percents(trials, rounded.row, with_values(request.scene, {f"signals.{request.drive}": signal})),
-        trials.runs, trials.periods,
-    )  # fmt: skip
+        trials.runs,
+        trials.periods,
+    )
 
 
 def _learned(search: LandingSearch, signal: OnOff, steps: int) -> Learning:
@@ -221,9 +226,7 @@ def _front(search: LandingSearch, signals: list[LandingSignal]) -> tuple[FrontPo
         squares = _rises(one.rows)
         rises.append(squares[0])
         plain, recovered = (float(own[0]) for own in energies(search.request.actuator, squares))
-        points.append(
-            FrontPoint(one.pairs, float(found.speed[0, 0]), plain, recovered, step.waveform(one.row))
-        )
+        points.append(FrontPoint(one.pairs, float(found.speed[0, 0]), plain, recovered, step.waveform(one.row)))
     return tuple(points[i] for i in _cheapest(np.array(rises), np.array([one.speed for one in points])))
 
 

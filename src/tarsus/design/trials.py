@@ -132,9 +132,7 @@ class Trials:
             return np.zeros(0)
         box = Box.of(scene, None)
         self.runs += count
-        batch = Session(box.scene).batch(
-            box.values(box.drawn(count, 0)), LONGEST * self.period, threads=self.threads
-        )
+        batch = Session(box.scene).batch(box.values(box.drawn(count, 0)), LONGEST * self.period, threads=self.threads)
         return self._by_period(batch, LONGEST)[:, -SEEN:].max(axis=1)
 
     def _by_period(self, batch: Batch, periods: int) -> Floats:
@@ -173,16 +171,12 @@ class Trials:
 
     def _paths(self, plateaus: int) -> list[str]:
         """Of the levels, then of the durations, of a signal's plateaus."""
-        return [
-            f"signals.{self.drive}.{name}.{i}" for name in ("levels", "durations") for i in range(plateaus)
-        ]
+        return [f"signals.{self.drive}.{name}.{i}" for name in ("levels", "durations") for i in range(plateaus)]
 
     def _session(self, plateaus: int) -> Session:
         """The scene with an on-off signal of so many plateaus, whose plan stays."""
         if plateaus not in self._sessions:
-            even = OnOff(
-                levels=(0.0,) * plateaus, durations=(self.period / plateaus,) * plateaus, repeat=True
-            )
+            even = OnOff(levels=(0.0,) * plateaus, durations=(self.period / plateaus,) * plateaus, repeat=True)
             changed = with_values(self.scene, {"signals": {**self.scene.signals, self.drive: even}})
             self._sessions[plateaus] = Session(changed)
         return self._sessions[plateaus]

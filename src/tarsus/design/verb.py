@@ -81,14 +81,7 @@ def design(
         With every problem of the request.
     """
     options = settings_of(
-        DesignSettings,
-        request,
-        free=free,
-        objective=objective,
-        limits=limits,
-        over=over,
-        risk=risk,
-        **settings,
+        DesignSettings, request, free=free, objective=objective, limits=limits, over=over, risk=risk, **settings
     )
     scene = options.scene if scene is None else scene
     if scene is None:

@@ -37,12 +37,8 @@ def exported(described: Subject, step: float | None) -> Exported:
         _, volts = lower(command, unit, ())
         tables[name] = _table(volts, period, count)
         edges, levels = tables[name]
-        if not np.allclose(
-            evaluate(volts, (np.append(edges[1:], count) - 0.5) * period / count), levels, atol=5e-4
-        ):
-            lost.append(
-                f"{name}: its volts change all the time, and are held between {len(edges)} values a period"
-            )
+        if not np.allclose(evaluate(volts, (np.append(edges[1:], count) - 0.5) * period / count), levels, atol=5e-4):
+            lost.append(f"{name}: its volts change all the time, and are held between {len(edges)} values a period")
     files = {"drives.h": drives_header_text(scene.name, tables, count, period / count)}
     return Exported.listed(files, lost)
 

@@ -43,9 +43,13 @@ def exported(described: Subject, step: float | None) -> Exported:
         for name, text in pages.items():
             write_text(folder / "documentation" / name, f"{text}\n")
         unit = FmuBuilder.build_FMU(
-            slave, folder, sorted((folder / "resources").iterdir()), folder / "documentation",
-            canHandleVariableCommunicationStepSize=True, canGetAndSetFMUState=True,
-        )  # fmt: skip
+            slave,
+            folder,
+            sorted((folder / "resources").iterdir()),
+            folder / "documentation",
+            canHandleVariableCommunicationStepSize=True,
+            canGetAndSetFMUState=True,
+        )
         return Exported.listed({unit.name: unit.read_bytes()}, LOST)
 
 

@@ -41,9 +41,7 @@ class RobotSlave(Fmi3Slave):
         _end_before_python(folder.parent)
         described = (folder / "scene.toml").read_text(encoding="utf-8")
         laws = [ts.load_laws(file) for file in sorted(folder.glob("laws/*.py"))]
-        scene = ts.read_scene(
-            folder / "scene.toml", laws={name: law for own in laws for name, law in own.items()}
-        )
+        scene = ts.read_scene(folder / "scene.toml", laws={name: law for own in laws for name, law in own.items()})
         self.modelName, self.guid = "robot", uuid5(NAMESPACE_OID, described)
         self.description = scene.name.encode("unicode_escape").decode("ascii")
         proposed = json.loads((folder / "experiment.json").read_text(encoding="utf-8"))
@@ -61,15 +59,23 @@ class RobotSlave(Fmi3Slave):
         self._add(Real, ["time"], Fmi3Causality.independent, lambda: self.begun + self.state.time, unit="s")
         for name in self.volts:
             self._add(
-                Real, ["volts", name], Fmi3Causality.input, lambda name=name: self.volts[name], unit="V",
+                Real,
+                ["volts", name],
+                Fmi3Causality.input,
+                lambda name=name: self.volts[name],
+                unit="V",
                 setter=lambda value, name=name: self.volts.update({name: value}),
-            )  # fmt: skip
+            )
         for path in self.session.slots:
             if path.startswith(("ground.", "robot.feet.")):
                 self._add(
-                    Real, path.split("."), Fmi3Causality.parameter, lambda path=path: self._value(path),
-                    setter=lambda value, path=path: self._set_value(path, value), variability=Fmi3Variability.fixed,
-                )  # fmt: skip
+                    Real,
+                    path.split("."),
+                    Fmi3Causality.parameter,
+                    lambda path=path: self._value(path),
+                    setter=lambda value, path=path: self._set_value(path, value),
+                    variability=Fmi3Variability.fixed,
+                )
         for kind, parts, unit, of in self._outputs():
             options = {"unit": unit} if unit else {}
             self._add(kind, parts, Fmi3Causality.output, lambda of=of: of(self.state), **options)
@@ -91,9 +97,7 @@ class RobotSlave(Fmi3Slave):
     def _add(self, kind: Any, parts: Sequence[str], causality: Any, getter: Any, **options: Any) -> None:
         """A variable, its name structured by the standard's grammar: parts such as ``front-left`` in quotes."""
         name = ".".join(part if part.isidentifier() else f"'{part}'" for part in parts)
-        options.setdefault(
-            "variability", Fmi3Variability.continuous if kind is Real else Fmi3Variability.discrete
-        )
+        options.setdefault("variability", Fmi3Variability.continuous if kind is Real else Fmi3Variability.discrete)
         self.register_variable(kind(name, causality=causality, getter=getter, **options))
 
     def _value(self, path: str) -> float:

@@ -22,9 +22,7 @@ from tarsus.model.laws.base import Law
 from tarsus.model.laws.program import Op, Program
 from tarsus.plan.lowering import program_of
 
-ARGUMENTS = {
-    "momentum": "gap", "force": "gap, rate, volts, time", "rebound": "speed", "strength": "age, volts",
-}  # fmt: skip
+ARGUMENTS = {"momentum": "gap", "force": "gap, rate, volts, time", "rebound": "speed", "strength": "age, volts"}
 """Functions of laws.m, by hook: what they take."""
 
 
@@ -36,17 +34,15 @@ def exported(described: Subject, step: float | None) -> Exported:
         write_matlab(described.run.events, described.run.variables(), series := Path(folder) / "series.mat")
         whole = series.read_bytes()
     lost = [f"run_model.m does not run this robot: {reason}"] if reason else []
-    ageing = [
-        name
-        for name, law in described.scene.ground.acting_laws.items()
-        if "remaining" in type(law).functions()
-    ]
+    ageing = [name for name, law in described.scene.ground.acting_laws.items() if "remaining" in type(law).functions()]
     lost += [f"{name}: what a contact remembers of those before it" for name in ageing]
     out: dict[str, str | bytes] = {
-        "model.mat": model.getvalue(), "series.mat": whole, "laws.m": laws_text(described.scene.ground.acting_laws),
+        "model.mat": model.getvalue(),
+        "series.mat": whole,
+        "laws.m": laws_text(described.scene.ground.acting_laws),
         "events.csv": events_csv(described.run.events, described.feet),
         "run_model.m": (files("tarsus.export") / "run_model.m").read_text(encoding="utf-8"),
-    }  # fmt: skip
+    }
     return Exported.listed(out, lost)
 
 
@@ -81,18 +77,38 @@ def _content(described: Subject, reason: str) -> dict[str, Any]:
         cells[0][k], cells[1][k] = one.start, one.coef
     floor = np.abs(run.states(np.linspace(0.0, run.end_time, 200)).x).max(axis=1)
     return {
-        "name": scene.name, "runs": not reason, "reason": reason, "mass": system.mass, "damping": system.damping,
-        "stiffness": system.stiffness, "normals": system.normals, "gap": system.rest_gap, "loads": system.loads,
-        "weight": system.constant, "x0": plan.initial[:n], "v0": plan.initial[n:], "feet": float(len(described.feet)),
-        "drives": float(len(described.drives)), "foot_names": np.array(described.feet, dtype=object),
-        "drive_names": np.array(described.drives, dtype=object), "duration": run.duration, "length": plan.length,
-        "rate": plan.rate, "tiny": 1e-14 * plan.length, "scale": np.maximum(floor, 1e-6 * floor.max(initial=1e-30)),
-        "knots": knots(plan.channels, run.duration), "starts": cells[0], "coefs": cells[1],
-        "now": np.ones(max(len(whole), 1)), "wired": plan.laws.volts + 1.0,
-        "restitutes_first": isinstance(rule, RestituteFirst), "landing_speed": getattr(rule, "speed", 0.0),
-        "adheres": scene.ground.holds, "sets": state_spaces(described),
+        "name": scene.name,
+        "runs": not reason,
+        "reason": reason,
+        "mass": system.mass,
+        "damping": system.damping,
+        "stiffness": system.stiffness,
+        "normals": system.normals,
+        "gap": system.rest_gap,
+        "loads": system.loads,
+        "weight": system.constant,
+        "x0": plan.initial[:n],
+        "v0": plan.initial[n:],
+        "feet": float(len(described.feet)),
+        "drives": float(len(described.drives)),
+        "foot_names": np.array(described.feet, dtype=object),
+        "drive_names": np.array(described.drives, dtype=object),
+        "duration": run.duration,
+        "length": plan.length,
+        "rate": plan.rate,
+        "tiny": 1e-14 * plan.length,
+        "scale": np.maximum(floor, 1e-6 * floor.max(initial=1e-30)),
+        "knots": knots(plan.channels, run.duration),
+        "starts": cells[0],
+        "coefs": cells[1],
+        "now": np.ones(max(len(whole), 1)),
+        "wired": plan.laws.volts + 1.0,
+        "restitutes_first": isinstance(rule, RestituteFirst),
+        "landing_speed": getattr(rule, "speed", 0.0),
+        "adheres": scene.ground.holds,
+        "sets": state_spaces(described),
         "events": np.column_stack([events["time"], events["foot"] + 1.0, events["kind"]]),
-    }  # fmt: skip
+    }
 
 
 def state_spaces(described: Subject) -> dict[str, Any]:
@@ -143,9 +159,7 @@ def _ways(described: Subject) -> Floats:
         return system.tangents
     if not described.scene.slides:
         return np.zeros_like(system.normals)
-    return np.stack(
-        [structure.row(f"{foot.point}_x") for foot in described.scene.robot.feet.values()], axis=1
-    )
+    return np.stack([structure.row(f"{foot.point}_x") for foot in described.scene.robot.feet.values()], axis=1)
 
 
 def laws_text(acting: Mapping[str, Law]) -> str:
@@ -180,20 +194,59 @@ _IFELSE = ("function out = ifelse(test, then, other)", "  out = other;", "  if t
 """The second where the first is not zero, else the third."""
 
 _INFIX = {
-    Op.ADD: "+", Op.SUBTRACT: "-", Op.MULTIPLY: "*", Op.DIVIDE: "/", Op.LESS: "<", Op.LESS_EQUAL: "<=", Op.EQUAL: "==",
-    Op.NOT_EQUAL: "~=", Op.POWER: "^",
-}  # fmt: skip
+    Op.ADD: "+",
+    Op.SUBTRACT: "-",
+    Op.MULTIPLY: "*",
+    Op.DIVIDE: "/",
+    Op.LESS: "<",
+    Op.LESS_EQUAL: "<=",
+    Op.EQUAL: "==",
+    Op.NOT_EQUAL: "~=",
+    Op.POWER: "^",
+}
 _SAME = (
-    "SQRT", "FLOOR", "CEIL", "HYPOT", "ATAN2", "EXP", "EXPM1", "LOG", "LOG1P", "LOG2", "LOG10", "SIN", "COS", "TAN",
-    "ASIN", "ACOS", "ATAN", "SINH", "COSH", "TANH", "ASINH", "ACOSH", "ATANH", "ERF", "ERFC", "ISFINITE", "ISNAN",
+    "SQRT",
+    "FLOOR",
+    "CEIL",
+    "HYPOT",
+    "ATAN2",
+    "EXP",
+    "EXPM1",
+    "LOG",
+    "LOG1P",
+    "LOG2",
+    "LOG10",
+    "SIN",
+    "COS",
+    "TAN",
+    "ASIN",
+    "ACOS",
+    "ATAN",
+    "SINH",
+    "COSH",
+    "TANH",
+    "ASINH",
+    "ACOSH",
+    "ATANH",
+    "ERF",
+    "ERFC",
+    "ISFINITE",
+    "ISNAN",
     "ISINF",
-)  # fmt: skip
+)
 _OPERATIONS: Mapping[Op, str] = {
     **{op: f"{'double' * (sign[0] in '<=~')}({{0}} {sign} {{1}})" for op, sign in _INFIX.items()},
     **{Op[name]: f"double({name.lower()}({'{0}, {1}' if Op[name].operands == 2 else '{0}'}))" for name in _SAME},
-    Op.COPY: "{0}", Op.NEGATE: "-{0}", Op.ABSOLUTE: "abs({0})", Op.MINIMUM: "min({0}, {1})",
+    Op.COPY: "{0}",
+    Op.NEGATE: "-{0}",
+    Op.ABSOLUTE: "abs({0})",
+    Op.MINIMUM: "min({0}, {1})",
     Op.MAXIMUM: "max({0}, {1})",
-    Op.TRUNC: "fix({0})", Op.ROUND: "ifelse(abs(rem({0}, 1)) == 0.5, 2 * round({0} / 2), round({0}))",
-    Op.FLOOR_DIVIDE: "floor({0} / {1})", Op.MODULO: "mod({0}, {1})", Op.FMOD: "rem({0}, {1})",
-    Op.COPYSIGN: "abs({0}) * (1 - 2 * (1 / {1} < 0 || {1} < 0))", Op.SELECT: "ifelse({0}, {1}, {2})",
-}  # fmt: skip
+    Op.TRUNC: "fix({0})",
+    Op.ROUND: "ifelse(abs(rem({0}, 1)) == 0.5, 2 * round({0} / 2), round({0}))",
+    Op.FLOOR_DIVIDE: "floor({0} / {1})",
+    Op.MODULO: "mod({0}, {1})",
+    Op.FMOD: "rem({0}, {1})",
+    Op.COPYSIGN: "abs({0}) * (1 - 2 * (1 / {1} < 0 || {1} < 0))",
+    Op.SELECT: "ifelse({0}, {1}, {2})",
+}

@@ -78,9 +78,7 @@ def damping_ratio(restitution: float, phase: float) -> float:
         return STIFFEST
     if restitution >= stepped_restitution(0.0, phase) - 1e-6:
         return 0.0
-    root: Any = brentq(
-        lambda ratio: stepped_restitution(ratio, phase) - restitution, 0.0, STIFFEST, xtol=1e-9
-    )
+    root: Any = brentq(lambda ratio: stepped_restitution(ratio, phase) - restitution, 0.0, STIFFEST, xtol=1e-9)
     return float(root)
 
 
@@ -118,11 +116,7 @@ class Mjcf:
     def units(self) -> Units:
         """Scales: of gaps, of what moves with a foot, of contacts, for MuJoCo resets what
         accelerates by more than 1e10."""
-        return Units(
-            _power(self.subject.height),
-            _power(1.0 / self.mobility.max()),
-            _power(STIFF / self.contact_rate),
-        )
+        return Units(_power(self.subject.height), _power(1.0 / self.mobility.max()), _power(STIFF / self.contact_rate))
 
     @cached_property
     def mobility(self) -> Floats:
@@ -178,9 +172,7 @@ class Mjcf:
         n = len(self.subject.plan.initial) // 2
         x, v = self.subject.plan.initial[:n], self.subject.plan.initial[n:]
         own = self.tree.own_units(self.units)
-        return np.linalg.solve(self.tree.moves, x) / own, np.linalg.solve(
-            self.tree.moves, v
-        ) / own * self.units.time
+        return np.linalg.solve(self.tree.moves, x) / own, np.linalg.solve(self.tree.moves, v) / own * self.units.time
 
     def text(self) -> str:
         """The file: XML, in MuJoCo's units, which its comment says."""
@@ -193,9 +185,15 @@ class Mjcf:
         onto, back = self.subject.plan.system.gravity if self.tree.falls else (0.0, 0.0)
         scale = -(units.time**2) / units.length
         Xml.SubElement(
-            root, "option", timestep=_n(self.step / units.time), cone="elliptic", integrator="Euler",
-            gravity=f"{_n(scale * back) if back else 0} 0 {_n(scale * onto)}", tolerance="1e-20", impratio="10",
-        )  # fmt: skip
+            root,
+            "option",
+            timestep=_n(self.step / units.time),
+            cone="elliptic",
+            integrator="Euler",
+            gravity=f"{_n(scale * back) if back else 0} 0 {_n(scale * onto)}",
+            tolerance="1e-20",
+            impratio="10",
+        )
         Xml.SubElement(root, "compiler", inertiafromgeom="false", angle="radian", autolimits="true")
         world = Xml.SubElement(root, "worldbody")
         world.append(self.tree.top)
@@ -211,9 +209,13 @@ class Mjcf:
         held = self.subject.held_strength / units.force
         control |= {name: held for name in control if name.startswith("adhesion:")}
         Xml.SubElement(
-            frame, "key", name="start", qpos=_row(self.start[0]), qvel=_row(self.start[1]),
+            frame,
+            "key",
+            name="start",
+            qpos=_row(self.start[0]),
+            qvel=_row(self.start[1]),
             ctrl=_row([*control.values()]),
-        )  # fmt: skip
+        )
         if not len(tendon):
             root.remove(tendon)
         Xml.indent(root)
@@ -231,16 +233,27 @@ class Mjcf:
             x, y, z = self.tree.places[name]
             height = z - foot.normal * foot.gap / self.units.length
             plane = Xml.SubElement(
-                world, "geom", name=f"ground:{name}", type="plane", size=f"{_n(2.0 * self.tree.size)} "
-                f"{_n(2.0 * self.tree.size)} 1", pos=_row([x, y, height]), contype="0", conaffinity="0",
+                world,
+                "geom",
+                name=f"ground:{name}",
+                type="plane",
+                size=f"{_n(2.0 * self.tree.size)} {_n(2.0 * self.tree.size)} 1",
+                pos=_row([x, y, height]),
+                contype="0",
+                conaffinity="0",
                 rgba="0.8 0.8 0.8 1",
-            )  # fmt: skip
+            )
             if foot.normal < 0:
                 plane.set("zaxis", "0 0 -1")
             pair = Xml.SubElement(
-                contact, "pair", geom1=f"ground:{name}", geom2=f"foot:{name}", condim="3" if mu else "1",
-                solref=f"{_n(-spring)} {_n(-damper)}", solimp=f"{SOLID} {SOLID} 1 0.5 2",
-            )  # fmt: skip
+                contact,
+                "pair",
+                geom1=f"ground:{name}",
+                geom2=f"foot:{name}",
+                condim="3" if mu else "1",
+                solref=f"{_n(-spring)} {_n(-damper)}",
+                solimp=f"{SOLID} {SOLID} 1 0.5 2",
+            )
             if self.subject.scene.ground.holds:
                 pair.set("gap", _n(self.reach / self.units.length))
             if mu:
@@ -253,22 +266,27 @@ class Mjcf:
         units = self.units
         for name, part in self.tree.parts.items():
             own = {
-                "armature": part.mass / units.mass, "stiffness": part.stiffness / units.mass * units.time**2,
+                "armature": part.mass / units.mass,
+                "stiffness": part.stiffness / units.mass * units.time**2,
                 "damping": part.damping / units.mass * units.time,
-            }  # fmt: skip
+            }
             _tendon(tendon, name, part.row, self.tree.joints, **{key: one for key, one in own.items() if one})
             if part.force:
                 Xml.SubElement(
-                    actuator, "general", name=f"weight:{name}", tendon=name, gaintype="fixed", gainprm="0",
-                    biastype="affine", biasprm=f"{_n(part.force / units.force)} 0 0",
-                )  # fmt: skip
+                    actuator,
+                    "general",
+                    name=f"weight:{name}",
+                    tendon=name,
+                    gaintype="fixed",
+                    gainprm="0",
+                    biastype="affine",
+                    biasprm=f"{_n(part.force / units.force)} 0 0",
+                )
 
     def _drives(self, tendon: Xml.Element, actuator: Xml.Element) -> None:
         onto = self.tree.moves.T @ self.subject.plan.system.loads
         own = self.tree.own_units(self.units)
-        for name, load in zip(
-            self.subject.drives, (onto * (own / self.units.length)[:, None]).T, strict=True
-        ):
+        for name, load in zip(self.subject.drives, (onto * (own / self.units.length)[:, None]).T, strict=True):
             _tendon(tendon, f"drive:{name}", load, self.tree.joints)
             Xml.SubElement(actuator, "motor", name=f"drive:{name}", tendon=f"drive:{name}")
 
@@ -278,9 +296,13 @@ class Mjcf:
         most = 10.0 * self.subject.held_strength / self.units.force
         for name in self.subject.feet:
             Xml.SubElement(
-                actuator, "adhesion", name=f"adhesion:{name}", body=f"foot:{name}", gain="1",
+                actuator,
+                "adhesion",
+                name=f"adhesion:{name}",
+                body=f"foot:{name}",
+                gain="1",
                 ctrlrange=f"0 {_n(max(most, 1e-12))}",
-            )  # fmt: skip
+            )
 
     @property
     def lost(self) -> list[str]:
@@ -332,9 +354,7 @@ NDArrayBool = np.ndarray
 
 
 def _tendon(parent: Xml.Element, name: str, row: Floats, joints: Sequence[str], **numbers: float) -> None:
-    one = Xml.SubElement(
-        parent, "fixed", name=name, attrib={key: _n(value) for key, value in numbers.items()}
-    )
+    one = Xml.SubElement(parent, "fixed", name=name, attrib={key: _n(value) for key, value in numbers.items()})
     for joint, share in zip(joints, row, strict=True):
         if share:
             Xml.SubElement(one, "joint", joint=joint, coef=_n(share))
@@ -343,9 +363,16 @@ def _tendon(parent: Xml.Element, name: str, row: Floats, joints: Sequence[str], 
 def _foot(body: Xml.Element, name: str, normal: int, radius: float) -> None:
     """A sphere whose lowest point is the foot."""
     Xml.SubElement(
-        body, "geom", name=f"foot:{name}", type="sphere", size=_n(radius), pos=f"0 0 {_n(normal * radius)}",
-        contype="0", conaffinity="0", rgba="0.15 0.4 0.7 1",
-    )  # fmt: skip
+        body,
+        "geom",
+        name=f"foot:{name}",
+        type="sphere",
+        size=_n(radius),
+        pos=f"0 0 {_n(normal * radius)}",
+        contype="0",
+        conaffinity="0",
+        rgba="0.15 0.4 0.7 1",
+    )
     Xml.SubElement(body, "site", name=f"foot:{name}", size=_n(0.1 * radius), pos=f"0 0 {_n(normal * radius)}")
 
 
@@ -354,9 +381,7 @@ def _inertial(body: Xml.Element, mass: float, turning: Sequence[float]) -> None:
 
 
 def _slide(body: Xml.Element, name: str, axis: str, **numbers: float) -> None:
-    Xml.SubElement(
-        body, "joint", name=name, type="slide", axis=axis, attrib={k: _n(v) for k, v in numbers.items()}
-    )
+    Xml.SubElement(body, "joint", name=name, type="slide", axis=axis, attrib={k: _n(v) for k, v in numbers.items()})
 
 
 def _walker(model: Mjcf) -> Tree:
@@ -365,9 +390,7 @@ def _walker(model: Mjcf) -> Tree:
     walker = robot.structure
     assert isinstance(walker, Walker)
     if walker.body_size > walker.rigid_size:
-        raise InputError(
-            "mjcf: modes of a walker's body, payloads on springs and compliant tips are not written"
-        )
+        raise InputError("mjcf: modes of a walker's body, payloads on springs and compliant tips are not written")
     names, nb, n = walker.body_coordinates, walker.body_size, walker.size
     per_inertia = 1.0 / (units.mass * units.length**2)
     body = Xml.Element("body", name="body")
@@ -382,9 +405,15 @@ def _walker(model: Mjcf) -> Tree:
     hips = {leg: np.array([one.x, one.y, one.z]) / units.length for leg, one in walker.legs.items()}
     size = max(max(np.abs(hip[:2]).max() for hip in hips.values()), 1.0)
     Xml.SubElement(
-        body, "geom", type="box", size=_row([size, 0.5 * size, 0.1 * size]), pos=f"0 0 {_n(0.4 * size)}", contype="0",
-        conaffinity="0", rgba="0.6 0.6 0.6 0.5",
-    )  # fmt: skip
+        body,
+        "geom",
+        type="box",
+        size=_row([size, 0.5 * size, 0.1 * size]),
+        pos=f"0 0 {_n(0.4 * size)}",
+        contype="0",
+        conaffinity="0",
+        rgba="0.6 0.6 0.6 0.5",
+    )
     moves, joints = np.eye(n), list(names)
     feet = {foot.point: name for name, foot in robot.feet.items()}
     places: dict[str, tuple[float, float, float]] = {}
@@ -393,16 +422,11 @@ def _walker(model: Mjcf) -> Tree:
         mass = one.mass / units.mass
         _inertial(own, mass, [1e-6 * mass] * 3)
         for way, axis, k, c in (
-            ("x", "1 0 0", one.stiffness_l, one.damping_l), ("z", "0 0 1", one.stiffness_v, one.damping_v)
-        ):  # fmt: skip
+            ("x", "1 0 0", one.stiffness_l, one.damping_l),
+            ("z", "0 0 1", one.stiffness_v, one.damping_v),
+        ):
             joints.append(f"{leg}:{way}")
-            _slide(
-                own,
-                joints[-1],
-                axis,
-                stiffness=k / units.mass * units.time**2,
-                damping=c / units.mass * units.time,
-            )
+            _slide(own, joints[-1], axis, stiffness=k / units.mass * units.time**2, damping=c / units.mass * units.time)
         at = walker.leg_coordinate(leg)
         moves[at, :nb], moves[at + 1, :nb] = walker.hip_row_x(leg), walker.hip_row_z(leg)
         if leg in feet:
@@ -542,9 +566,7 @@ def _lost(model: Mjcf) -> list[str]:
     if np.abs(damping - damping.T).max(initial=0.0) > 1e-9 * np.abs(damping).max(initial=0.0):
         out.append("damping: what of a matrix that is not symmetric takes no energy, or gives some")
     laws = {str(getattr(drive.law, "kind", "")) for drive in robot.drives.values()}
-    out += [
-        f"drives: the law '{kind}' from volts to force; drives.csv has the forces" for kind in sorted(laws)
-    ]
+    out += [f"drives: the law '{kind}' from volts to force; drives.csv has the forces" for kind in sorted(laws)]
     if any(foot.electrode for foot in robot.feet.values()):
         out.append("electrodes: volts are not in the model")
     if ground.holds:

@@ -24,9 +24,11 @@ def exported(described: Subject, step: float | None) -> Exported:
     units = mjcf.units
     own = {"length_m": units.length, "mass_kg": units.mass, "time_s": units.time, "force_N": units.force}
     out = {
-        "model.xml": mjcf.text(), "units.json": json_text(own) + "\n", "drives.csv": drives_csv(described),
+        "model.xml": mjcf.text(),
+        "units.json": json_text(own) + "\n",
+        "drives.csv": drives_csv(described),
         "run_model.py": (files("tarsus.export") / "run_model.py").read_text(encoding="utf-8"),
-    }  # fmt: skip
+    }
     lost, measured = mjcf.lost, None
     found = find_spec("mujoco")
     if found is None or found.origin is None:  # a folder of that name, such as this one writes, is no package

@@ -59,16 +59,13 @@ class Loaded:
         described, units = mjcf.subject, mjcf.units
         self.n, self.m = len(mjcf.tree.joints), len(described.feet)
         self.normal = np.array([foot.normal for foot in described.scene.robot.feet.values()], dtype=float)
-        for name in (
-            described.feet
-        ):  # the ground may be moved: where it is at its body's place MuJoCo asks the body alone
+        for (
+            name
+        ) in described.feet:  # the ground may be moved: where it is at its body's place MuJoCo asks the body alone
             self.model.geom_sameframe[self.model.geom(f"ground:{name}").id] = 0
         ground = np.array([self.model.geom(f"ground:{name}").pos[2] for name in described.feet])
         radius = np.array([self.model.geom(f"foot:{name}").size[0] for name in described.feet])
-        self.ground, self.own = (
-            ground + self.normal * radius,
-            mjcf.tree.own_units(units),
-        )  # of centres of feet
+        self.ground, self.own = (ground + self.normal * radius, mjcf.tree.own_units(units))  # of centres of feet
         self.heights = self._sensors("framepos")
         self.rates = self._sensors("framelinvel")
         self.drives = [self.model.actuator(f"drive:{name}").id for name in described.drives]
@@ -109,10 +106,7 @@ class Loaded:
         count = math.ceil(duration / step)
         state = self.state_of(*self.mjcf.start)
         wanted = np.minimum(np.rint(marks / step).astype(int), count) - 1
-        found, kept = (
-            _Feet(self.m, LOW * self.mjcf.subject.height / units.length),
-            np.zeros((len(marks), self.n)),
-        )
+        found, kept = (_Feet(self.m, LOW * self.mjcf.subject.height / units.length), np.zeros((len(marks), self.n)))
         for first in range(0, count, CHUNK):
             times: Any = step * np.arange(first, min(first + CHUNK, count))
             states, gap, rate = self.advanced(state, self.controls(times))
@@ -121,9 +115,7 @@ class Loaded:
                 kept[k] = self.mjcf.tree.moves @ (states[wanted[k] - first, 1 : 1 + self.n] * self.own)
             state = states[-1]
             if not np.isfinite(state).all():
-                raise InputError(
-                    f"mjcf: MuJoCo's motion is not finite after {times[-1]:.4g} s; give a shorter --step"
-                )
+                raise InputError(f"mjcf: MuJoCo's motion is not finite after {times[-1]:.4g} s; give a shorter --step")
         rows = np.array(found.rows).reshape(-1, 4)
         rows[:, 2:] *= units.length / step
         return SpringMotion(rows[np.argsort(rows[:, 0], kind="stable")], kept, count * step)
@@ -260,9 +252,7 @@ def loss(mjcf: Mjcf) -> Table:
     rows.append((f"{at}, worst moment of touch", mjcf.restitution, worst, _off(worst, mjcf.restitution), "1"))
     if described.scene.ground.holds and described.held_strength > 0.0:
         pull = pull_off(loaded)
-        rows.append(
-            ("pull-off force", described.held_strength, pull, _off(pull, described.held_strength), "N")
-        )
+        rows.append(("pull-off force", described.held_strength, pull, _off(pull, described.held_strength), "N"))
     window = _window(described)
     window = min(window, MOST_STEPS * mjcf.step)
     bare = simulate(_bare(described), run.duration)
@@ -274,22 +264,22 @@ def loss(mjcf: Mjcf) -> Table:
         fair = bare.states(marks).x[0]
         mine, same, other = ((one[1] - one[0]) / turns for one in (own, fair, motion.marks[:, 0]))
         rows.append((f"stride, mean of {turns} periods", mine, other, _off(other, mine), "m"))
-        rows.append(
-            (f"stride by the laws of the model, mean of {turns} periods", same, other, _off(other, same), "m")
-        )
+        rows.append((f"stride by the laws of the model, mean of {turns} periods", same, other, _off(other, same), "m"))
     elif run.marks is not None:
         notes.append(f"No stride is compared: within {window:.3g} s the walk is no steady motion.")
-    columns = (
-        "quantity", Column("Tarsus", ROW), Column("MuJoCo", ROW), Column("difference", "%", digits=3)
-    )  # fmt: skip
+    columns = ("quantity", Column("Tarsus", ROW), Column("MuJoCo", ROW), Column("difference", "%", digits=3))
     note = (
         f"MuJoCo {loaded.mujoco.__version__}, step {mjcf.step:.3g} s, contacts of {mjcf.contact_rate:.3g} rad/s; "
         f"{motion.duration:.4g} s were run."
     )
     return Table(
-        f"{described.scene.name} in MuJoCo", columns, [row[:4] for row in rows], [note, *notes],
-        [_touchdowns(described, bare, motion)], units=[str(row[4]) for row in rows],
-    )  # fmt: skip
+        f"{described.scene.name} in MuJoCo",
+        columns,
+        [row[:4] for row in rows],
+        [note, *notes],
+        [_touchdowns(described, bare, motion)],
+        units=[str(row[4]) for row in rows],
+    )
 
 
 def steady_periods(runs: Sequence[Run], window: float) -> tuple[float, float, int] | None:
@@ -334,19 +324,11 @@ def _touchdowns(described: Subject, bare: Run, motion: SpringMotion) -> Table:
                 if k < len(found)
                 else [None] * 3
             )
-        row += (
-            [names[int(other[k, 1])], float(other[k, 0]), float(other[k, 2])]
-            if k < len(other)
-            else [None] * 3
-        )
+        row += [names[int(other[k, 1])], float(other[k, 0]), float(other[k, 2])] if k < len(other) else [None] * 3
         rows.append(row)
     parts = []
     for over in ("Tarsus", "Tarsus, laws of the model", "MuJoCo"):
-        parts += [
-            Column("foot", over=over),
-            Column("time", "s", over=over),
-            Column("speed", "m/s", over=over),
-        ]
+        parts += [Column("foot", over=over), Column("time", "s", over=over), Column("speed", "m/s", over=over)]
     note = (
         f"Flights lower than {LOW:g} of the height of flights ({described.height:.3g} m) are left out. The second "
         "columns are the library's without the laws that the model lacks: what differs from the first is lost with "

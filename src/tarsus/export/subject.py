@@ -58,11 +58,7 @@ class Subject:
         """What the law on one hook gives (`tarsus.model.laws.Law.hook`), 0 where none acts there; arguments that are
         not given are 0."""
         law = next(iter(self.scene.ground.acting_on(hook).values()), None)
-        return (
-            0.0
-            if law is None
-            else float(law.evaluate(*arguments, *(0.0 for _ in law.leading[len(arguments) :])))
-        )
+        return 0.0 if law is None else float(law.evaluate(*arguments, *(0.0 for _ in law.leading[len(arguments) :])))
 
     @cached_property
     def touchdowns(self) -> NDArray[np.void]:

@@ -111,13 +111,7 @@ def export(
     tick = None if step is None else quantity_of("step", step, "s")
     if tick is not None and not tick > 0.0:
         raise InputError(f"step: expected a time above 0 s, got {tick:g} s")
-    made = (
-        scene
-        if isinstance(scene, Scene)
-        else load_scene(scene, laws=laws_of(law))
-        if law
-        else as_scene(scene)
-    )
+    made = scene if isinstance(scene, Scene) else load_scene(scene, laws=laws_of(law)) if law else as_scene(scene)
     folder = Path(output)
     found = target.made(Subject.of(made, seconds_of(made, duration)), tick)
     for name, content in found.files.items():
@@ -144,11 +138,6 @@ def _view(folder: Path, found: Exported) -> View:
     measured = found.measured
     data["measured"] = measured.json()
     whole = Table(
-        measured.title,
-        measured.columns,
-        measured.rows,
-        measured.notes,
-        [*measured.parts, lost],
-        units=measured.units,
+        measured.title, measured.columns, measured.rows, measured.notes, [*measured.parts, lost], units=measured.units
     )
     return View(data, whole)

@@ -35,9 +35,7 @@ def bibtex(scene: Scene) -> str:
         f"  version = {{{package_version()}}}\n}}"
     ]
     said = dict.fromkeys([*scene.citations, *(law.source for law in _laws(scene) if law.source)])
-    whole = [
-        one for one in said if not any(other != one and other.startswith(one.rstrip(".")) for other in said)
-    ]
+    whole = [one for one in said if not any(other != one and other.startswith(one.rstrip(".")) for other in said)]
     for number, source in enumerate(whole, 1):
         title, _, rest = source.rstrip(".").partition(", ")
         kind = "phdthesis" if "dissertation" in rest else "misc"

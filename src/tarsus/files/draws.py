@@ -49,14 +49,16 @@ SURE = Reliance()
 """Of draws of which nothing is doubted."""
 
 
-def write_draws(
-    file: Path, paths: Sequence[str], values: Floats, samples: Floats, reliance: Reliance = SURE
-) -> None:
+def write_draws(file: Path, paths: Sequence[str], values: Floats, samples: Floats, reliance: Reliance = SURE) -> None:
     """Write values (np,) and draws (ns, np) of parameters [SI] as ``.npz``."""
     np.savez_compressed(
-        file, paths=np.array(paths), values=values, samples=samples,
-        doubts=np.array(reliance.doubts, dtype=str), missed=reliance.missed,
-    )  # fmt: skip
+        file,
+        paths=np.array(paths),
+        values=values,
+        samples=samples,
+        doubts=np.array(reliance.doubts, dtype=str),
+        missed=reliance.missed,
+    )
 
 
 def read_reliance(file: Path) -> Reliance:
@@ -78,14 +80,9 @@ def read_draws(file: Path) -> dict[str, Floats]:
     """
     try:
         with np.load(file, allow_pickle=False) as stored:
-            paths, samples = (
-                [str(path) for path in stored["paths"]],
-                np.asarray(stored["samples"], dtype=float),
-            )
+            paths, samples = ([str(path) for path in stored["paths"]], np.asarray(stored["samples"], dtype=float))
     except (OSError, EOFError, KeyError, ValueError, BadZipFile) as error:  # an empty or cut file among them
         raise InputError(f"{file} holds no draws of an identification: {error}") from error
     if samples.ndim != 2 or samples.shape[1] != len(paths) or not samples.size:
-        raise InputError(
-            f"{file} holds no draws of an identification: {len(paths)} paths, draws {samples.shape}"
-        )
+        raise InputError(f"{file} holds no draws of an identification: {len(paths)} paths, draws {samples.shape}")
     return {path: samples[:, j] for j, path in enumerate(paths)}

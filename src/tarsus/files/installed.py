@@ -67,11 +67,7 @@ def study_path(name: str | os.PathLike[str], kind: FileKind) -> Path:
         return Path(text)
     if text in _files(STUDIES) or Path(text).exists():
         return _named(STUDIES, text)
-    known = [
-        one
-        for one in _files(STUDIES)
-        if (_kind(one) is FileKind.CALIBRATION) is (kind is FileKind.CALIBRATION)
-    ]
+    known = [one for one in _files(STUDIES) if (_kind(one) is FileKind.CALIBRATION) is (kind is FileKind.CALIBRATION)]
     device = ", which is a device" * (text in _files(DEVICES))
     ending = PYTHON if kind is FileKind.CALIBRATION else ".toml"
     raise InputError(
@@ -92,9 +88,7 @@ def kind_of(name: str) -> FileKind:
     path = Path(name)
     found = None if name in device_names() and not path.is_dir() else kind_of_path(path)
     if path.is_dir() and found is None:
-        raise InputError(
-            f"'{path}' is a folder that holds no result of tarsus and no campaign{folder_sentence(path)}"
-        )
+        raise InputError(f"'{path}' is a folder that holds no result of tarsus and no campaign{folder_sentence(path)}")
     if found is not None or name in device_names() or name.endswith(".toml"):
         return found or FileKind.DEVICE
     if path.suffix:

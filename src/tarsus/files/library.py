@@ -142,9 +142,7 @@ def _signal_changes(
         problems.append("the scene has no signal to change; give signals in its file")
         return {}, dict(values)
     if wave is not None and not scene.signals:
-        problems.append(
-            f"the drives follow a gait, which is made of square waves: it cannot take wave={wave}"
-        )
+        problems.append(f"the drives follow a gait, which is made of square waves: it cannot take wave={wave}")
     others = dict(values)
     changes: dict[str, Any] = {}
     if scene.gait is not None:
@@ -167,9 +165,7 @@ def _signal_changes(
             cls = kinds[kind]
             kept = {key: kept[key] for key in _KEPT if key in kept and key in cls.model_fields}
         problems += [
-            f"signals.{name}: a {kind_of(cls)} wave has no {key}"
-            for key in sugar
-            if key not in cls.model_fields
+            f"signals.{name}: a {kind_of(cls)} wave has no {key}" for key in sugar if key not in cls.model_fields
         ]
         changes[f"signals.{name}"] = {**kept, "kind": kind_of(cls), **_fitting(sugar, cls), **own}
     return changes, others

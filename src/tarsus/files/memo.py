@@ -105,19 +105,14 @@ class Memo:
             batches, spread(lambda one: self._batch(one, function), batches, threads), strict=True
         ):
             self._remember(batch, arrays)
-            self.reused, self.computed = (
-                self.reused + read * len(batch),
-                self.computed + (not read) * len(batch),
-            )
+            self.reused, self.computed = (self.reused + read * len(batch), self.computed + (not read) * len(batch))
             known += len(batch)
             if progress is not None:
                 progress(known, len(fresh))
         chosen = self.places(points)
         return {name: array[chosen] for name, array in self.values.items()}
 
-    def _batch(
-        self, points: NDArray[np.float64], function: Function
-    ) -> tuple[Mapping[str, NDArray[Any]], bool]:
+    def _batch(self, points: NDArray[np.float64], function: Function) -> tuple[Mapping[str, NDArray[Any]], bool]:
         """Arrays of a batch, and whether they were read."""
         said = hashlib.sha256(f"{self._name}\0{points.shape}\0".encode() + points.tobytes())
         key = said.hexdigest()[:KEY_DIGITS]
@@ -126,9 +121,7 @@ class Memo:
             return kept, True
         made = {name: np.asarray(array) for name, array in function(points).items()}
         if POINTS in made or any(len(array) != len(points) for array in made.values()):
-            raise ValueError(
-                f"a function of {len(points)} points gives as many values, under names but '{POINTS}'"
-            )
+            raise ValueError(f"a function of {len(points)} points gives as many values, under names but '{POINTS}'")
         self._write(key, {POINTS: points, **made})
         return made, False
 
@@ -139,9 +132,7 @@ class Memo:
 
     def _whole(self) -> Arrays:
         if len(self._parts) > 1:
-            self._parts = [
-                {name: np.concatenate([one[name] for one in self._parts]) for name in self._parts[0]}
-            ]
+            self._parts = [{name: np.concatenate([one[name] for one in self._parts]) for name in self._parts[0]}]
         return self._parts[0]
 
 

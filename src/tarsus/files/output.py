@@ -165,8 +165,7 @@ class OutputFolder:
         except InputError:
             return {}
         return {
-            verb: [str(name) for name in files] if isinstance(files, list) else None
-            for verb, files in read.items()
+            verb: [str(name) for name in files] if isinstance(files, list) else None for verb, files in read.items()
         }
 
     def _remember(self, files: list[str] | None) -> None:

@@ -102,10 +102,7 @@ def parse_rows(text: str, where: str, cells: Mapping[str, Cell] | None = None) -
     if not written:
         raise InputError(f"{where} holds no rows")
     apart = "\t" if "\t" in written[0][1] else ","
-    lines = [
-        (number, [one.strip() for one in next(csv.reader([line], delimiter=apart))])
-        for number, line in written
-    ]
+    lines = [(number, [one.strip() for one in next(csv.reader([line], delimiter=apart))]) for number, line in written]
     first, head = lines[0]
     if cells is None or _names_columns(head, cells):
         lines = lines[1:]
@@ -134,15 +131,9 @@ def _names_columns(first: Sequence[str], cells: Mapping[str, Cell]) -> bool:
 
 def _head_faults(names: Sequence[str], cells: Mapping[str, Cell], where: str) -> list[str]:
     """What is wrong with the names of columns; without `cells` any name is one."""
-    faults = [
-        f"{where}: unknown column '{one}'{nearest(one, cells)}" for one in names if cells and one not in cells
-    ]
-    faults += [
-        f"{where}: the column '{one}' appears twice" for one in sorted(set(names)) if names.count(one) > 1
-    ]
-    faults += [
-        f"{where}: column {i} has no name" for i, one in enumerate(names, start=1) if not one and not cells
-    ]
+    faults = [f"{where}: unknown column '{one}'{nearest(one, cells)}" for one in names if cells and one not in cells]
+    faults += [f"{where}: the column '{one}' appears twice" for one in sorted(set(names)) if names.count(one) > 1]
+    faults += [f"{where}: column {i} has no name" for i, one in enumerate(names, start=1) if not one and not cells]
     required = [name for name, cell in cells.items() if cell.required]
     return faults + [f"{where}: the column '{one}' is missing" for one in required if one not in names]
 

@@ -66,9 +66,10 @@ SWEEP_FILES = (
     ),
     *(f"laws/*.py{end}" for end in ("", f".*{PART}")),
     *UNIT_FILES,
-    f"{WORKER_FOLDER}/*.json", f"{WORKER_FOLDER}/*{PART}",
+    f"{WORKER_FOLDER}/*.json",
+    f"{WORKER_FOLDER}/*{PART}",
     *(f"array/*.{end}" for end in ("units", "sh", "json", "out")),
-)  # fmt: skip
+)
 """Everything that a sweep's folder may hold of the sweep, as glob patterns."""
 
 
@@ -142,9 +143,7 @@ class RunStore:
             if PLAN_FILE not in present:
                 foreign = sorted(name for name in present if not _own(name, {*tops, PLAN_FILE}))
                 if foreign and resume:
-                    raise InputError(
-                        f"'{folder}' holds no {what} to continue: it has {foreign[0]} but no {PLAN_FILE}"
-                    )
+                    raise InputError(f"'{folder}' holds no {what} to continue: it has {foreign[0]} but no {PLAN_FILE}")
                 folder.mkdir(parents=True, exist_ok=True)
                 plan = {"format": FORMAT, "plan": digest, "units": store.units, "chunk": chunk, "runs": runs}
                 plan["made"] = {"node": socket.gethostname(), **made}
@@ -215,16 +214,12 @@ class RunStore:
             )
         if digest == self.digest:
             if found.units != units or units > MOST_UNITS:
-                raise InputError(
-                    f"'{self.folder}' holds no whole plan of a {self.what}: {units} units of {chunk} runs"
-                )
+                raise InputError(f"'{self.folder}' holds no whole plan of a {self.what}: {units} units of {chunk} runs")
             return found
         why, remedy = self._why(texts, made, by)
         raise InputError(f"'{self.folder}' holds another {self.what} ({why}); {remedy}")
 
-    def _why(
-        self, texts: Mapping[str, str], made: Mapping[str, str], by: Mapping[str, str]
-    ) -> tuple[str, str]:
+    def _why(self, texts: Mapping[str, str], made: Mapping[str, str], by: Mapping[str, str]) -> tuple[str, str]:
         """Why the plan that is there, made by `by`, is another one, and what can be done."""
         for name, text in texts.items():
             there = _text(self.place / name)
@@ -241,9 +236,7 @@ class RunStore:
         )
 
     def _file(self, unit: int | str) -> Path:
-        folder, name = (
-            (unit[:2], unit) if isinstance(unit, str) else (f"{unit // PER_FOLDER:03d}", f"{unit:06d}")
-        )
+        folder, name = (unit[:2], unit) if isinstance(unit, str) else (f"{unit // PER_FOLDER:03d}", f"{unit:06d}")
         return self.place / UNIT_FOLDER / folder / f"{name}.npz"
 
     def _label(self, unit: int | str) -> list[str]:
@@ -333,9 +326,7 @@ class RunStore:
             part = self.read(unit)
             if part is None:
                 self._put_aside(unit)
-                raise InputError(
-                    f"unit {unit} of '{self.folder}' is not done; run the {self.what} with --resume"
-                )
+                raise InputError(f"unit {unit} of '{self.folder}' is not done; run the {self.what} with --resume")
             yield part
 
     def _put_aside(self, unit: int) -> None:

@@ -76,9 +76,7 @@ def described(variables: Variables) -> dict[str, Variable]:
     return out
 
 
-def write_netcdf(
-    variables: Variables, attrs: Mapping[str, Any], path: Path, fill: Fill | None = None
-) -> None:
+def write_netcdf(variables: Variables, attrs: Mapping[str, Any], path: Path, fill: Fill | None = None) -> None:
     """Write series as NetCDF 4 (HDF5); names are character arrays, which older readers know too.
 
     With `fill` the values of a variable may be `blank`: such a one is made with its shape and filled by
@@ -90,9 +88,7 @@ def write_netcdf(
     import h5netcdf
 
     plain = described(variables)
-    sizes = {
-        dim: size for dims, values, _ in plain.values() for dim, size in zip(dims, values.shape, strict=True)
-    }
+    sizes = {dim: size for dims, values, _ in plain.values() for dim, size in zip(dims, values.shape, strict=True)}
     # the innermost block ends first: HDF5 has written all, or believes so, when the disk is asked
     with SteadyFile(path) as disk, h5netcdf.File(disk, "w") as file:
         file.dimensions = sizes

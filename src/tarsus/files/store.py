@@ -50,9 +50,16 @@ CITATIONS_FILE = "citations.txt"
 REPORT_FILE = "report.html"
 
 RUN_FILES = (
-    SCENE_FILE, SERIES_FILE, MATLAB_FILE, EVENTS_FILE, MEASURES_FILE, PROVENANCE_FILE, CITATIONS_FILE, SUMMARY_FILE,
+    SCENE_FILE,
+    SERIES_FILE,
+    MATLAB_FILE,
+    EVENTS_FILE,
+    MEASURES_FILE,
+    PROVENANCE_FILE,
+    CITATIONS_FILE,
+    SUMMARY_FILE,
     REPORT_FILE,
-)  # fmt: skip
+)
 """Everything that a run's folder may hold of the run."""
 
 EVENT_UNITS: dict[str, str] = {
@@ -152,16 +159,16 @@ def read_run(directory: str | os.PathLike[str], laws: Mapping[str, Any] | None =
             variables=variables_of(read_netcdf(folder / SERIES_FILE)),  # last: the longest to read
         )
     except KeyError as error:
-        raise InputError(
-            [f"{folder} holds no whole run: {SUMMARY_FILE} or {MEASURES_FILE} lacks {error}"]
-        ) from error
+        raise InputError([f"{folder} holds no whole run: {SUMMARY_FILE} or {MEASURES_FILE} lacks {error}"]) from error
 
 
 def _measured(run: RunArrays) -> dict[str, Any]:
     return {
-        "measures": run.measures, "warnings": run.warnings, "ledger": run.ledger.to_dict(),
+        "measures": run.measures,
+        "warnings": run.warnings,
+        "ledger": run.ledger.to_dict(),
         "electrical_energy": run.electrical_energy,
-    }  # fmt: skip
+    }
 
 
 def provenance_table(scene: Any) -> dict[str, dict[str, Any]]:
@@ -181,12 +188,7 @@ def provenance_table(scene: Any) -> dict[str, dict[str, Any]]:
 def events_csv(events: np.ndarray, foot_names: Sequence[str]) -> str:
     """Event table as CSV text: full precision, units in the header, empty where not applicable."""
     names = [name for name in events.dtype.names or () if name not in ("time", "foot", "kind")]
-    header = [
-        "time [s]",
-        "foot",
-        "kind",
-        *(f"{n} [{EVENT_UNITS[n]}]" if n in EVENT_UNITS else n for n in names),
-    ]
+    header = ["time [s]", "foot", "kind", *(f"{n} [{EVENT_UNITS[n]}]" if n in EVENT_UNITS else n for n in names)]
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(header)
@@ -251,9 +253,7 @@ def _read_events(path: Path, foot_names: Sequence[str], count: int) -> np.ndarra
         text = path.read_text(encoding="utf-8")
     header, *rows = list(csv.reader(io.StringIO(text))) or [[]]
     if len(rows) != count or not text.endswith("\n"):
-        raise InputError(
-            [f"{path} is damaged: it has {len(rows)} whole or cut rows, and the run had {count} events"]
-        )
+        raise InputError([f"{path} is damaged: it has {len(rows)} whole or cut rows, and the run had {count} events"])
     try:
         return _events_of(header, rows, foot_names)
     except (IndexError, KeyError, ValueError) as error:
@@ -285,9 +285,7 @@ def _readable(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise InputError(
-            [f"{path.parent} holds no whole run: cannot read {path.name}, {reason_of(error)}"]
-        ) from error
+        raise InputError([f"{path.parent} holds no whole run: cannot read {path.name}, {reason_of(error)}"]) from error
 
 
 @contextlib.contextmanager

@@ -43,10 +43,7 @@ def run_summary(run: Any, *, ledger: bool = True) -> Table:
 
 
 def measures_summary(
-    measures: Any,
-    title: str = "Measures",
-    notes: Sequence[str] = (),
-    parts: Sequence[Table] = (),
+    measures: Any, title: str = "Measures", notes: Sequence[str] = (), parts: Sequence[Table] = ()
 ) -> Table:
     """All of `tarsus.measure.Measures` with the spread over their n values; of few feet each, of many the ends.
     Warnings are notes."""
@@ -63,9 +60,10 @@ def measures_summary(
         rows += [(f"   foot {foot}", value, None, None, *blank, "") for foot, value in listed.items()]
         units += [one.unit] * (1 + len(listed))
     told = (
-        said for first, second, said in ALIKE
+        said
+        for first, second, said in ALIKE
         if first in measures and second in measures and measures[first].value > (1.0 + UNSEEN) * measures[second].value
-    )  # fmt: skip
+    )
     notes = (*notes, *(f"Note: {one}" for one in (*told, *measures.warnings)))
     return Table(title, (*columns, "counted over"), rows, notes, parts, units=units)
 

@@ -45,11 +45,7 @@ class FileKind(Enum):
     ATLAS = ("atlas", "an atlas of a robot", "`tarsus atlas` wrote it")
     FITTED = ("fitted calibration", "a fitted calibration", "`tarsus calibrate` wrote it")
     IDENTIFICATION = ("identification", "an identification", "`tarsus identify` wrote it")
-    TRACKING = (
-        "series of identifications",
-        "a series of identifications",
-        "`tarsus identify --track` wrote it",
-    )
+    TRACKING = ("series of identifications", "a series of identifications", "`tarsus identify --track` wrote it")
     LANDING = ("landing design", "a soft landing", "`tarsus design landing` wrote it")
     DESIGN = ("design", "a front of designs", "`tarsus design` wrote it")
     GAITS = ("gait design", "a front of gaits", "`tarsus design gait` wrote it")
@@ -57,11 +53,7 @@ class FileKind(Enum):
     REPRODUCTION = ("reproduction", "a reproduction", "`tarsus reproduce` wrote it")
     EXPERIMENT = ("experiment", "a published experiment", "`tarsus validate` takes it")
     VALIDATION = ("validation", "a validation", "`tarsus validate` wrote it")
-    UNFINISHED = (
-        "unfinished work",
-        "work that was not finished",
-        "the verb that began it continues it with --resume",
-    )
+    UNFINISHED = ("unfinished work", "work that was not finished", "the verb that began it continues it with --resume")
     FOLDERS = ("folder of results", "a folder of results", "verbs wrote them")
 
     @property

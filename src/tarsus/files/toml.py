@@ -51,11 +51,7 @@ def read_scene(path: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
 
 
 def parse_scene(
-    text: str,
-    *,
-    laws: Mapping[str, type[Law]] | None = None,
-    folder: Path | None = None,
-    label: str = "scene",
+    text: str, *, laws: Mapping[str, type[Law]] | None = None, folder: Path | None = None, label: str = "scene"
 ) -> Scene:
     """A scene from TOML text; as `read_scene`.
 
@@ -108,10 +104,7 @@ def scene_texts(scene: Scene) -> dict[str, str]:
     laws = {f"{LAW_FOLDER}/{file.name}": file for file in sorted(files, key=lambda file: file.name)}
     if len(laws) < len(files):
         raise InputError("law files of one scene need different names")
-    return {
-        SCENE_FILE: scene_text(scene),
-        **{name: file.read_text(encoding="utf-8") for name, file in laws.items()},
-    }
+    return {SCENE_FILE: scene_text(scene), **{name: file.read_text(encoding="utf-8") for name, file in laws.items()}}
 
 
 def description_text(description: Description) -> str:

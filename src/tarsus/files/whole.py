@@ -69,9 +69,7 @@ def part_of(target: Path) -> Path:
     Node and process are for whoever looks at the folder: in containers both are often the same in every one, and
     again after a restart.
     """
-    return target.with_name(
-        f"{target.name}.{socket.gethostname()}-{os.getpid()}-{secrets.token_hex(4)}{PART}"
-    )
+    return target.with_name(f"{target.name}.{socket.gethostname()}-{os.getpid()}-{secrets.token_hex(4)}{PART}")
 
 
 def _fill(part: Path, content: Any) -> None:

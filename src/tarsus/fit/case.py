@@ -36,9 +36,7 @@ def directions(values: Values, at: Floats, span: Floats) -> dict[str, dict[str, 
         four = [values(at + place * STEP * span * unit) for place in _PLACES]
         moved = {path: np.array([one[path] for one in four]) for path in four[0]}
         out[str(i)] = {
-            path: float(_WEIGHTS @ column) / (STEP * span[i])
-            for path, column in moved.items()
-            if np.ptp(column) > 0.0
+            path: float(_WEIGHTS @ column) / (STEP * span[i]) for path, column in moved.items() if np.ptp(column) > 0.0
         }
     return out
 

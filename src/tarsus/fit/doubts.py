@@ -66,9 +66,7 @@ def doubts_of(residuals: Floats, jacobian: Floats, records: Sequence[slice], err
     wider = np.isfinite(errors) & (spread > errors)
     failed = wider & bool(lags)
     return Doubts(
-        np.where(wider, spread, errors),
-        failed,
-        _notes(residuals, records, lags, squares / free, failed, wider),
+        np.where(wider, spread, errors), failed, _notes(residuals, records, lags, squares / free, failed, wider)
     )
 
 
@@ -102,9 +100,13 @@ def _sandwich(residuals: Floats, jacobian: Floats, records: Sequence[slice], lag
 
 
 def _notes(
-    residuals: Floats, records: Sequence[slice], lags: dict[int, int], ratio: float, failed: NDArray[np.bool_],
+    residuals: Floats,
+    records: Sequence[slice],
+    lags: dict[int, int],
+    ratio: float,
+    failed: NDArray[np.bool_],
     wider: NDArray[np.bool_],
-) -> tuple[str, ...]:  # fmt: skip
+) -> tuple[str, ...]:
     notes = []
     if failed.any():
         worst = max((at for at in records if at.start in lags), key=lambda at: lags[at.start])

@@ -43,13 +43,9 @@ class Ensemble:
             if prior is not None:
                 off = prior.offsets(own)
                 of_prior = float(
-                    np.sqrt(
-                        np.average((off - np.average(off, weights=self.weights)) ** 2, weights=self.weights)
-                    )
+                    np.sqrt(np.average((off - np.average(off, weights=self.weights)) ** 2, weights=self.weights))
                 )
-            verdict = verdict_of(
-                interval, cut_ends(*ends, (0.0, 1.0)), size=unknowns.sizes[i], of_prior=of_prior
-            )
+            verdict = verdict_of(interval, cut_ends(*ends, (0.0, 1.0)), size=unknowns.sizes[i], of_prior=of_prior)
             out.append(Range(float(own[0]), *interval, level, (), name, unknowns.units[i], verdict))
         return tuple(out)
 

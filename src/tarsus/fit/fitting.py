@@ -60,11 +60,7 @@ class RunResiduals(Residuals):
         self.unknowns = Unknowns.of(self.scene, unknowns)
         if any(not own for own in self.unknowns.targets):
             raise InputError("unknowns: expected a path of the scene for each")
-        self.seconds, self.accuracy, self._shared = (
-            seconds_of(self.scene, duration),
-            accuracy or SINGLE_RUN,
-            Shared(),
-        )
+        self.seconds, self.accuracy, self._shared = (seconds_of(self.scene, duration), accuracy or SINGLE_RUN, Shared())
         self.tried, self._count = RunsTried(), 1
         self._priors = np.array([one is not None for one in self.unknowns.priors])
 
@@ -158,9 +154,7 @@ class FitResult(Tabled):
         out = []
         for i, name in enumerate(unknowns.names):
             halves = [(float(self.found.x[i]), NORMAL * doubts.errors[i])]
-            halves += [
-                (float(one.x[i]), NORMAL * float(stated_errors(one, unknowns)[i])) for one in self.valleys
-            ]
+            halves += [(float(one.x[i]), NORMAL * float(stated_errors(one, unknowns)[i])) for one in self.valleys]
             first = min(x - half for x, half in halves)
             last = max(x + half for x, half in halves)
             ends = np.repeat(self.found.x[None], 2, axis=0)
@@ -177,17 +171,13 @@ class FitResult(Tabled):
         """Best values, intervals and verdicts."""
         columns = ("unknown", Column("best", ROW), "95 % interval", "the data say")
         ranges = self.ranges
-        rows = [
-            (one.name, one.value, one.text(), one.verdict.value if one.verdict else None) for one in ranges
-        ]
+        rows = [(one.name, one.value, one.text(), one.verdict.value if one.verdict else None) for one in ranges]
         notes = (f"cost {self.cost:.4g}; {self.found.evaluations} runs; {self.found.message}",)
         notes += () if self.found.uncertainty is None else self.found.uncertainty.notes
         notes += self.doubts.notes
         if self.valleys:
             count = len(self.valleys)
-            notes += (
-                f"{count} of {STARTS} descents ended elsewhere as deep: intervals reach over their ends",
-            )
+            notes += (f"{count} of {STARTS} descents ended elsewhere as deep: intervals reach over their ends",)
         if stopped := self.problem.tried.sentence():
             notes += (f"{stopped}: they count as far from the data, and the fit keeps to where runs do.",)
         return Table("fit", columns, rows, notes, units=[one.unit for one in ranges])
@@ -199,12 +189,15 @@ class FitResult(Tabled):
             "doubts": list(self.doubts.notes),
             "unknowns": {
                 one.name: {
-                    "best": one.value, "low": one.low, "high": one.high, "unit": one.unit,
+                    "best": one.value,
+                    "low": one.low,
+                    "high": one.high,
+                    "unit": one.unit,
                     "determined": one.verdict.value if one.verdict else None,
                 }
                 for one in self.ranges
             },
-        }  # fmt: skip
+        }
 
 
 def fit(

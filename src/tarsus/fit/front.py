@@ -69,9 +69,10 @@ def hypervolume(costs: Floats, reference: Floats) -> float:
     return float(
         sum(
             hypervolume(inside[: i + 1, :-1], reference[:-1]) * (ends[i] - inside[i, -1])
-            for i in range(len(inside)) if ends[i] > inside[i, -1]
+            for i in range(len(inside))
+            if ends[i] > inside[i, -1]
         )
-    )  # fmt: skip
+    )
 
 
 def ranks(costs: Floats) -> Ints:
@@ -79,9 +80,7 @@ def ranks(costs: Floats) -> Ints:
     last."""
     found = np.full(len(costs), -1)
     finite = np.asarray(np.isfinite(costs).all(axis=1))
-    beats = np.asarray(
-        (costs[:, None] <= costs[None]).all(axis=2) & (costs[:, None] < costs[None]).any(axis=2)
-    )
+    beats = np.asarray((costs[:, None] <= costs[None]).all(axis=2) & (costs[:, None] < costs[None]).any(axis=2))
     left, rank = finite.copy(), 0
     while left.any():
         best = left & ~np.asarray(beats[left].any(axis=0))
@@ -117,12 +116,7 @@ def farthest(points: Floats, around: NDArray[np.bool_] | bool, count: int) -> In
 
 
 def search_front(
-    costs: Costs,
-    unknowns: int,
-    around: NDArray[np.bool_],
-    search: FrontSearch,
-    seed: int,
-    starts: Floats | None = None,
+    costs: Costs, unknowns: int, around: NDArray[np.bool_], search: FrontSearch, seed: int, starts: Floats | None = None
 ) -> tuple[Floats, Floats]:
     """Search for the front of costs.
 
@@ -184,9 +178,7 @@ def _survivors(costs: Floats, count: int) -> Ints:
     return np.array(kept, dtype=np.int64)
 
 
-def _young(
-    points: Floats, costs: Floats, around: NDArray[np.bool_], count: int, rng: np.random.Generator
-) -> Floats:
+def _young(points: Floats, costs: Floats, around: NDArray[np.bool_], count: int, rng: np.random.Generator) -> Floats:
     """New points (count, nu): half by differences of others, half by steps of random length from a parent."""
     n, nu = points.shape
     number = ranks(costs)

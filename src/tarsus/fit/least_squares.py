@@ -77,14 +77,10 @@ def least_squares_from(
     def equations(points: Floats, _: Floats, part: NDArray[np.intp]) -> NormalEquations:
         if any(number not in last for number in part.tolist()):
             costs(points, _, part)
-        there.update(
-            (number, problem.jacobian(one)) for number, one in zip(part.tolist(), points, strict=True)
-        )
+        there.update((number, problem.jacobian(one)) for number, one in zip(part.tolist(), points, strict=True))
         slopes[part] += 1
         numbers = part.tolist()
-        return NormalEquations.of(
-            [last[k] for k in numbers], [there[k] for k in numbers], len(problem.unknowns)
-        )
+        return NormalEquations.of([last[k] for k in numbers], [there[k] for k in numbers], len(problem.unknowns))
 
     low, high = problem.bounds
     end = descend(equations, own, costs=costs, how=Descent(rounds, settled, low=low, high=high))

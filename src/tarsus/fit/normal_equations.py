@@ -56,9 +56,14 @@ class NormalEquations:
         """Of products (nr, q + p, q + p) of the slopes by the ``own`` first q unknowns and those shared, and of slopes
         and residuals (nr, q + p), downhill."""
         return cls(
-            normal[:, :own, :own], normal[:, :own, own:], normal[:, own:, own:], right[:, :own], right[:, own:],
-            cost, count,
-        )  # fmt: skip
+            normal[:, :own, :own],
+            normal[:, :own, own:],
+            normal[:, own:, own:],
+            right[:, :own],
+            right[:, own:],
+            cost,
+            count,
+        )
 
     def __len__(self) -> int:
         return len(self.cost)
@@ -127,18 +132,28 @@ class NormalEquations:
         information, score = self.reduced()
         wanted = np.linalg.solve(ridged(self.own), self.right_own[..., None])[..., 0]
         return replace(
-            self, own=self.own[:, :0, :0], across=self.across[:, :0], shared=information, right_own=wanted[:, :0],
-            right_shared=score, cost=self.cost - np.einsum("rq,rq->r", self.right_own, wanted),
-        )  # fmt: skip
+            self,
+            own=self.own[:, :0, :0],
+            across=self.across[:, :0],
+            shared=information,
+            right_own=wanted[:, :0],
+            right_shared=score,
+            cost=self.cost - np.einsum("rq,rq->r", self.right_own, wanted),
+        )
 
     def gathered(self, first: int, known: Floats) -> NormalEquations:
         """All records as one, their own unknowns eliminated: its own ones are the shared ones from number ``first`` on,
         of which there is the information ``known`` besides; the others stay shared."""
         information, score = (one.sum(axis=0)[None] for one in self.reduced())
         return NormalEquations(
-            information[:, first:, first:] + known, information[:, first:, :first], information[:, :first, :first],
-            score[:, first:], score[:, :first], self.cost.sum(keepdims=True), self.count.sum(keepdims=True),
-        )  # fmt: skip
+            information[:, first:, first:] + known,
+            information[:, first:, :first],
+            information[:, :first, :first],
+            score[:, first:],
+            score[:, :first],
+            self.cost.sum(keepdims=True),
+            self.count.sum(keepdims=True),
+        )
 
     def covariance(self) -> Floats:
         """Covariance (nr, q, q) of the own unknowns, those shared being known: one over the information."""
@@ -235,11 +250,7 @@ def descend(
     own, shared = own.astype(float), np.zeros(0) if shared is None else shared.astype(float)
     groups = np.zeros(len(own), dtype=np.intp) if len(shared) else np.arange(len(own))
     count = min(len(own), 1) if len(shared) else len(own)
-    damping, done, settled = (
-        np.full(count, way.damping),
-        np.zeros(count, dtype=bool),
-        np.zeros(count, dtype=bool),
-    )
+    damping, done, settled = (np.full(count, way.damping), np.zeros(count, dtype=bool), np.zeros(count, dtype=bool))
     good = equations(own, shared, np.arange(len(own)))
     tried = 0
     while tried < way.rounds and not done.all():
@@ -251,9 +262,7 @@ def descend(
         place, there = np.clip(own[left] + step, way.low, way.high), shared + move
         new = equations(place, there, left) if costs is None else None
         cost = new.cost if new is not None else np.asarray(costs(place, there, left))  # pyright: ignore[reportOptionalCall]
-        gain = (
-            _by_group(mine.cost - cost, numbers, count) + _of_prior(shared, prior) - _of_prior(there, prior)
-        )
+        gain = _by_group(mine.cost - cost, numbers, count) + _of_prior(shared, prior) - _of_prior(there, prior)
         better = gain > 0.0  # what is no number is not
         taken = better[numbers]
         if taken.any():
@@ -264,9 +273,7 @@ def descend(
                 new = new.chosen(taken)
             good = good.replaced(np.isin(np.arange(len(own)), left[taken]), new)
         small = way.settled**2
-        close = (_by_group(near, numbers, count) < small) | (
-            better & (gain < small * _scale(mine, numbers, count))
-        )
+        close = (_by_group(near, numbers, count) < small) | (better & (gain < small * _scale(mine, numbers, count)))
         settled[live] = close[live]
         damping[live] *= np.where(better, 0.1, 10.0)[live]
         done |= settled | (damping > STUCK)

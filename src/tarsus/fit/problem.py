@@ -89,9 +89,7 @@ class Problem(Residuals):
         self._terms = term_rows_of(self.scene, self.terms, self.seconds)
         twice = sorted({path for one in self._terms for path in one.under} & self._targets)
         if twice:
-            raise InputError(
-                [f"{path}: is unknown, and a condition under which a term holds" for path in twice]
-            )
+            raise InputError([f"{path}: is unknown, and a condition under which a term holds" for path in twice])
         self._unders = list({tuple(sorted(one.under.items())): one.under for one in self._terms}.values())
 
     def _values(self, under: Mapping[str, float]) -> Callable[[Floats], dict[str, float]]:

@@ -59,9 +59,7 @@ class Range:
         if self.closed:
             parts = self.pieces or ((self.low, self.high),)
             digits = _digits(parts)
-            return " or ".join(
-                f"{amount(low, unit, digits)} to {amount(high, unit, digits)}" for low, high in parts
-            )
+            return " or ".join(f"{amount(low, unit, digits)} to {amount(high, unit, digits)}" for low, high in parts)
         if np.isfinite(self.low):
             return f"above {amount(self.low, unit)}"
         if np.isfinite(self.high):

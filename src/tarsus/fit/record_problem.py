@@ -44,9 +44,11 @@ from tarsus.solve import (
 )
 
 RATES = {
-    Quantity.DISPLACEMENT: Quantity.VELOCITY, Quantity.VELOCITY: Quantity.ACCELERATION,
-    Quantity.ANGLE: Quantity.ANGULAR_VELOCITY, Quantity.CHARGE: Quantity.CURRENT,
-}  # fmt: skip
+    Quantity.DISPLACEMENT: Quantity.VELOCITY,
+    Quantity.VELOCITY: Quantity.ACCELERATION,
+    Quantity.ANGLE: Quantity.ANGULAR_VELOCITY,
+    Quantity.CHARGE: Quantity.CURRENT,
+}
 """What a quantity's derivative by time is: what may be late by an unknown time."""
 FAR = 0.5
 """Longest step of the logarithm of a number: beyond, windows between impacts are not linear in any."""
@@ -102,9 +104,7 @@ class SeenRecord:
             if not one.noise > 0.0:
                 problems.append(f"{one.output.name}: expected a noise above 0")
             if isinstance(one.delay, str) and one.output.quantity not in RATES:
-                problems.append(
-                    f"{one.output.name}: its delay cannot be an unknown, for its rate is no output"
-                )
+                problems.append(f"{one.output.name}: its delay cannot be an unknown, for its rate is no output")
         if problems:
             raise InputError(problems)
 
@@ -205,9 +205,7 @@ class RecordProblem:
     def feet(self) -> dict[str, tuple[int, str]]:
         """Numbers of single feet by name: which foot, and the path of the ground that they are a factor of."""
         names = list(self.scenes[0].robot.feet)
-        parts = {
-            name: name.removeprefix(UNDER).partition(": ") for name in self.priors if name.startswith(UNDER)
-        }
+        parts = {name: name.removeprefix(UNDER).partition(": ") for name in self.priors if name.startswith(UNDER)}
         return {name: (names.index(foot), path) for name, (foot, _, path) in parts.items()}
 
     def numbers(self, names: Sequence[str] | None) -> tuple[str, ...]:
@@ -248,22 +246,21 @@ class RecordProblem:
             return self.costs([segments[int(w)] for w in part], own, place if known else shared, weight[part])
 
         found = descend(
-            equations, np.zeros((len(segments), len(segments[0].state))), None if known else place,
-            prior=None if known else (np.zeros(len(place)), np.eye(len(place))), costs=costs,
+            equations,
+            np.zeros((len(segments), len(segments[0].state))),
+            None if known else place,
+            prior=None if known else (np.zeros(len(place)), np.eye(len(place))),
+            costs=costs,
             how=Descent(rounds=rounds, far=np.inf if known else self.far),
-        )  # fmt: skip
+        )
         return self.fitted(segments, found, found.own, place if known else found.shared)
 
     @cached_property
     def far(self) -> Floats:
         """Longest step of each number (np,), in standard deviations."""
-        return np.array(
-            [np.inf if p.factor is None else FAR / np.log(p.factor) for p in self.priors.values()]
-        )
+        return np.array([np.inf if p.factor is None else FAR / np.log(p.factor) for p in self.priors.values()])
 
-    def fitted(
-        self, segments: Sequence[Segment], found: Minimum, own: Floats, place: Floats
-    ) -> RecordFit:  # fmt: skip
+    def fitted(self, segments: Sequence[Segment], found: Minimum, own: Floats, place: Floats) -> RecordFit:
         """What a descent came to: starts (nw, q) and numbers (np,), known beforehand to their standard deviations."""
         information, score = (one.sum(axis=0) for one in found.equations.reduced())
         covariance = np.asarray(np.linalg.inv(information + np.eye(len(score))))
@@ -272,22 +269,30 @@ class RecordProblem:
         return self.ended(segments, self.flown(segments, own, place), place, covariance, ahead, settled)
 
     def ended(
-        self, segments: Sequence[Segment], flown: Flown, place: Floats, covariance: Floats, ahead: Floats,
-        settled: bool, jumps: Floats | None = None,
-    ) -> RecordFit:  # fmt: skip
+        self,
+        segments: Sequence[Segment],
+        flown: Flown,
+        place: Floats,
+        covariance: Floats,
+        ahead: Floats,
+        settled: bool,
+        jumps: Floats | None = None,
+    ) -> RecordFit:
         """A fit whose windows are as flown at numbers (np,)."""
-        left = [
-            [float(r @ r) / r.size if r.size else np.nan for r in one]
-            for one in self.left_of(segments, flown)
-        ]
+        left = [[float(r @ r) / r.size if r.size else np.nan for r in one] for one in self.left_of(segments, flown)]
         width = max(len(one) for one in left)
         pairs = zip(segments, flown.batch.starts, strict=True)
         return RecordFit(
-            flown.values, place, covariance, ahead,
+            flown.values,
+            place,
+            covariance,
+            ahead,
             tuple(replace(one, state=np.asarray(at.state, dtype=float), begin=at.t0) for one, at in pairs),
-            flown.batch, np.array([[*one, *[np.nan] * (width - len(one))] for one in left]), settled,
+            flown.batch,
+            np.array([[*one, *[np.nan] * (width - len(one))] for one in left]),
+            settled,
             np.zeros(0) if jumps is None else jumps,
-        )  # fmt: skip
+        )
 
     def residuals(self, segments: Sequence[Segment], own: Floats, moved: Floats) -> list[list[Floats]]:
         """What segments leave over the noise at starts (nw, q) and numbers (np,), by channel: model less measured."""
@@ -305,7 +310,7 @@ class RecordProblem:
 
     def equations(
         self, segments: Sequence[Segment], own: Floats, moved: Floats, weights: Floats, *, known: bool = False
-    ) -> NormalEquations:  # fmt: skip
+    ) -> NormalEquations:
         """Normal equations at starts (nw, q), with what is known of these, and numbers (np,), or at known numbers."""
         q, names = own.shape[1], () if known else tuple(self.priors)
         flown = self.flown(segments, own, moved, names)
@@ -335,9 +340,14 @@ class RecordProblem:
         return self._made[key]
 
     def flown(
-        self, segments: Sequence[Segment], own: Floats, moved: Floats, names: Sequence[str] | None = None, *,
+        self,
+        segments: Sequence[Segment],
+        own: Floats,
+        moved: Floats,
+        names: Sequence[str] | None = None,
+        *,
         starts_too: bool = True,
-    ) -> Flown:  # fmt: skip
+    ) -> Flown:
         """Windows with derivatives by starts, unless they are left out, and by numbers of these names; without any
         unless given."""
         values = self.values(moved)
@@ -372,13 +382,9 @@ class RecordProblem:
             if late:
                 rates[np.array(late)[:, None], at] = output_rows(scene, wanted, when, **known).values(states)
         of = [one.record for one in segments]
-        return Flown(
-            batch, places, measured, outputs, rates, values, [scenes[r] for r in of], [plans[r] for r in of]
-        )
+        return Flown(batch, places, measured, outputs, rates, values, [scenes[r] for r in of], [plans[r] for r in of])
 
-    def _entered(
-        self, scene: Scene, plan: Plan, values: Mapping[str, float], names: Sequence[str] | None
-    ) -> Entered:
+    def _entered(self, scene: Scene, plan: Plan, values: Mapping[str, float], names: Sequence[str] | None) -> Entered:
         """What enters windows of a scene, with what the ground is under single feet; made once for a scene."""
         key = id(scene), tuple(names or ())
         if key not in self._beside:
@@ -399,9 +405,7 @@ class RecordProblem:
             }
             steps = {name: values[name] * np.array([-part, part]) for name in wanted if name in self.feet}
             return out | {
-                name: ScenePair(
-                    by, tuple((None, ground.moved(self.feet[name], step).under(own.row)) for step in by)
-                )
+                name: ScenePair(by, tuple((None, ground.moved(self.feet[name], step).under(own.row)) for step in by))
                 for name, by in steps.items()
             }
 
@@ -412,10 +416,13 @@ class RecordProblem:
         out = []
         for segment, places, measured in zip(segments, flown.places, flown.measured, strict=True):
             channels, values = self.records[segment.record].channels, flown.values
-            out.append([
-                (_value(one.gain, values) * flown.outputs[c, at] + _value(one.zero, values) - measured[c]) / one.sigma
-                for c, (one, at) in enumerate(zip(channels, places, strict=True))
-            ])  # fmt: skip
+            out.append(
+                [
+                    (_value(one.gain, values) * flown.outputs[c, at] + _value(one.zero, values) - measured[c])
+                    / one.sigma
+                    for c, (one, at) in enumerate(zip(channels, places, strict=True))
+                ]
+            )
         return out
 
     def slopes_of(self, segments: Sequence[Segment], flown: Flown, names: Sequence[str]) -> list[Floats]:
@@ -430,10 +437,16 @@ class RecordProblem:
             own = replace(batch.slopes, states=batch.slopes.states.part(at))
             channels = [one.output for one in self.records[r].channels]
             by_output[: len(channels), at] = output_slopes(
-                flown.scenes[k], channels, batch.times[at], batch.states.part(at), own,
-                {path: self._along(path) for path in paths if path not in self.feet}, flown.plans[k],
-                self._beside[id(flown.scenes[k]), tuple(names)], self._shared.drive,
-            )  # fmt: skip
+                flown.scenes[k],
+                channels,
+                batch.times[at],
+                batch.states.part(at),
+                own,
+                {path: self._along(path) for path in paths if path not in self.feet},
+                flown.plans[k],
+                self._beside[id(flown.scenes[k]), tuple(names)],
+                self._shared.drive,
+            )
         by_output[~np.isfinite(by_output)] = 0.0
         column = {name: k for k, name in enumerate(names)}
         unit = [1.0 / float(self.priors[name].rates(np.array(flown.values[name]))) for name in names]
@@ -444,11 +457,7 @@ class RecordProblem:
                 gain, there = _value(one.gain, flown.values), by_output[c, at]
                 shared = np.zeros((len(at), len(names)))
                 shared[:, [column[path] for path in paths]] = gain * there[:, : len(paths)]
-                rates = (
-                    (one.gain, flown.outputs[c, at]),
-                    (one.zero, 1.0),
-                    (one.delay, -gain * flown.rates[c, at]),
-                )
+                rates = ((one.gain, flown.outputs[c, at]), (one.zero, 1.0), (one.delay, -gain * flown.rates[c, at]))
                 for name, by in rates:
                     if name in column:
                         shared[:, column[name]] += by
@@ -458,7 +467,7 @@ class RecordProblem:
 
     def end_slopes(
         self, segments: Sequence[Segment], flown: Flown, k: int, names: Sequence[str]
-    ) -> tuple[Floats, Floats]:  # fmt: skip
+    ) -> tuple[Floats, Floats]:
         """Slopes of the state at a segment's end by its start (2n, 2n) and by the numbers (2n, np), in standard
         deviations; zero where there are none."""
         batch, paths = flown.batch, self.numbers(names)
@@ -500,9 +509,7 @@ def _parts(segments: Sequence[Segment], batch: WindowBatch) -> list[tuple[int, N
     return [(int(r), np.flatnonzero(of == r)) for r in np.unique(of)]
 
 
-def _inside(
-    record: SeenRecord, segment: Segment, values: Mapping[str, float]
-) -> tuple[list[Floats], list[Floats]]:
+def _inside(record: SeenRecord, segment: Segment, values: Mapping[str, float]) -> tuple[list[Floats], list[Floats]]:
     """Of each channel the samples that show what happened in a segment: when that was, and what was measured. Those of
     a late channel come later."""
     times, measured = list[Floats](), list[Floats]()

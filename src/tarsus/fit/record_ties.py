@@ -177,9 +177,7 @@ class TiedWindows:
             own, step = system.step(damping, information, right)
             far = self.problem.far
             new = self._tried(segments, at.own + own, at.moved + np.clip(step, -far, far))
-            gain = (
-                -np.inf if new is None else at.cost + before.cost(at.moved) - new.cost - before.cost(new.moved)
-            )
+            gain = -np.inf if new is None else at.cost + before.cost(at.moved) - new.cost - before.cost(new.moved)
             small = SETTLED**2
             settled = system.length(information, right) < small or 0.0 < gain < small * system.scale
             if new is not None and gain > 0.0:
@@ -299,19 +297,22 @@ class TiedWindows:
         old = [self._kept.get(_key(one)) for one in segments]
         pairs = zip(old, _states(at), at.off, segments, strict=True)
         return [
-            k for k, (one, state, off, segment) in enumerate(pairs)
+            k
+            for k, (one, state, off, segment) in enumerate(pairs)
             if one is None or not one.predict(state, at.moved, off, segment.spread, exact)
-        ]  # fmt: skip
+        ]
 
     def _misled(self, segments: Sequence[Segment], at: _Place, new: _Place | None) -> list[int]:
         """Windows whose slopes are of another place, and made a step gain nothing: those by which its cost is off what
         was predicted most, to a share `MISLED` of all that it is off; all of them where the step led nowhere."""
         kept = [self._kept[_key(one)] for one in segments]
         states = _states(at)
-        elsewhere = np.array([
-            not (np.array_equal(one.moved, at.moved) and np.array_equal(one.state, state))
-            for one, state in zip(kept, states, strict=True)
-        ])  # fmt: skip
+        elsewhere = np.array(
+            [
+                not (np.array_equal(one.moved, at.moved) and np.array_equal(one.state, state))
+                for one, state in zip(kept, states, strict=True)
+            ]
+        )
         if new is None:
             return np.flatnonzero(elsewhere).tolist()
         apart = [b - a for a, b in zip(states, _states(new), strict=True)]

@@ -45,11 +45,7 @@ class Valleys:
     def bases(self, points: Floats, costs: Floats, count: int) -> list[int]:
         """Rows of up to ``count`` of the visited points (n, nu), the lowest costs (n,) first, none near another one or
         one that is left alone; none where too few were visited."""
-        left = (
-            np.argsort(costs, kind="stable")
-            if len(points) > FEWEST * (points.shape[1] + 1)
-            else np.zeros(0, int)
-        )
+        left = np.argsort(costs, kind="stable") if len(points) > FEWEST * (points.shape[1] + 1) else np.zeros(0, int)
         for point, times in self.poor:
             if times >= PATIENCE:
                 left = left[_distances(points[left], point) > 0.5 * APART]

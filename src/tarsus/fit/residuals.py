@@ -117,9 +117,7 @@ class Residuals(ABC):
 
     def point(self, x: ArrayLike | None) -> Floats:
         """A point (nu,) as floats within the cube; its middle where none is given."""
-        return np.clip(
-            np.full(len(self.unknowns), 0.5) if x is None else np.asarray(x, dtype=float), 0.0, 1.0
-        )
+        return np.clip(np.full(len(self.unknowns), 0.5) if x is None else np.asarray(x, dtype=float), 0.0, 1.0)
 
     def values(self, x: ArrayLike) -> dict[str, float]:
         """SI values by name at a point (nu,) of the cube."""

@@ -87,11 +87,7 @@ def _one(scene: Scene, term: Term, units: Mapping[str, str], seconds: float) -> 
         return TermRows(TermRole.GOAL, reader, under, np.zeros(1), np.array([scale]))
     softness = parse_quantity(term.softness, unit)
     _positive("softness", softness)
-    ends = [
-        (sign, parse_quantity(end, unit))
-        for sign, end in ((-1.0, term.low), (1.0, term.high))
-        if end is not None
-    ]
+    ends = [(sign, parse_quantity(end, unit)) for sign, end in ((-1.0, term.low), (1.0, term.high)) if end is not None]
     if not ends:
         raise InputError("expected a lower or an upper bound, low or high")
     if len(ends) == 2 and not ends[0][1] < ends[1][1]:

@@ -49,9 +49,7 @@ def uncertainty_of(jacobian: Floats, unknowns: Unknowns, x: Floats) -> Uncertain
     scale = np.where(known, size, 1.0)
     correlations = np.where(known[:, None] & known[None], covariance / np.outer(scale, scale), np.nan)
     return Uncertainty(
-        dict(zip(unknowns.names, errors.tolist(), strict=True)),
-        correlations,
-        _notes(unknowns, x, undetermined),
+        dict(zip(unknowns.names, errors.tolist(), strict=True)), correlations, _notes(unknowns, x, undetermined)
     )
 
 
@@ -60,9 +58,7 @@ def _notes(unknowns: Unknowns, x: Floats, undetermined: NDArray[np.bool_]) -> tu
     names = np.array(unknowns.names)
     notes = []
     if undetermined.any():
-        notes.append(
-            f"the residuals do not determine {', '.join(names[undetermined])}: the Jacobian is singular there"
-        )
+        notes.append(f"the residuals do not determine {', '.join(names[undetermined])}: the Jacobian is singular there")
     ends = (x <= 0.0) | (x >= 1.0)
     if ends.any():
         notes.append(f"{', '.join(names[ends])} ended at a bound, where a standard error is no interval")

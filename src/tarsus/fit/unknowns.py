@@ -38,9 +38,7 @@ class Prior(Description):
     sd: Value | None = Field(default=None, description="standard deviation of a normal prior")
     factor: float | None = Field(default=None, gt=1.0, description="one standard deviation, as a factor")
 
-    def __init__(
-        self, median: Value | None = None, sd: Value | None = None, factor: float | None = None
-    ) -> None:
+    def __init__(self, median: Value | None = None, sd: Value | None = None, factor: float | None = None) -> None:
         super().__init__(**_given(median=median, sd=sd, factor=factor))
 
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
@@ -97,9 +95,7 @@ class Unknown(Description):
     scale: Scale = Scale.LINEAR
     circular: bool = Field(default=False, description="its upper bound is its lower one, such as a phase's")
     unit: str | None = Field(default=None, description="of an unknown without paths; else that of its paths")
-    paths: tuple[str, ...] = Field(
-        default=(), description="numbers of the scene that take it, instead of one"
-    )
+    paths: tuple[str, ...] = Field(default=(), description="numbers of the scene that take it, instead of one")
     name: str = Field(default="", description="what it is called; its path when absent")
     prior: Prior | None = None
     size: Value | None = Field(
@@ -110,9 +106,13 @@ class Unknown(Description):
     meaning: str = ""
 
     def __init__(
-        self, path: str = "", low: Value | None = None, high: Value | None = None, scale: Scale | str | None = None,
+        self,
+        path: str = "",
+        low: Value | None = None,
+        high: Value | None = None,
+        scale: Scale | str | None = None,
         **more: Any,
-    ) -> None:  # fmt: skip
+    ) -> None:
         super().__init__(**_given(path=path, low=low, high=high, scale=scale), **more)
 
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
@@ -242,18 +242,23 @@ class Unknowns:
             raise InputError(dict.fromkeys(problems))
         names, units, low, high, log, priors, sizes, circular, targets = zip(*columns, strict=True)
         return cls(
-            names, units, np.array(low), np.array(high), np.array(log), priors, sizes=sizes,
-            circular=np.array(circular), targets=targets,
-        )  # fmt: skip
+            names,
+            units,
+            np.array(low),
+            np.array(high),
+            np.array(log),
+            priors,
+            sizes=sizes,
+            circular=np.array(circular),
+            targets=targets,
+        )
 
     def __len__(self) -> int:
         return len(self.names)
 
     def values(self, cube: Floats) -> Floats:
         """SI values of points (..., nu) of the cube; those outside are taken to its side, or around it."""
-        x = np.clip(
-            np.where(self.circular & ((cube < 0.0) | (cube > 1.0)), np.remainder(cube, 1.0), cube), 0.0, 1.0
-        )
+        x = np.clip(np.where(self.circular & ((cube < 0.0) | (cube > 1.0)), np.remainder(cube, 1.0), cube), 0.0, 1.0)
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.where(self.log, self.high / np.where(self.log, self.low, 1.0), 1.0)
         factors = np.where(self.log, self.low, 1.0) * ratio**x

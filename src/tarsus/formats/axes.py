@@ -108,9 +108,7 @@ def _has_name(series: RawSeries, domain: Domain) -> bool:
     return name.removesuffix("[0]") in _NAMES[domain]
 
 
-def series_axis(
-    raw: RawFile, series: RawSeries, domain: Domain, unit: str | None = None, chosen: bool = False
-) -> Axis:
+def series_axis(raw: RawFile, series: RawSeries, domain: Domain, unit: str | None = None, chosen: bool = False) -> Axis:
     """A series of the file as axis, in SI; unit: the one given, in place of the file's; chosen: by its name.
 
     Raises

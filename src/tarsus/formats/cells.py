@@ -228,4 +228,3 @@ def complex_of(text: str) -> complex | None:
         return complex(text.replace("i", "j").replace(" ", ""))
     except ValueError:
         return None
-

@@ -14,9 +14,7 @@ from tarsus.formats.format import HEAD, Format
 from tarsus.formats.raw import RawFile, read_bytes
 from tarsus.formats.text import read_text
 
-_POLYTEC = (
-    "a binary file of the Polytec software; export it there as Universal File Format (UFF 58) or as ASCII"
-)
+_POLYTEC = "a binary file of the Polytec software; export it there as Universal File Format (UFF 58) or as ASCII"
 _SPREADSHEET = "a spreadsheet; save the sheet as CSV"
 _ELSEWHERE: Mapping[str, str] = {
     ".svd": _POLYTEC,
@@ -51,9 +49,7 @@ def _format_of(path: Path, head: bytes) -> Format | None:
     for one in named:
         if one.unsigned:
             return one
-    raise InputError(
-        f"{path.name} is not what its name says: its content is damaged or truncated at the start"
-    )
+    raise InputError(f"{path.name} is not what its name says: its content is damaged or truncated at the start")
 
 
 def content_of(path: Path) -> RawFile:

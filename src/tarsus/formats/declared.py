@@ -14,13 +14,38 @@ from tarsus.formats.raw import Declared
 from tarsus.formats.unit_names import frequency_factor, time_factor
 
 _RATES = {
-    "fs", "rate", "samplerate", "samplingrate", "samplefrequency", "samplingfrequency", "samplefreq", "samplingfreq",
-    "sfreq", "timesamplerate", "acquisitionrate", "scanrate", "samplespersecond", "fsample", "fsamp", "framerate",
-}  # fmt: skip
+    "fs",
+    "rate",
+    "samplerate",
+    "samplingrate",
+    "samplefrequency",
+    "samplingfrequency",
+    "samplefreq",
+    "samplingfreq",
+    "sfreq",
+    "timesamplerate",
+    "acquisitionrate",
+    "scanrate",
+    "samplespersecond",
+    "fsample",
+    "fsamp",
+    "framerate",
+}
 _STEPS = {
-    "dt", "deltat", "samplingstep", "sampleinterval", "samplinginterval", "sampleperiod", "samplingperiod",
-    "sampletime", "timestep", "timeincrement", "wfincrement", "tstep", "tsample",
-}  # fmt: skip
+    "dt",
+    "deltat",
+    "samplingstep",
+    "sampleinterval",
+    "samplinginterval",
+    "sampleperiod",
+    "samplingperiod",
+    "sampletime",
+    "timestep",
+    "timeincrement",
+    "wfincrement",
+    "tstep",
+    "tsample",
+}
 """Names, without their case, blanks and lines; so are those of rates."""
 _WITH_UNIT = re.compile(r"^(.+?)(?:[_\s\-\[(]+|(?<=[a-z])(?=k?Hz$))(k?Hz|k?hz|MHz|sec|s|ms|us|ns)[\])]*$")
 """A name with its unit behind it: ``sample_rate_hz``, ``dt [us]``, ``SampleRateHz``."""

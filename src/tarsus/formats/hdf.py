@@ -112,9 +112,7 @@ def values_in(file: Any) -> int:
 def _bare_dimension(item: Any) -> bool:
     """Whether a data set only stands for a dimension of NetCDF without values."""
     name = item.attrs.get("NAME", b"")
-    return isinstance(name, bytes) and name.startswith(
-        b"This is a netCDF dimension but not a netCDF variable"
-    )
+    return isinstance(name, bytes) and name.startswith(b"This is a netCDF dimension but not a netCDF variable")
 
 
 def _scales(item: Any) -> list[Any]:
@@ -139,9 +137,7 @@ def _names(scale: Any) -> tuple[str, ...]:
     if array.dtype.kind == "S" and array.ndim == 2:
         return tuple(b"".join(row).decode("utf-8", errors="replace").strip("\0 ") for row in array)
     if array.dtype.kind in "SO" and array.ndim == 1:
-        return tuple(
-            one.decode("utf-8", errors="replace") if isinstance(one, bytes) else str(one) for one in array
-        )
+        return tuple(one.decode("utf-8", errors="replace") if isinstance(one, bytes) else str(one) for one in array)
     return ()
 
 

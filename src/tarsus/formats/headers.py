@@ -272,7 +272,7 @@ def _seconds(fact: _Fact, comma: bool, x_unit: str) -> tuple[float, float] | Non
         factor = 1.0
     text = match[1].rstrip(".,")
     try:
-        return (None if factor is None else (number(text, comma) * factor, digit_step(text, comma) * factor))
+        return None if factor is None else (number(text, comma) * factor, digit_step(text, comma) * factor)
     except ValueError:
         return None
 

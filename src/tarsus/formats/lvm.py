@@ -10,15 +10,7 @@ from pathlib import Path
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.formats.format import Format
-from tarsus.formats.numerals import (
-    check_ending,
-    column_of,
-    column_step,
-    digit_step,
-    number,
-    rounding_of_step,
-    text_of,
-)
+from tarsus.formats.numerals import check_ending, column_of, column_step, digit_step, number, rounding_of_step, text_of
 from tarsus.formats.pieces import by_count, several
 from tarsus.formats.raw import Axis, Declared, Domain, RawFile, RawSeries
 
@@ -131,9 +123,7 @@ def _segment(source: str, lines: Sequence[str], head: int, end: int, style: _Sty
         else:
             unit, count = _cell(block, "y_unit_label", channel), _count(block, channel)
             declared = None if frequency else _declared(block, channel, comma)
-            series.append(
-                RawSeries(name, values, unit, axis=times, declared=declared, count=count, resolution=step)
-            )
+            series.append(RawSeries(name, values, unit, axis=times, declared=declared, count=count, resolution=step))
     return RawFile(source, tuple(series), notes=tuple(notes), ragged=True)
 
 

@@ -21,9 +21,7 @@ _STORED = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8
 """Numbers by the kinds of elements that hold them; classes of fewer bytes are stored as such where these are enough."""
 _TEXT = {16: "utf-8", 17: "utf-16", 18: "utf-32"}
 """Encodings by the kinds of elements."""
-_CLASSES = {
-    6: "f8", 7: "f4", 8: "i1", 9: "u1", 10: "i2", 11: "u2", 12: "i4", 13: "u4", 14: "i8", 15: "u8",
-}  # fmt: skip
+_CLASSES = {6: "f8", 7: "f4", 8: "i1", 9: "u1", 10: "i2", 11: "u2", 12: "i4", 13: "u4", 14: "i8", 15: "u8"}
 """Numbers of numeric classes."""
 _CELL, _STRUCTURE, _OLD_OBJECT, _CHARACTERS, _SPARSE, _FUNCTION, _OBJECT = 1, 2, 3, 4, 5, 16, 17
 """Other classes."""
@@ -214,9 +212,7 @@ class _Elements:
         words = bytes(self._next(parts).data)
         if width < 1 or len(words) % width:
             raise _Damage("its fields have no names")
-        names = [
-            words[k : k + width].split(b"\0")[0].decode("latin-1") for k in range(0, len(words), width)
-        ]
+        names = [words[k : k + width].split(b"\0")[0].decode("latin-1") for k in range(0, len(words), width)]
         if count and not names:
             return {}
         found = [{name: self._within(parts, deepest) for name in names} for _ in range(count)]

@@ -165,9 +165,7 @@ def column_of(
     try:  # all at once, which is many times faster
         if comma and any("." in cell for cell in cells):
             raise ValueError("marks of thousands")
-        return np.array([cell.replace(",", ".") for cell in cells] if comma else cells, dtype=str).astype(
-            float
-        )
+        return np.array([cell.replace(",", ".") for cell in cells] if comma else cells, dtype=str).astype(float)
     except ValueError:
         pass
     out = []

@@ -8,13 +8,19 @@ from typing import Any, NamedTuple
 import numpy as np
 
 _LIKE_PACKING = (
-    "scale", "offset", "gain", "slope", "intercept", "multiplier", "sensitivity", "conversion_factor",
-    "calibration_factor", "scaling_factor",
-)  # fmt: skip
+    "scale",
+    "offset",
+    "gain",
+    "slope",
+    "intercept",
+    "multiplier",
+    "sensitivity",
+    "conversion_factor",
+    "calibration_factor",
+    "scaling_factor",
+)
 """Attributes that may say what numbers have to be multiplied by, in no convention."""
-_PACKING = {
-    "scale_factor", "add_offset", "_FillValue", "missing_value", "valid_range", "valid_min", "valid_max",
-}  # fmt: skip
+_PACKING = {"scale_factor", "add_offset", "_FillValue", "missing_value", "valid_range", "valid_min", "valid_max"}
 """Attributes that change numbers."""
 _NO_VALUE = 9.969209968386869e36
 """What NetCDF writes where no number was given (NC_FILL_DOUBLE); its float is the same rounded."""

@@ -166,8 +166,15 @@ smaller than what it unpacks to."""
 
 
 _DAMAGED = (
-    "truncated", "end of file", "eof", "checksum", "corrupt", "buffer is smaller", "cannot reshape", "enough bytes",
-)  # fmt: skip
+    "truncated",
+    "end of file",
+    "eof",
+    "checksum",
+    "corrupt",
+    "buffer is smaller",
+    "cannot reshape",
+    "enough bytes",
+)
 """Words by which libraries say that a file holds fewer bytes than it announces, or other ones."""
 
 
@@ -202,17 +209,13 @@ def parsing(source: str, kind: str) -> Iterator[None]:
     except Exception as error:
         told = str(error) or type(error).__name__
         if isinstance(error, (EOFError, zlib.error)) or any(word in told.lower() for word in _DAMAGED):
-            raise InputError(
-                f"{source} is damaged or truncated: it cannot be read as {kind} ({told})"
-            ) from None
+            raise InputError(f"{source} is damaged or truncated: it cannot be read as {kind} ({told})") from None
         raise InputError(f"{source} cannot be read as {kind} ({told})") from None
 
 
 def truncated(source: str, channel: str, count: int, announced: int) -> str:
     """What to say of a channel with fewer values than its file announces."""
-    return (
-        f"{source} is truncated: channel '{channel}' has {count} values where the file announces {announced}"
-    )
+    return f"{source} is truncated: channel '{channel}' has {count} values where the file announces {announced}"
 
 
 def check_values(name: str, count: int) -> None:

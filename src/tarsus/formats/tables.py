@@ -84,14 +84,11 @@ def _series_of(array: Array, around: Declared | None) -> list[RawSeries]:
     lines = table if array.rows or table.shape[1] >= table.shape[0] else table.T
     names = array.rows if len(array.rows) == len(lines) else [str(i + 1) for i in range(len(lines))]
     return [
-        _series(array, f"{array.name}/{name}", line, resolution, one)
-        for name, line in zip(names, lines, strict=True)
+        _series(array, f"{array.name}/{name}", line, resolution, one) for name, line in zip(names, lines, strict=True)
     ]
 
 
-def _series(
-    array: Array, name: str, values: np.ndarray, resolution: float, stated: Declared | None
-) -> RawSeries:
+def _series(array: Array, name: str, values: np.ndarray, resolution: float, stated: Declared | None) -> RawSeries:
     attributes = array.attributes
     return RawSeries(
         name,

@@ -151,11 +151,7 @@ def _same(one: RawSeries, other: RawSeries) -> bool:
 
 
 def _joined(first: RawSeries, second: RawSeries) -> RawSeries | None:
-    if (
-        np.iscomplexobj(first.values)
-        or np.iscomplexobj(second.values)
-        or len(first.values) != len(second.values)
-    ):
+    if np.iscomplexobj(first.values) or np.iscomplexobj(second.values) or len(first.values) != len(second.values):
         return None
     if REAL.search(first.name) and IMAGINARY.search(second.name):
         whole, pattern = joined(first, second, None), REAL

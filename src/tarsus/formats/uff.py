@@ -146,9 +146,7 @@ def _assumed(one: Function) -> Iterator[str]:
 def _real(source: str, functions: Sequence[Function]) -> Iterator[str]:
     """Responses of real numbers."""
     names = [
-        repr(one.response.name)
-        for one in functions
-        if _role(one) is Role.RESPONSE and not np.iscomplexobj(one.values)
+        repr(one.response.name) for one in functions if _role(one) is Role.RESPONSE and not np.iscomplexobj(one.values)
     ]
     if names:
         yield (
@@ -193,9 +191,7 @@ def _axis(source: str, one: Function, domain: Domain) -> Axis:
         largest = float(np.max(np.abs(values), initial=0.0))
         return Axis(domain, values, _DIGITS * 10.0 ** math.floor(math.log10(largest)) if largest > 0.0 else 0.0)
     if not one.step > 0.0:
-        raise InputError(
-            f"{source}: channel '{one.response.name}' has no sampling step: its header says {one.step:g}"
-        )
+        raise InputError(f"{source}: channel '{one.response.name}' has no sampling step: its header says {one.step:g}")
     return Axis(domain, np.asarray((one.start + one.step * np.arange(one.count)) * factor, dtype=np.float64))
 
 
@@ -277,9 +273,7 @@ def _nodal(source: str, spectra: Sequence[AtNodes]) -> list[RawSeries]:
             if np.any(values != 0.0):
                 name = freedom_name("", node, direction)
                 out.append(
-                    RawSeries(
-                        name, values, unit, Role.RESPONSE, axis, reference=reference, point=name, factor=factor
-                    )
+                    RawSeries(name, values, unit, Role.RESPONSE, axis, reference=reference, point=name, factor=factor)
                 )
     return out
 

@@ -91,9 +91,7 @@ def identify_adhesion(
         contacts = simulated_contacts(known.after(found).model(), film, signals)
         found = _fit(film, contacts, seed)
     count = int(contacts.simulated.sum())
-    note = (
-        f"{count} of {len(contacts.simulated)} contacts are counted from the last touchdown of a simulation."
-    )
+    note = f"{count} of {len(contacts.simulated)} contacts are counted from the last touchdown of a simulation."
     return replace(found, notes=(*found.notes, note)) if bounces else found
 
 
@@ -120,15 +118,17 @@ def _fit(film: FilmFit, contacts: ContactDurations, seed: int) -> StepResult:
     from_before = np.linalg.solve(influence.information.sum(axis=0), shared.sum(axis=1).T).T
     drawn = line.free + scattered(influence, seed) + from_before
     _, samples, reached = within(line.values, drawn, BOUNDS)
-    support = (
-        f"Adhesion at touch is extrapolated by {1e3 * float(duration.min()):.3g} ms: no contact is shorter."
-    )
+    support = f"Adhesion at touch is extrapolated by {1e3 * float(duration.min()):.3g} ms: no contact is shorter."
 
     rest = pull - line.values[0] - line.values[1] * duration
     panel = points_and_line(
-        "pull-off force over contact time", ("contact time", "s", "force", "N"),
-        ("detachments", "line"), (duration, pull), tuple(line.values.tolist()), error,
-    )  # fmt: skip
+        "pull-off force over contact time",
+        ("contact time", "s", "force", "N"),
+        ("detachments", "line"),
+        (duration, pull),
+        tuple(line.values.tolist()),
+        error,
+    )
     return StepResult(
         "adhesion",
         PULLS,
@@ -184,9 +184,7 @@ def _line(duration: Floats, pull: Floats, error: Floats, late: Floats) -> Line:
     return Line(np.asarray(values, dtype=np.float64), np.asarray(free, dtype=np.float64), scatter, weights)
 
 
-def _influence(
-    offs: Detachments, duration: Floats, pull: Floats, line: Line, kept: NDArray[np.bool_]
-) -> Influence:
+def _influence(offs: Detachments, duration: Floats, pull: Floats, line: Line, kept: NDArray[np.bool_]) -> Influence:
     """What each pull says of the line: what the moments of contact are off is the same in all repeats of a release."""
     design = np.column_stack([np.ones_like(duration), duration])
     weighted = line.weights[:, None] * design
@@ -196,6 +194,10 @@ def _influence(
     levels, covariates = of_records(offs.traces, [one.trace for one in items])
     levels = {EVENT: events_of([one.set for one in traces], when, SAME_EVENT)} | levels
     return Influence(
-        PULLS, np.einsum("na,nb->nab", weighted, design), weighted * (pull - design @ line.free)[:, None],
-        np.ones(2), levels, covariates | {CONTACT: duration},
-    )  # fmt: skip
+        PULLS,
+        np.einsum("na,nb->nab", weighted, design),
+        weighted * (pull - design @ line.free)[:, None],
+        np.ones(2),
+        levels,
+        covariates | {CONTACT: duration},
+    )

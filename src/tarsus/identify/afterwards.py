@@ -68,9 +68,7 @@ def landing_rule(chain: StepRunner) -> LandingVerdict | None:
     near = Purpose.RAMPS, Purpose.BOUNCES
     found = judge_landing(chain.known.model(), chain.traces(*near), chain.signals(*near), chain.ground()[0])
     if found is not None and found.replaced:
-        chain.opened = replace(
-            chain.opened, model=chain.opened.model.changed({"ground.landing": found.chosen})
-        )
+        chain.opened = replace(chain.opened, model=chain.opened.model.changed({"ground.landing": found.chosen}))
         chain.known = replace(chain.known.without(chain.steps.pop("adhesion")), base=chain.opened.model)
         chain.attempt(_ADHESION)
     if found is not None and not found.decided and "adhesion" in chain.steps:
@@ -172,10 +170,7 @@ def _nudged(chain: StepRunner) -> Iterator[tuple[FootModel, Evidence]]:
     yield from ((model, evidence) for evidence in chain.evidence.nudged())
     for path, one in float_paths(model.scene).items():
         ends = model.scene.interval(path)
-        stated = (
-            path.startswith(("robot.structure.", f"robot.feet.{model.foot}."))
-            and path not in chain.known.paths
-        )
+        stated = path.startswith(("robot.structure.", f"robot.feet.{model.foot}.")) and path not in chain.known.paths
         if stated and ends is not None and ends[1] > ends[0]:
             moved = model.changed({path: one.value + (ends[1] - ends[0]) / (2.0 * NORMAL)})
             yield moved, replace(chain.evidence, remarks=[])
@@ -193,8 +188,9 @@ def _along(step: StepResult, there: StepResult, drawn: Floats) -> StepResult:
                 samples[:, k] += (other - value) * drawn
     both = {
         name: (one[0], one[1] + (there.combinations[name][0] - one[0]) * drawn, one[2])
-        for name, one in step.combinations.items() if name in there.combinations
-    }  # fmt: skip
+        for name, one in step.combinations.items()
+        if name in there.combinations
+    }
     return replace(step, samples=samples, combinations={**step.combinations, **both})
 
 
@@ -226,9 +222,14 @@ def _again(
     """Results of the steps with another model, or with records without something else, and the drive's force at a path
     moved after the loops; none with draws of what was before it."""
     other = replace(
-        chain, opened=replace(chain.opened, model=model), evidence=evidence, progress=None, not_done=[], bounces=None,
+        chain,
+        opened=replace(chain.opened, model=model),
+        evidence=evidence,
+        progress=None,
+        not_done=[],
+        bounces=None,
         steps=dict(chain.steps),
-    )  # fmt: skip
+    )
     shaped = model.scene.robot.structure != chain.opened.model.scene.robot.structure
     if shaped or not _same_sweeps(chain, evidence):
         other.take((RESONANCES,))
@@ -255,6 +256,6 @@ def _same_sweeps(chain: StepRunner, evidence: Evidence) -> bool:
     own, other = (
         next(one for r in those.readings if r.file in chain.steps["resonances"].files and (one := those.record(r)))
         for those in (chain.evidence, evidence)
-    )  # fmt: skip
+    )
     rows = [k for k, one in enumerate(own.channels) if one.quantity is chain.resonances.fit.frf.quantity]
     return own.step == other.step and np.array_equal(own.values[rows], other.values[rows])

@@ -104,18 +104,19 @@ def shown(motion: Floats, step: float, points: Sequence[str], instruments: Instr
             if low is not None:
                 poles, shares = low.parts()
                 for one in np.ndindex(motion.shape[:-2]):
-                    out[*one, j] = response(np.diag(poles), shares[:, None] * motion[*one, j], step).sum(
-                        axis=0
-                    )
+                    out[*one, j] = response(np.diag(poles), shares[:, None] * motion[*one, j], step).sum(axis=0)
             if late:
                 out[..., j, :] = CubicSpline(time, out[..., j, :], axis=-1)(np.maximum(time - late, 0.0))
     return out
 
 
 def air_records(
-    known: Estimates, traces: Sequence[Trace], signals: Mapping[str, Waveform], level: float,
+    known: Estimates,
+    traces: Sequence[Trace],
+    signals: Mapping[str, Waveform],
+    level: float,
     instruments: Instruments | None = None,
-) -> tuple[list[AirRecord], list[str]]:  # fmt: skip
+) -> tuple[list[AirRecord], list[str]]:
     """Every set that shows motion in the air, and sentences on those that cannot be simulated.
 
     Parameters
@@ -159,11 +160,7 @@ def moving(known: Estimates) -> list[int]:
 
 
 def _record(
-    known: Estimates,
-    repeats: Sequence[Trace],
-    signal: Waveform,
-    level: float,
-    instruments: Instruments | None,
+    known: Estimates, repeats: Sequence[Trace], signal: Waveform, level: float, instruments: Instruments | None
 ) -> AirRecord | None:
     model, first = known.model(), repeats[0]
     k, step = first.point(model.foot_point), first.step
@@ -205,18 +202,22 @@ def _record(
     time = late + step * np.arange(count, dtype=np.float64)
     nudges = np.array([one - predicted for one in others]).reshape(-1, *predicted.shape)
     halves = [half for half in (repeats[::2], repeats[1::2]) if half]
-    seen = [
-        np.mean([np.concatenate([t.x, t.v])[:, begin : begin + count] for t in half], axis=0)
-        for half in halves
-    ]
+    seen = [np.mean([np.concatenate([t.x, t.v])[:, begin : begin + count] for t in half], axis=0) for half in halves]
     white = [
         np.sqrt(np.mean([np.concatenate([t.noise_x, t.noise_v]) ** 2 for t in half], axis=0) / len(half))
         for half in halves
     ]
     return AirRecord(
-        first.set, model, time, predicted, np.array(seen) - predicted, np.array(white), np.array(slopes), instruments,
+        first.set,
+        model,
+        time,
+        predicted,
+        np.array(seen) - predicted,
+        np.array(white),
+        np.array(slopes),
+        instruments,
         nudges,
-    )  # fmt: skip
+    )
 
 
 def _nudge(known: Estimates, number: int) -> float:

@@ -21,17 +21,13 @@ def assessed(found: Identification) -> Assessment | None:
     """
     known = found.known
     taken = {path for step in found.steps.values() for path in step.taken}
-    moving = (np.std(known.samples, axis=0) > 0.0) & np.array(
-        [path not in taken for path in known.paths], dtype=bool
-    )
+    moving = (np.std(known.samples, axis=0) > 0.0) & np.array([path not in taken for path in known.paths], dtype=bool)
     names = tuple(path for path, yes in zip(known.paths, moving, strict=True) if yes)
     if not names:
         return None
     sizes = {path: size for path, size in law_slopes(known).items() if path in names}
     drawn = dict(zip(names, known.samples[:, moving].T, strict=True))
-    bounds = {
-        path: ends for step in found.steps.values() for path, ends in step.bounds.items() if path in names
-    }
+    bounds = {path: ends for step in found.steps.values() for path, ends in step.bounds.items() if path in names}
     # an end that the data leave to physics is open: it counts as cut where the draws end
     limits = {
         path: (
@@ -46,13 +42,7 @@ def assessed(found: Identification) -> Assessment | None:
         far[path] = max(size, far.get(path, 0.0))
     doubts = {path: failures(one for one in checks if path in one.paths) for path in names}
     return judge_samples(
-        names,
-        known.values[moving],
-        known.samples[:, moving],
-        sizes=sizes,
-        limits=limits,
-        doubts=doubts,
-        far=far,
+        names, known.values[moving], known.samples[:, moving], sizes=sizes, limits=limits, doubts=doubts, far=far
     )
 
 

@@ -118,7 +118,7 @@ class Bounces(FlightProblem):
 
     def __init__(
         self, traces: Sequence[Trace], items: Sequence[Moment], level: float, model: FootModel, free: bool | None = None
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.jumps_freely = model.scene.ground.impact is not None if free is None else free
         super().__init__(traces, items, level, model)
 
@@ -167,9 +167,7 @@ class Bounces(FlightProblem):
             better = again.equations.cost < equations.cost[lost]
             gained = np.flatnonzero(lost)[better]
             own[gained] = again.own[better]
-            equations = equations.replaced(
-                np.isin(np.arange(len(own)), gained), again.equations.chosen(better)
-            )
+            equations = equations.replaced(np.isin(np.arange(len(own)), gained), again.equations.chosen(better))
         return BounceFit(own, equations.covariance(), equations.cost / equations.count)
 
     def _from_afar(self, begun: Floats, forces: Floats) -> Minimum:

@@ -15,16 +15,7 @@ from pydantic import Field, field_validator, model_validator
 
 from tarsus.base.errors import Fault, InputError, InputProblem
 from tarsus.base.messages import PathErrors, nearest
-from tarsus.base.spec import (
-    Amount,
-    Description,
-    FrozenDict,
-    MaybeAmount,
-    Named,
-    quantity,
-    scene_name,
-    validate,
-)
+from tarsus.base.spec import Amount, Description, FrozenDict, MaybeAmount, Named, quantity, scene_name, validate
 from tarsus.files.library import load_scene
 from tarsus.files.tables import FileKind, read_table
 from tarsus.formats.freedoms import along_axis
@@ -89,8 +80,7 @@ class RecordSet(Defaults):
         description="of a walk: volts of single drives; without a gait those of the others are 0 V",
     )
     bridge: bool = Field(
-        default=False,
-        description="whether a bridge took the current of the capacitance off the recorded currents",
+        default=False, description="whether a bridge took the current of the capacitance off the recorded currents"
     )
 
     @property
@@ -116,14 +106,10 @@ class Campaign(Description):
     """Records of one device."""
 
     name: str = Field(default="campaign", description="title of the report")
-    device: str = Field(
-        description="what is known beforehand: a device by name, or a scene file in the same folder"
-    )
+    device: str = Field(description="what is known beforehand: a device by name, or a scene file in the same folder")
     foot: str | None = Field(default=None, description="name of the foot; may be left out if there is one")
     drive: str | None = Field(default=None, description="name of the drive; may be left out if there is one")
-    points: tuple[str, ...] = Field(
-        default=(), description="points that were measured; all of the structure if empty"
-    )
+    points: tuple[str, ...] = Field(default=(), description="points that were measured; all of the structure if empty")
     other_gap: MaybeAmount = quantity(
         "m", "a second gap at the neutral position, to see how the result depends on it", default=None, gt=0
     )
@@ -132,10 +118,12 @@ class Campaign(Description):
         description="of a walker: whether the ground is known to differ from foot to foot, which is tried otherwise",
     )
     calibration: float = Field(
-        default=0.0, ge=0, lt=0.5,
+        default=0.0,
+        ge=0,
+        lt=0.5,
         description="standard error of the gain that all channels of motion share, as a share of it (of a certified "
         "vibrometer 0.005 to 0.01); the uncertainty of every number includes it",
-    )  # fmt: skip
+    )
     defaults: Defaults | None = Field(default=None, description="what the sets do not say themselves")
     records: Named[RecordSet] = Field(description="sets of records by name")
 
@@ -215,8 +203,7 @@ def read_campaign(path: str | os.PathLike[str]) -> Opened:
 def _with_files(campaign: Campaign, folder: Path) -> Campaign:
     """A campaign whose patterns are the files that they match."""
     sets = {
-        name: one.model_copy(update={"files": matching(folder, one.files)})
-        for name, one in campaign.records.items()
+        name: one.model_copy(update={"files": matching(folder, one.files)}) for name, one in campaign.records.items()
     }
     return campaign.model_copy(update={"records": FrozenDict(sets)})
 
@@ -268,9 +255,7 @@ def _unknown(campaign: Campaign, scene: Scene) -> list[str]:
         if choice.point is not None and choice.point not in looked_at
     ]
     said += [
-        f"points: the structure has no point '{p}'{nearest(p, points)}"
-        for p in campaign.points
-        if p not in points
+        f"points: the structure has no point '{p}'{nearest(p, points)}" for p in campaign.points if p not in points
     ]
     said += [
         f"records.{name}.air: there is no set of records '{one.air}'{nearest(one.air, campaign.records)}"

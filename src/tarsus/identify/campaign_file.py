@@ -104,9 +104,7 @@ def short_text(campaign: Mapping[str, Any]) -> str:
     for name, given in campaign["records"].items():
         one = {**given, "files": pattern_of(given["files"], every)}
         like = [
-            _line(name, {"like": key, **_different(one, other)})
-            for key, other in whole.items()
-            if _fits(one, other)
+            _line(name, {"like": key, **_different(one, other)}) for key, other in whole.items() if _fits(one, other)
         ]
         if like:
             lines.append(min(like, key=len))
@@ -135,12 +133,7 @@ def _different(one: Mapping[str, Any], other: Mapping[str, Any]) -> dict[str, An
     """What a raw set says otherwise than another one, but its files."""
     out = {key: value for key, value in one.items() if key in OWN or value != other.get(key)}
     mine, its = out.get("signal"), other.get("signal")
-    if (
-        isinstance(mine, dict)
-        and isinstance(its, dict)
-        and mine["kind"] == its["kind"]
-        and set(its) <= set(mine)
-    ):
+    if isinstance(mine, dict) and isinstance(its, dict) and mine["kind"] == its["kind"] and set(its) <= set(mine):
         out["signal"] = {key: value for key, value in mine.items() if value != its.get(key)}
     return out
 

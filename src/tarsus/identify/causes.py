@@ -84,18 +84,43 @@ _DRIVEN = LOAD, LAW, GROUND
 _ALL = STRUCTURE, *_DRIVEN
 _TRIGGER = "record drive and motion by one converter, or measure the delay of each channel"
 CAUSES = (
-    Cause("the displacements are {:.3g} us late behind the voltage: a delay of their channels", _late(1.0, 0.0), 20.0,
-          _DRIVEN, _TRIGGER),
-    Cause("the velocities are {:.3g} us late behind the voltage: a delay of their channels", _late(0.0, 1.0), 20.0,
-          _ALL, _TRIGGER),
-    Cause("all motion is {:.3g} us late behind the voltage: a delay, or a low-pass filter, between the two",
-          _late(1.0, 1.0), 20.0, _ALL, _TRIGGER),
+    Cause(
+        "the displacements are {:.3g} us late behind the voltage: a delay of their channels",
+        _late(1.0, 0.0),
+        20.0,
+        _DRIVEN,
+        _TRIGGER,
+    ),
+    Cause(
+        "the velocities are {:.3g} us late behind the voltage: a delay of their channels",
+        _late(0.0, 1.0),
+        20.0,
+        _ALL,
+        _TRIGGER,
+    ),
+    Cause(
+        "all motion is {:.3g} us late behind the voltage: a delay, or a low-pass filter, between the two",
+        _late(1.0, 1.0),
+        20.0,
+        _ALL,
+        _TRIGGER,
+    ),
     Cause("the clock of the motion is {:.3g} ppm slower than that of the voltage", _clock, 1e3, _ALL, _TRIGGER),
     Cause("a gain of a channel is wrong", _gains, np.nan, _DRIVEN, "calibrate the gain of every channel"),
-    Cause("displacements or velocities are behind a high-pass, as if coupled by a capacitor", _coupled, np.nan, _ALL,
-          "record with channels that are coupled by direct current"),
+    Cause(
+        "displacements or velocities are behind a high-pass, as if coupled by a capacitor",
+        _coupled,
+        np.nan,
+        _ALL,
+        "record with channels that are coupled by direct current",
+    ),
     Cause("mains hum stands in the displacements", _hum, np.nan, _DRIVEN, "repeat the records without the mains' hum"),
-    Cause("a channel saturates: it falls short where motion is largest", _saturated, np.nan, _DRIVEN,
-          "repeat the records with a wider range of the channels"),
-)  # fmt: skip
+    Cause(
+        "a channel saturates: it falls short where motion is largest",
+        _saturated,
+        np.nan,
+        _DRIVEN,
+        "repeat the records with a wider range of the channels",
+    ),
+)
 """All of them."""

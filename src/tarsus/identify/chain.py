@@ -77,23 +77,34 @@ class StepRunner:
         shifts = self.guarded("other zero position", lambda: afterwards.shifted(self), {})
         used = {file for step in self.steps.values() for file in step.files}
         used |= {one.file for step in self.steps.values() for one in step.left_out}
-        in_air = {
-            one.set: one.off for one in air if self.opened.campaign.records[one.set].purpose is Purpose.AIR
-        }
+        in_air = {one.set: one.off for one in air if self.opened.campaign.records[one.set].purpose is Purpose.AIR}
         seen = {r.file for r in self.evidence.readings if r.set in in_air and r.record is not None}
         self.evidence.close(used | seen | {one.file for one in comparisons})
         if not self.steps and not any(r.record is not None for r in self.evidence.readings):
-            raise InputError([
-                *(f"excluded: {one}" for one in together([str(one) for one in self.evidence.left_out])),
-                *(f"{one.name} was not done: {said}" for one in self.not_done for said in one.reasons),
-            ] or ["no step could be done"])  # fmt: skip
+            raise InputError(
+                [
+                    *(f"excluded: {one}" for one in together([str(one) for one in self.evidence.left_out])),
+                    *(f"{one.name} was not done: {said}" for one in self.not_done for said in one.reasons),
+                ]
+                or ["no step could be done"]
+            )
         return Identification(
-            opened=self.opened, readings=tuple(self.evidence.readings), left_out=tuple(self.evidence.left_out),
-            steps=self.steps, not_done=tuple(self.not_done), known=self.known, level=self.evidence.level,
-            resonances=self.resonances, film=self.film, landing=landing, comparisons=tuple(comparisons),
-            in_air=in_air, shifts=shifts, remarks=tuple(self.evidence.remarks),
+            opened=self.opened,
+            readings=tuple(self.evidence.readings),
+            left_out=tuple(self.evidence.left_out),
+            steps=self.steps,
+            not_done=tuple(self.not_done),
+            known=self.known,
+            level=self.evidence.level,
+            resonances=self.resonances,
+            film=self.film,
+            landing=landing,
+            comparisons=tuple(comparisons),
+            in_air=in_air,
+            shifts=shifts,
+            remarks=tuple(self.evidence.remarks),
             seconds=time.perf_counter() - begun,
-        )  # fmt: skip
+        )
 
     def read(self) -> None:
         """Read and check every file."""
@@ -145,9 +156,12 @@ class StepRunner:
         given = {step.purpose} if not step.instead else self._purposes(found)
         files = sum(len(one.files) for purpose in given for _, one in self.opened.sets(purpose))
         self.steps[step.name] = replace(
-            found, used=(*found.used, Used("files", len(found.files), files)), about=step.about,
-            records=step.records, notes=(*found.notes, *(f"Not from other records: {said}." for said in earlier)),
-        )  # fmt: skip
+            found,
+            used=(*found.used, Used("files", len(found.files), files)),
+            about=step.about,
+            records=step.records,
+            notes=(*found.notes, *(f"Not from other records: {said}." for said in earlier)),
+        )
         self.known = self.known.after(found)
 
     def guarded(self, what: str, find: Callable[[], Kind], otherwise: Kind) -> Kind:
@@ -173,7 +187,7 @@ class StepRunner:
         parts = {
             "resonances": ("structure", "robot.structure.frequencies", Purpose.MODAL, "sweeps in the air"),
             "hysteresis": ("drive's law", f"robot.drives.{self.opened.model.drive}.law", Purpose.LOOPS, "static loops"),
-        }  # fmt: skip
+        }
         for name in step.needs:
             if name in self.steps:
                 continue
@@ -191,9 +205,7 @@ class StepRunner:
 
     def placeholder(self, path: str) -> bool:
         """Whether what the device file holds there is to be identified, and nothing that anyone knows."""
-        paths = [
-            one for one in float_paths(self.opened.model.scene) if one == path or one.startswith(f"{path}.")
-        ]
+        paths = [one for one in float_paths(self.opened.model.scene) if one == path or one.startswith(f"{path}.")]
         origins = [self.opened.model.scene.origin(one) for one in paths]
         return any(one is not None and one.note == PLACEHOLDER for one in origins)
 

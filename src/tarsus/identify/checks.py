@@ -77,9 +77,11 @@ def air_checks(fit: AirFit | None, known: Estimates) -> tuple[Check, ...]:
 def left_check(step: StepResult, known: Estimates) -> tuple[Check, ...]:
     """What a step leaves over the noise."""
     later = {
-        "hysteresis": (LAW, LOAD, GROUND), "film": (GROUND,), "electrostatics": (GROUND,),
+        "hysteresis": (LAW, LOAD, GROUND),
+        "film": (GROUND,),
+        "electrostatics": (GROUND,),
         "restitution": ("ground.restitution",),
-    }  # fmt: skip
+    }
     noisy = [one for one in step.residuals if np.isfinite(one.noise) and one.noise > 0.0]
     if step.name not in later or not noisy:
         return ()

@@ -148,9 +148,7 @@ def _paired(first: tuple[Measurement, SweptSine], other: tuple[Measurement, Swep
 
 def _passed(sweep: SweptSine, frequency: Floats) -> Floats:
     """Times [s] at which a sweep passes frequencies."""
-    return (
-        sweep.duration * (frequency - sweep.start_frequency) / (sweep.stop_frequency - sweep.start_frequency)
-    )
+    return sweep.duration * (frequency - sweep.start_frequency) / (sweep.stop_frequency - sweep.start_frequency)
 
 
 def stretched(volts: Floats, slow: float) -> Floats:

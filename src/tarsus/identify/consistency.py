@@ -73,9 +73,7 @@ def not_together(trace: Trace) -> list[Excluded]:
             continue
         if found.alike < _ALIKE:
             others = [(other, _ratio(trace, k, other)) for other in points if other != k]
-            swapped = [
-                o for o, one in others if one is not None and one.alike > 0.97 and abs(one.gain - 1.0) < 0.1
-            ]
+            swapped = [o for o, one in others if one is not None and one.alike > 0.97 and abs(one.gain - 1.0) < 0.1]
             if swapped:
                 said = f"its motion is the integral of the velocity of point '{trace.points[swapped[0]]}': "
                 said += "channels look swapped"
@@ -106,9 +104,7 @@ def _ratio(trace: Trace, point: int, other: int) -> _Ratio | None:
     return replace(rough, open=np.inf)
 
 
-def _best(
-    trace: Trace, channels: tuple[int, int], moved: Floats, whole: Floats, edges: Floats | None
-) -> _Ratio | None:
+def _best(trace: Trace, channels: tuple[int, int], moved: Floats, whole: Floats, edges: Floats | None) -> _Ratio | None:
     """The comparison at the span at which displacement and integral (ns,) are most alike.
 
     edges: number of jumps of the drive before each sample, none of which a span may come near; None for all spans.
@@ -159,9 +155,7 @@ def odd_ones(traces: Sequence[Trace]) -> list[Excluded]:
         limit = max(ODD, _MORE * usual)
         if own[worst] > limit:
             middle = np.median(np.delete(motion, worst, axis=0), axis=0)
-            said = (
-                f"{_how(traces[worst], k, middle, limit * span)} than the {len(traces) - 1} other repeats: "
-            )
+            said = f"{_how(traces[worst], k, middle, limit * span)} than the {len(traces) - 1} other repeats: "
             said += f"{100 * own[worst]:.2g} % of its span apart, where they are {100 * usual:.2g} % from each other"
             return [Excluded(traces[worst].file, name, said)]
     return []

@@ -31,11 +31,7 @@ matters, for the interval is that wide."""
 
 
 def film_by_impacts(
-    known: Estimates,
-    step: StepResult,
-    traces: Sequence[Trace],
-    close: Sequence[Trace],
-    level: tuple[float, float],
+    known: Estimates, step: StepResult, traces: Sequence[Trace], close: Sequence[Trace], level: tuple[float, float]
 ) -> tuple[Estimates, StepResult]:
     """The film of a step that saw it from above, with what impacts say; all that hangs on it moves along.
 
@@ -65,9 +61,7 @@ def film_by_impacts(
     sought = Sought(FILM, np.eye(2), np.log([step.value(path) for path in FILM]), information)
     begun, passed = _begun(bounces, sought, covariance)
     if begun is None:
-        return known, _unchanged(
-            step, f"under none of {len(_SHARES)} films could the flights be followed ({passed})"
-        )
+        return known, _unchanged(step, f"under none of {len(_SHARES)} films could the flights be followed ({passed})")
     place, fitted = begun
     bounces = bounces.by(bounces.model.changed(dict(zip(FILM, np.exp(place).tolist(), strict=True))))
     good = sound(bounces, fitted).like
@@ -92,9 +86,7 @@ def _unchanged(step: StepResult, why: str) -> StepResult:
     return replace(step, notes=(*step.notes, f"The impacts do not determine the film: {why}."))
 
 
-def _begun(
-    bounces: Bounces, sought: Sought, covariance: Floats
-) -> tuple[tuple[Floats, BounceFit] | None, str]:
+def _begun(bounces: Bounces, sought: Sought, covariance: Floats) -> tuple[tuple[Floats, BounceFit] | None, str]:
     """Of the earlier logarithms (2,) of the film and places up to two deviations to either side of them, the way they
     are known worst, the one that leaves least of the impacts, and these as fitted there; None where no fit ends. And
     which places were passed over, in words.
@@ -161,9 +153,7 @@ def _determined(
     return found.shared, found.equations.shared[0]
 
 
-def _with(
-    step: StepResult, moved: Estimates, close: Sequence[Trace], used: Used, files: frozenset[str]
-) -> StepResult:
+def _with(step: StepResult, moved: Estimates, close: Sequence[Trace], used: Used, files: frozenset[str]) -> StepResult:
     """The step with the numbers that it and the impacts tell together."""
     own = [moved.paths.index(path) for path in step.paths]
     values, samples = moved.values[own], moved.samples[:, own]

@@ -72,9 +72,7 @@ def find_detachments(traces: Sequence[Trace], foot: str, level: float) -> tuple[
             if not len(away) or end - first < FEWEST:
                 left.append(
                     Excluded(
-                        trace.file,
-                        foot,
-                        f"the foot is back on the ground too soon after its release at {at:.5g} s",
+                        trace.file, foot, f"the foot is back on the ground too soon after its release at {at:.5g} s"
                     )
                 )
                 continue
@@ -165,9 +163,7 @@ class Detachments(FlightProblem):
     def pulls_of(self, found: FlightFit) -> Pulls:
         """Pulls with their errors, at the end of a fit."""
         system, (pull, slopes) = found.system, self.pulls(found.unknowns)
-        error = np.sqrt(
-            np.einsum("rq,rqp,rp->r", slopes, system.covariance(), slopes) * np.maximum(found.chi, 1.0)
-        )
+        error = np.sqrt(np.einsum("rq,rqp,rp->r", slopes, system.covariance(), slopes) * np.maximum(found.chi, 1.0))
         by_film = -np.einsum("rq,rqa->ra", slopes, np.linalg.solve(system.own, system.across))
         begun = (np.array([one.first - one.hold.first for one in self.items]) + 0.5) * self.step
         return Pulls(pull, error, begun - found.unknowns[:, 0], by_film)

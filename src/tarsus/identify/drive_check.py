@@ -288,9 +288,7 @@ def drive_faults(
         word = "its sign, unit or scale" if gain < 0.0 else "its unit or scale"
         sized.append(f"the drive is {gain:.3g} times the one that the campaign states: is {word} right?")
     if fit.offset.off(0.0, _OFFSET * fit.amplitude):
-        sized.append(
-            f"the drive is {fit.offset.value:+.3g} V off the one that the campaign states: is its zero right?"
-        )
+        sized.append(f"the drive is {fit.offset.value:+.3g} V off the one that the campaign states: is its zero right?")
     if fit.pace.off(1.0, max(_PACE, _DRIFT * step / length)):
         faults.append(
             f"the drive runs {pace:.5g} times as fast as the campaign states: is the sampling rate of "

@@ -61,9 +61,10 @@ class Evidence:
         if records:
             step = min(record.step for record in records)
             sweeps = [
-                (r.record, signal) for r in self.readings
+                (r.record, signal)
+                for r in self.readings
                 if r.record is not None and isinstance(signal := self.opened.campaign.records[r.set].signal, SweptSine)
-            ]  # fmt: skip
+            ]
             relations = relations_of(records, self.opened.model.points)
             clocks = clocks_of(sweeps)
             self.take_off(Instruments(relations, step, pace=clocks.pace, starts=clocks.starts))
@@ -138,10 +139,7 @@ class Evidence:
 
     def _traced(self, reading: RecordFile, record: Measurement, late: float) -> Trace:
         """A record, so late [s] and by a clock as slow as its instruments', as a trace of its file."""
-        one, pace = (
-            self.opened.campaign.records[reading.set],
-            self.instruments.slow if self.instruments else 0.0,
-        )
+        one, pace = (self.opened.campaign.records[reading.set], self.instruments.slow if self.instruments else 0.0)
         points, drive = self.opened.model.points, record.drive or ""
         trace = trace_of(record, points, reading.set, drive, one.rest, one.gap, late, pace)
         order = next((k for k, one in enumerate(self.readings) if one.file == reading.file), 0)

@@ -93,9 +93,7 @@ def identify_film(
     found = len(items) + len(left)
     if not items:
         files = ", ".join(sorted({trace.file for trace in traces}))
-        raise InputError(
-            f"{files}: channel '{model.foot_point}' shows no detachment with a free flight after it"
-        )
+        raise InputError(f"{files}: channel '{model.foot_point}' shows no detachment with a free flight after it")
     items, others = enough(items, MOST, "detachments", "all records of ramped squares", model.foot_point)
     left += others
     offs = Detachments(traces, items, level[0], model)
@@ -131,9 +129,13 @@ def film_sought(model: FootModel) -> Sought:
         return Sought((), np.zeros((0, 0)), np.zeros(0), np.zeros((0, 0)))
     low, high = np.log(_LIMITS)
     return Sought(
-        FILM, np.array([[1.0, 3.0], [0.0, 1.0]]), np.log([model.like_damping, 0.5 * model.gap]),
-        np.diag(np.array(PRIOR) ** -2.0), np.array([-np.inf, low]), np.array([np.inf, high]),
-    )  # fmt: skip
+        FILM,
+        np.array([[1.0, 3.0], [0.0, 1.0]]),
+        np.log([model.like_damping, 0.5 * model.gap]),
+        np.diag(np.array(PRIOR) ** -2.0),
+        np.array([-np.inf, low]),
+        np.array([np.inf, high]),
+    )
 
 
 def wide_film(model: FootModel, seed: int) -> StepResult:
@@ -175,13 +177,15 @@ def _found(offs: Detachments, fitted: FlightFit, known: Estimates, unsure: float
     own, before = fitted.drawn(known, level, seed, pulls_at)
     panels = tuple(
         fitted.panel(
-            r, f"{trace.file}, release at {trace.time[one.hold.last]:.4g} s", "time after detachment",
+            r,
+            f"{trace.file}, release at {trace.time[one.hold.last]:.4g} s",
+            "time after detachment",
             trace.time[one.first] - fitted.unknowns[r, 0],
         )
         for r in evenly(range(len(offs.items)), _SHOWN)
         for one in (offs.items[r],)
         for trace in (offs.traces[one.trace],)
-    )  # fmt: skip
+    )
     count = len(fitted.place)
     step = fitted.step("film", fitted.place + own + before[:, :count], 0.0, panels)
     return FilmFit(step, offs, fitted, pulls, before[:, count:] + own @ pulls.by_film.T, unsure)

@@ -86,17 +86,17 @@ def with_exponent(film: FilmFit, found: Exponent, seed: int) -> FilmFit:
     # of another law C has another unit; it is drawn as what damps the same at contact
     drawn, thickness = drawn * np.exp(turned[:, 0]), step.samples[:, 1] * np.exp(turned[:, 1])
     check = Check(
-        "exponent of the film off 3, in standard errors", abs(found.value - ASSUMED) / found.error,
-        float(np.sqrt(SURE)), paths=(*FILM, *PULLS), record="record ramps that lift the foot higher, and lower",
+        "exponent of the film off 3, in standard errors",
+        abs(found.value - ASSUMED) / found.error,
+        float(np.sqrt(SURE)),
+        paths=(*FILM, *PULLS),
+        record="record ramps that lift the foot higher, and lower",
         cause=f"the flights after detachments are not damped as by a film of exponent 3: it comes out as {said}",
-    )  # fmt: skip
+    )
     step = replace(
         step,
         samples=np.column_stack([drawn * thickness**3, thickness]),
         combinations={**step.combinations, "C / g0^3": (ratio, drawn, unit)},
-        notes=(
-            *step.notes,
-            f"As one more unknown the exponent of the film is {said}; the film is drawn over it.",
-        ),
+        notes=(*step.notes, f"As one more unknown the exponent of the film is {said}; the film is drawn over it."),
     )
     return replace(film, step=with_checks(step, (check,)))

@@ -100,8 +100,7 @@ class Sought:
                 continue
             k, length = self.names.index(path), {3: "g0", 2: "g_e"}[power]
             value, draws = (
-                one[..., k] / (gap + one[..., k + 1]) ** power
-                for one in (self.constants(place), self.constants(drawn))
+                one[..., k] / (gap + one[..., k + 1]) ** power for one in (self.constants(place), self.constants(drawn))
             )
             below = f"(g + {length})^{power}{at}" if gap else f"{length}^{power}"
             out[f"{label} / {below}"] = float(value), draws, unit
@@ -110,13 +109,15 @@ class Sought:
     def wide(self, name: str, seed: int) -> StepResult:
         """The constants as unknowns that no record tells: draws as wide as what is known beforehand."""
         spread = np.linalg.cholesky(np.linalg.inv(self.information))
-        drawn = (
-            self.centre + np.random.default_rng([seed, 31]).standard_normal((DRAWS, len(spread))) @ spread.T
-        )
+        drawn = self.centre + np.random.default_rng([seed, 31]).standard_normal((DRAWS, len(spread))) @ spread.T
         return StepResult(
-            name, self.names, self.constants(self.centre), self.constants(drawn), taken=self.names,
+            name,
+            self.names,
+            self.constants(self.centre),
+            self.constants(drawn),
+            taken=self.names,
             combinations=self.combinations(0.0, self.centre, drawn),
-        )  # fmt: skip
+        )
 
 
 NO_HOLD = Hold(0, -1)
@@ -178,9 +179,7 @@ class FlightProblem:
         Without moments, and for records that are sampled at different rates.
     """
 
-    def __init__(
-        self, traces: Sequence[Trace], items: Sequence[Moment], level: float, model: FootModel
-    ) -> None:
+    def __init__(self, traces: Sequence[Trace], items: Sequence[Moment], level: float, model: FootModel) -> None:
         self.traces, self.level = tuple(traces), level
         self.volts = {k: self.traces[k].between for k in {one.trace for one in items}}
         self.stretches: Stretches | None = None
@@ -195,9 +194,7 @@ class FlightProblem:
             raise InputError("records that are fitted together are sampled at different rates")
         self.step = self.traces[items[0].trace].step
         self.free = null_space(model.row[None, :])
-        self.grounded = (
-            -model.gap * model.row / float(model.row @ model.row)
-        )  # coordinates, the shortest ones
+        self.grounded = -model.gap * model.row / float(model.row @ model.row)  # coordinates, the shortest ones
         self.output = np.asarray(np.kron(np.eye(2), model.rows), dtype=np.float64)
         self.sides = self.of_sides()
         steps = [(-1.0 if one.back else 1.0) * self.step / SUBSTEPS for one in self.sides]
@@ -208,9 +205,7 @@ class FlightProblem:
         for one in items:
             trace, first = self.traces[one.trace], one.first - one.before
             part = slice(first, first + one.before + one.after)
-            self.measured.append(
-                np.concatenate([trace.x[:, part] + self.rest(trace)[:, None], trace.v[:, part]])
-            )
+            self.measured.append(np.concatenate([trace.x[:, part] + self.rest(trace)[:, None], trace.v[:, part]]))
             self.noise.append(np.concatenate([trace.noise_x, trace.noise_v]))
         self._drive()
         self.gaps = np.array([self.gap(self.traces[one.trace]) for one in items])
@@ -219,10 +214,12 @@ class FlightProblem:
         """Force of the drive along the flights, and beside their first samples; held before and after the record."""
         firsts = [max(one.first - one.before - _REACH, 0) for one in self.items]
         if self.stretches is None:
-            self.stretches = Stretches([
-                (self.volts[one.trace], first, one.last + 1 + one.after - first)
-                for one, first in zip(self.items, firsts, strict=True)
-            ])  # fmt: skip
+            self.stretches = Stretches(
+                [
+                    (self.volts[one.trace], first, one.last + 1 + one.after - first)
+                    for one, first in zip(self.items, firsts, strict=True)
+                ]
+            )
         force, reach = self.stretches.force(self.model.law, self.model.history), SUBSTEPS * _REACH
         low, high = (ends[:, None] for ends in self.stretches.ends)
         begun = np.array([one.first for one in self.items])[:, None] - np.array(firsts)[:, None]
@@ -250,9 +247,7 @@ class FlightProblem:
         out._prepare(self.items, model)
         return out
 
-    def among(
-        self, traces: Sequence[Trace], level: float, model: FootModel
-    ) -> tuple[Self, NDArray[np.bool_]]:
+    def among(self, traces: Sequence[Trace], level: float, model: FootModel) -> tuple[Self, NDArray[np.bool_]]:
         """The moments in other records of the same files, and which of them (nr,) are there."""
         places = {one.file: k for k, one in enumerate(traces)}
         at = [places.get(self.traces[one.trace].file, -1) for one in self.items]
@@ -273,9 +268,7 @@ class FlightProblem:
     def files(self, keep: NDArray[np.bool_] | None = None) -> frozenset[str]:
         """Files of which there is a segment, or one of some."""
         kept = np.ones(len(self.items), dtype=bool) if keep is None else keep
-        return frozenset(
-            self.traces[one.trace].file for one, yes in zip(self.items, kept, strict=True) if yes
-        )
+        return frozenset(self.traces[one.trace].file for one, yes in zip(self.items, kept, strict=True) if yes)
 
     def of_sides(self) -> tuple[FlightSide, ...]:
         """To which sides flights go, earlier samples first."""
@@ -301,11 +294,14 @@ class FlightProblem:
         offset = np.zeros((2, q)) if one.offset is None else one.offset
         begin = one.begin[0] + one.begin[1] * unknowns[:, :1].sum(axis=1)
         return Launches(
-            Varied(self.states(unknowns, side), one.rates), Varied(begin, one.begin[1] * np.eye(1, q)[0]),
+            Varied(self.states(unknowns, side), one.rates),
+            Varied(begin, one.begin[1] * np.eye(1, q)[0]),
             Varied(unknowns @ offset.T, offset),
             Varied(np.tile(law.value, (count, 1)), np.pad(law.slopes, ((0, 0), (q, 0)))),
-            self.gaps[part], self.near[side][part], self.flows[side].step,
-        )  # fmt: skip
+            self.gaps[part],
+            self.near[side][part],
+            self.flows[side].step,
+        )
 
     def _flown(
         self, k: int, unknowns: Floats, law: Varied, part: NDArray[np.intp]
@@ -320,16 +316,18 @@ class FlightProblem:
         ends = np.cumsum(counts).tolist()
         own = [slice(end - count, end) for end, count in zip(ends, counts.tolist(), strict=True)]
         before = [self.items[r].before for r in part]
-        seen = np.concatenate([
-            self.measured[r][:, :n][:, ::-1].T if back else self.measured[r][:, n:].T
-            for r, n in zip(part.tolist(), before, strict=True)
-        ])  # fmt: skip
+        seen = np.concatenate(
+            [
+                self.measured[r][:, :n][:, ::-1].T if back else self.measured[r][:, n:].T
+                for r, n in zip(part.tolist(), before, strict=True)
+            ]
+        )
         noise = np.repeat([self.noise[r] for r in part], counts, axis=0)
         return ((seen - values) / noise, slopes / noise[:, :, None], values), own
 
     def flown(
         self, unknowns: Floats, law: Varied, part: NDArray[np.intp] | None = None
-    ) -> tuple[list[Floats], list[Floats], list[Floats]]:  # fmt: skip
+    ) -> tuple[list[Floats], list[Floats], list[Floats]]:
         """Of the segments of these numbers, or of all: what was measured less what is flown, over the noise (channels,
         samples), slopes (q + p, channels times samples) of what is flown, and the flights (channels, samples)."""
         part = np.arange(len(self.measured)) if part is None else part
@@ -343,22 +341,17 @@ class FlightProblem:
         every = range(len(part))
         rows = [in_time(1, r).transpose(2, 1, 0) for r in every]
         return (
-            [in_time(0, r).T for r in every], [one.reshape(len(one), -1) for one in rows],
+            [in_time(0, r).T for r in every],
+            [one.reshape(len(one), -1) for one in rows],
             [in_time(2, r).T for r in every],
-        )  # fmt: skip
+        )
 
-    def equations(
-        self, unknowns: Floats, law: Varied, part: NDArray[np.intp] | None = None
-    ) -> NormalEquations:  # fmt: skip
+    def equations(self, unknowns: Floats, law: Varied, part: NDArray[np.intp] | None = None) -> NormalEquations:
         """Normal equations of the segments of these numbers, which share the unknowns of the law."""
         part = np.arange(len(self.measured)) if part is None else part
         assert law.slopes is not None
         q, size = unknowns.shape[1], unknowns.shape[1] + law.slopes.shape[1]
-        normal, right, cost = (
-            np.zeros((len(part), size, size)),
-            np.zeros((len(part), size)),
-            np.zeros(len(part)),
-        )
+        normal, right, cost = (np.zeros((len(part), size, size)), np.zeros((len(part), size)), np.zeros(len(part)))
         for k in range(len(self.sides)):
             (left, slopes, _), own = self._flown(k, unknowns, law, part)
             for r, one in enumerate(own):
@@ -377,9 +370,12 @@ class FlightProblem:
     def together(self, unknowns: Floats, sought: Sought, place: Floats, how: Descent) -> FlightFit:
         """All segments with what they share, from a place (p,)."""
         found = descend(
-            lambda own, shared, part: self.equations(own, sought.law(self.model, shared), part), unknowns, place,
-            prior=(sought.centre, sought.information), how=how,
-        )  # fmt: skip
+            lambda own, shared, part: self.equations(own, sought.law(self.model, shared), part),
+            unknowns,
+            place,
+            prior=(sought.centre, sought.information),
+            how=how,
+        )
         return self.fitted(found.own, sought, found.shared)
 
     def fitted(self, unknowns: Floats, sought: Sought, place: Floats) -> FlightFit:
@@ -435,7 +431,7 @@ class FlightFit:
 
     def drawn(
         self, known: Estimates, level: Floats, seed: int, also: Callable[[FlightProblem, Floats], Floats] | None = None
-    ) -> tuple[Floats, Floats]:  # fmt: skip
+    ) -> tuple[Floats, Floats]:
         """Deviations of the place (draws, p) by the scatter between records, and those by what earlier steps do not
         know, the level (draws,) [m] among it, the latter with those of further numbers of segments and their unknowns
         (draws, p + ...)."""
@@ -455,16 +451,20 @@ class FlightFit:
         for one, left in zip(self.problem.items, self.residuals, strict=True):
             by_record.setdefault(one.trace, []).append(left.ravel())
         residuals: list[Residual] = [
-            over_noise(self.problem.traces[k].file, np.concatenate(left))
-            for k, left in sorted(by_record.items())
+            over_noise(self.problem.traces[k].file, np.concatenate(left)) for k, left in sorted(by_record.items())
         ]
         names = self.sought.names
         return StepResult(
-            name, names, self.sought.constants(self.place), self.sought.constants(logs),
-            combinations=self.sought.combinations(gap, self.place, logs), residuals=tuple(residuals),
-            files=self.problem.files(), panels=panels,
+            name,
+            names,
+            self.sought.constants(self.place),
+            self.sought.constants(logs),
+            combinations=self.sought.combinations(gap, self.place, logs),
+            residuals=tuple(residuals),
+            files=self.problem.files(),
+            panels=panels,
             influence=self.influence.of(names, self.sought.ways, self.sought.constants(self.place)) if names else None,
-        )  # fmt: skip
+        )
 
     def panel(self, r: int, title: str, axis: str, since: float) -> Panel:
         """Gap of a segment, measured and fitted, over the time [s] since a moment of the record."""

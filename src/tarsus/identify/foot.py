@@ -177,9 +177,7 @@ class FootModel:
         return replace(self, scene=with_values(self.scene, values)) if values else self
 
 
-def response(
-    flow: Floats | Complexes, push: Floats | Complexes, step: float, more: Floats | float = 0.0
-) -> Floats:
+def response(flow: Floats | Complexes, push: Floats | Complexes, step: float, more: Floats | float = 0.0) -> Floats:
     """States (m, nf) from rest of ``z' = flow z + push``, with a push (m, nf) that runs straight between the ends of
     steps [s], and, on top, one that is held over each of them (m, nf - 1): the mean of a push that jumps in a step."""
     poles, right = np.linalg.eig(flow)

@@ -54,9 +54,7 @@ def moved(model: FootModel, trace: Trace, signal: Waveform, level: float, until:
     time = np.maximum(trace.time[driven], 0.0)
     run = simulate(model.driven(signal), float(time[-1]) + trace.step)
     if run.ended is not ResultCode.DONE:
-        raise InputError(
-            f"{trace.file}: the identified device cannot be simulated with this drive: {run.ended}"
-        )
+        raise InputError(f"{trace.file}: the identified device cannot be simulated with this drive: {run.ended}")
     seen = model.normal * (trace.x[trace.point(model.foot_point), driven] - level)
     return Moved(time, seen, model.gap + model.row @ run.states(time).x)
 

@@ -121,9 +121,7 @@ class LoopFit:
         return _estimate(model, self.loops, level, replace(self.shares, values=shares))
 
 
-def fit_loops(
-    model: FootModel, traces: Sequence[Trace], level: float | None, shares: Shares, seed: int
-) -> LoopFit:
+def fit_loops(model: FootModel, traces: Sequence[Trace], level: float | None, shares: Shares, seed: int) -> LoopFit:
     """Fit the drive's law, and its participations, to static records.
 
     Parameters
@@ -170,23 +168,17 @@ def _gathered(model: FootModel, traces: Sequence[Trace], level: float | None) ->
     found = [blocks_of(trace, model.foot_point, level if trace.gap is None else None) for trace in traces]
     blocks = [block for those, _ in found for block in those]
     if sum(len(block.index) for block in blocks) < _FEWEST:
-        raise InputError(
-            "the static records have hardly any sample away from the making and breaking of contacts"
-        )
+        raise InputError("the static records have hardly any sample away from the making and breaking of contacts")
     noise = np.sqrt(np.mean([trace.noise_x**2 for trace in traces], axis=0))
     bases = [basis_of(model.law, trace.volts, model.history) for trace in traces]
-    of = np.repeat(
-        [number for number, (those, _) in enumerate(found) for _ in those], [len(b.index) for b in blocks]
-    )
+    of = np.repeat([number for number, (those, _) in enumerate(found) for _ in those], [len(b.index) for b in blocks])
     block = np.repeat(np.arange(len(blocks)), [len(b.index) for b in blocks])
     basis = np.concatenate([bases[n][b.index] for n, (those, _) in enumerate(found) for b in those])
     motion = np.concatenate([b.source.x[:, b.index].T for b in blocks])
     free = np.concatenate([b.free for b in blocks])
     rows = np.hstack([basis, motion])
     air, ground = (moments(rows[at], block[at], of[at], len(blocks)) for at in (free, ~free))
-    return Loops(
-        tuple(traces), bases[0][0], tuple(blocks), air, ground, noise, tuple(left for _, left in found)
-    )
+    return Loops(tuple(traces), bases[0][0], tuple(blocks), air, ground, noise, tuple(left for _, left in found))
 
 
 def _check_reach(model: FootModel, traces: Sequence[Trace]) -> None:
@@ -223,11 +215,7 @@ def _influence(model: FootModel, loops: Loops, shares: Shares, values: Floats) -
     law, by_law = loops.about_law(known, values[split + 1 :])
     size = np.sqrt(np.maximum(np.einsum("baa->a", law), 1e-300))
     rows = split + len(size)
-    information, score, prior = (
-        np.zeros((len(law), rows, rows)),
-        np.zeros((len(law), rows)),
-        np.zeros((rows, rows)),
-    )
+    information, score, prior = (np.zeros((len(law), rows, rows)), np.zeros((len(law), rows)), np.zeros((rows, rows)))
     information[:, split:, split:], score[:, split:] = law / np.outer(size, size), by_law / size
     prior[split:, split:] = _RIDGE * np.eye(len(size))
     if split:
@@ -242,9 +230,7 @@ def _influence(model: FootModel, loops: Loops, shares: Shares, values: Floats) -
         EVENT: events_of([one.source.set for one in loops.blocks], ways, 0.5),
     } | levels
     paths, units = _paths(model, shares), np.append(np.ones(split), 1.0 / size)
-    return Influence(
-        (*paths[:split], *paths[split + 1 :]), information, score, units, levels, covariates
-    ), prior
+    return Influence((*paths[:split], *paths[split + 1 :]), information, score, units, levels, covariates), prior
 
 
 def _own(model: FootModel, loops: Loops, shares: Shares, values: Floats, moves: Floats) -> Floats:
@@ -280,11 +266,7 @@ def _law(model: FootModel, loops: Loops, level: float) -> Floats:
 
 
 def identify_hysteresis(
-    known: Estimates,
-    traces: Sequence[Trace],
-    level: tuple[float, float] | None,
-    shares: Shares,
-    seed: int,
+    known: Estimates, traces: Sequence[Trace], level: tuple[float, float] | None, shares: Shares, seed: int
 ) -> StepResult:
     """The step: `fit_loops`, with draws over blocks and of everything the loops rely on.
 
@@ -314,12 +296,7 @@ def identify_hysteresis(
             "be neutral, and the constant of the law follows from that.",
         )
     left = tuple(
-        Excluded(
-            trace.file,
-            "",
-            "samples just after contacts were made or broken: the structure still rings",
-            count,
-        )
+        Excluded(trace.file, "", "samples just after contacts were made or broken: the structure still rings", count)
         for trace, count in zip(traces, fit.loops.unused, strict=True)
         if count
     )

@@ -42,9 +42,7 @@ def identify_impact_column(model: FootModel, study: BounceStudy, seed: int) -> S
     fitted = bounces.fit()
     good = fitted.chi < WORST
     if np.count_nonzero(good) < FEWEST:
-        raise InputError(
-            f"{np.count_nonzero(good)} impacts show how all points jump; at least {FEWEST} are needed"
-        )
+        raise InputError(f"{np.count_nonzero(good)} impacts show how all points jump; at least {FEWEST} are needed")
     changes = fitted.unknowns[good] @ bounces.changes.T
     covariance = np.einsum("aq,iqr,br->iab", bounces.changes, fitted.inverse[good], bounces.changes)
     k = model.points.index(model.foot_point)
@@ -95,9 +93,7 @@ class Pair:
     in_air: tuple[Measurement, ...]
 
 
-def map_from_pairs(
-    model: FootModel, pairs: Sequence[Pair]
-) -> tuple[dict[str, ImpactMapEstimate], list[Excluded]]:
+def map_from_pairs(model: FootModel, pairs: Sequence[Pair]) -> tuple[dict[str, ImpactMapEstimate], list[Excluded]]:
     """Restitution and impact column by the sets near the ground, after section 3.4.2 of the source, and the pairs
     that cannot tell them, with the reason: where the ground is felt before it is touched, through a film, the record
     in the air does not explain the one near the ground."""
@@ -111,9 +107,7 @@ def map_from_pairs(
             found[pair.near] = estimate_impact_map(pair.close, pair.in_air, model.scene.robot.structure, name)
         except InputError as error:
             reason = error.problems[0][:1].lower() + error.problems[0][1:]
-            left.append(
-                Excluded(f"{pair.near} less {pair.air}", name or "", f"as a pair: {reason.rstrip('.')}")
-            )
+            left.append(Excluded(f"{pair.near} less {pair.air}", name or "", f"as a pair: {reason.rstrip('.')}"))
     return found, left
 
 

@@ -22,9 +22,14 @@ BLOCK, EVENT, FILE, SET = "block", "event", "file", "set"
 """Levels of groups, finest first: a straight run of the volts is a block; what repeats of a set show of one and the
 same moment is one event, and of walks a window of a record with its tie to the one before."""
 ORDER, REPEAT, VOLTS, WITHIN, SPEED, CONTACT, TIME = (
-    "the order of recording", "repeats of a record", "the volts", "the volts in a record", "the logarithm of speed",
-    "contact time", "time since the drives began",
-)  # fmt: skip
+    "the order of recording",
+    "repeats of a record",
+    "the volts",
+    "the volts in a record",
+    "the logarithm of speed",
+    "contact time",
+    "time since the drives began",
+)
 """What groups of data may differ by."""
 
 
@@ -83,9 +88,7 @@ def events_of(sets: Sequence[str], when: Sequence[float], apart: float) -> NDArr
     return number
 
 
-def of_records(
-    traces: Sequence[Trace], which: ArrayLike
-) -> tuple[dict[str, NDArray[np.intp]], dict[str, Floats]]:
+def of_records(traces: Sequence[Trace], which: ArrayLike) -> tuple[dict[str, NDArray[np.intp]], dict[str, Floats]]:
     """Files and sets of parts of the data, by the number (n,) of the record that each is from, and what records differ
     by: their order, which repeat they are, the highest volts."""
     at = np.asarray(which, dtype=np.intp)
@@ -108,6 +111,4 @@ def of_levels(stands: Stands) -> Influence:
     groups, covariates = of_records(stands.traces, stands.of)
     information = (weight[stands.of] * stands.share)[:, None, None]
     covariates[WITHIN] = stands.volts
-    return Influence(
-        (LEVEL,), information, information[:, :, 0] * off[:, None], np.ones(1), groups, covariates
-    )
+    return Influence((LEVEL,), information, information[:, :, 0] * off[:, None], np.ones(1), groups, covariates)

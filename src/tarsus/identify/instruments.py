@@ -175,9 +175,7 @@ class Instruments:
     @property
     def prompt(self) -> Instruments:
         """The gains alone, as if no channel were late."""
-        still = {
-            point: replace(one, lag=WithError(0.0, one.lag.error)) for point, one in self.relations.items()
-        }
+        still = {point: replace(one, lag=WithError(0.0, one.lag.error)) for point, one in self.relations.items()}
         return replace(self, relations=still, lateness=_PROMPT)
 
     @property

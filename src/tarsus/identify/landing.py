@@ -98,9 +98,7 @@ class LandingVerdict:
         if isinstance(self.chosen, RestituteFirst) and len(speeds) > 1:
             said[0] += f" (of the speeds tried {1e3 * min(speeds):.3g} to {1e3 * max(speeds):.3g} mm/s fit)"
         if self.replaced:
-            said.append(
-                f"the device file's landing rule, {_words(self.assumed)}, is contradicted and was replaced"
-            )
+            said.append(f"the device file's landing rule, {_words(self.assumed)}, is contradicted and was replaced")
         if self.fewest >= SURE:
             said.append(
                 f"no landing rule meets all records: {self.fewest} of {count} contradict even the best; what rests on "
@@ -137,11 +135,7 @@ def judge_landing(
     own = next(i for i, one in enumerate(fits) if one.rule == assumed)
     chosen = own if wrong[own] < wrong[order[0]] + SURE else order[0]
     return LandingVerdict(
-        assumed,
-        fits[chosen].rule,
-        tuple(fits),
-        tuple(one.set for one in firsts),
-        tuple(wrong.tolist()),
+        assumed, fits[chosen].rule, tuple(fits), tuple(one.set for one in firsts), tuple(wrong.tolist())
     )
 
 

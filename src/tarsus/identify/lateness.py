@@ -200,7 +200,5 @@ class _Lines:
             error = np.sqrt(np.mean(moves**2, axis=0) / count) * student(float(count))
         m, turn = 2 * self.modes, 2.0 * np.pi * self.highest
         return Lateness(
-            WithError(float(x[m]) / turn, float(error[m]) / turn),
-            low,
-            0.0 if low is None else float(error[-1]),
+            WithError(float(x[m]) / turn, float(error[m]) / turn), low, 0.0 if low is None else float(error[-1])
         )

@@ -150,9 +150,7 @@ class _Sums:
         more = () if number is None else (self.places[_OWN + number],)
         return np.concatenate([*self.places[:_OWN], *more])
 
-    def fitted(
-        self, columns: NDArray[np.intp], wide: float, halves: Sequence[int] = (0, 1)
-    ) -> tuple[Floats, Floats]:
+    def fitted(self, columns: NDArray[np.intp], wide: float, halves: Sequence[int] = (0, 1)) -> tuple[Floats, Floats]:
         """Coefficients of columns by some halves, and their covariance; identified numbers may move so many standard
         deviations."""
         at, some = np.ix_(columns, columns), list(halves)

@@ -27,11 +27,7 @@ _BEST: dict[str, tuple[Purpose, Callable[[RecordSet], float], str]] = {
     "ground.film": (Purpose.RAMPS, lambda one: _hertz(one), "the most releases in a record"),
     "ground.restitution": (Purpose.BOUNCES, lambda one: _volts(one), "the fastest impacts"),
     "ground.electrostatic": (Purpose.CLOSE, lambda one: -(one.gap or 0.0), "the smallest gap"),
-    "robot.structure": (
-        Purpose.MODAL,
-        lambda one: -_volts(one),
-        "the weakest drive, whose harmonics are least",
-    ),
+    "robot.structure": (Purpose.MODAL, lambda one: -_volts(one), "the weakest drive, whose harmonics are least"),
     "robot.drives": (Purpose.LOOPS, lambda one: _volts(one), "the widest loop"),
 }
 """By the beginning of a number's path: purpose of the records that tell it, by what a set of them tells it best, and
@@ -46,10 +42,7 @@ Question = tuple[str, str, str]
 
 
 def open_questions(
-    found: Identification,
-    judged: Assessment | None,
-    words: Mapping[str, str],
-    checks: Sequence[Check],
+    found: Identification, judged: Assessment | None, words: Mapping[str, str], checks: Sequence[Check]
 ) -> list[Question]:
     """One row for each step that was not done, cause by which checks fail, number that is undecided or assumed,
     landing rule that is open, and purpose without records; words: verdicts by path."""
@@ -74,9 +67,7 @@ def open_questions(
     rows += [
         (what, "no such records: as in the device file", _wanted(found, purpose))
         for purpose, what in TOLD_BY.items()
-        if purpose not in used
-        and serves(purpose, found.opened)
-        and (purpose is not Purpose.CLOSE or attracted)
+        if purpose not in used and serves(purpose, found.opened) and (purpose is not Purpose.CLOSE or attracted)
     ]
     return rows
 
@@ -169,10 +160,12 @@ def _wanted(found: Identification, purpose: Purpose) -> str:
 
 _GAITS = "other gaits, or single legs: `tarsus recommend` ranks them"
 _KINDS = {
-    Purpose.MODAL: "weak swept sines in the air", Purpose.LOOPS: "slow voltage that turns at several levels{}",
-    Purpose.RAMPS: "ramped squares of several frequencies{}", Purpose.BOUNCES: "squares{} that make the foot bounce",
+    Purpose.MODAL: "weak swept sines in the air",
+    Purpose.LOOPS: "slow voltage that turns at several levels{}",
+    Purpose.RAMPS: "ramped squares of several frequencies{}",
+    Purpose.BOUNCES: "squares{} that make the foot bounce",
     Purpose.CLOSE: "sines at several gaps that keep the foot clear",
-}  # fmt: skip
+}
 """Drive of the records of a purpose, in words."""
 
 

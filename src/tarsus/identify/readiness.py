@@ -101,7 +101,5 @@ def _of_signal(name: str, one: RecordSet) -> list[str]:
     if swept and one.purpose is not Purpose.MODAL:
         return [f"records.{name}.purpose: a swept sine serves 'modal', got '{one.purpose.value}'"]
     if one.signal is None and not one.walks and one.purpose in (Purpose.VALIDATION, Purpose.AIR):
-        return [
-            f"records.{name}.signal: records of purpose '{one.purpose.value}' are compared with a simulation of it"
-        ]
+        return [f"records.{name}.signal: records of purpose '{one.purpose.value}' are compared with a simulation of it"]
     return []

@@ -103,9 +103,7 @@ def identify_resonances(
     """
     structure = model.scene.robot.structure
     if not isinstance(structure, Beam | Modal):
-        raise InputError(
-            "the structure to identify must be a beam or modal, for its frequencies to be its parameters"
-        )
+        raise InputError("the structure to identify must be a beam or modal, for its frequencies to be its parameters")
     margin = _EDGE * (band[1] - band[0])
     inside = band[0] + min(margin, 0.5 * band[0]), band[1] - margin
     agreed = agreeing(records, model.points, inside)
@@ -131,10 +129,7 @@ def identify_resonances(
         np.array(list(changes.values())),
         samples,
         residuals=(Residual("responses of all records", "1", fit.misfit, np.nan, fit.frf.values.size),),
-        used=(
-            Used("sweeps", len(agreed.records), len(records)),
-            Used("modes", len(fit.modes), len(fit.modes)),
-        ),
+        used=(Used("sweeps", len(agreed.records), len(records)), Used("modes", len(fit.modes), len(fit.modes))),
         left_out=agreed.left_out,
         notes=(*fit.remarks, *fit.refused),
     )
@@ -160,9 +155,7 @@ def _fitted(
         )
     chosen = fit.only([fit.modes[int(k)].frequency.value for k in _picked(model, fit, count)])
     # of modes of a structure that is known, a tilt is the instrument's: its delay
-    unusable = [
-        one.reason for one in chosen.modes if one.verdict not in (ModeVerdict.DETERMINED, ModeVerdict.TURNED)
-    ]
+    unusable = [one.reason for one in chosen.modes if one.verdict not in (ModeVerdict.DETERMINED, ModeVerdict.TURNED)]
     if unusable:
         raise InputError([f"{first.source} and its repeats: {said}" for said in unusable])
     return chosen, fit
@@ -340,9 +333,7 @@ def _shares(model: FootModel, fit: ModalFit, seed: int) -> Shares:
     for r, one in enumerate(repeats):
         poles = np.array([mode.pole + (0.0 if mode.shifts is None else mode.shifts[r]) for mode in fit.modes])
         residues, _ = residues_of(frf.frequency, one[:, 0], poles)
-        parts = np.array(
-            [_part(pole, residues[:, k] / pole**frf.derivatives) for k, pole in enumerate(poles)]
-        )
+        parts = np.array([_part(pole, residues[:, k] / pole**frf.derivatives) for k, pole in enumerate(poles)])
         gains.append(np.sum(parts * known, axis=1) / np.sum(known**2, axis=1))
     table = np.array(gains)
     mean = table.mean(axis=0)
@@ -350,9 +341,7 @@ def _shares(model: FootModel, fit: ModalFit, seed: int) -> Shares:
     if len(table) < 2:
         return Shares(values, np.diag((0.1 * values) ** 2), np.repeat(values[None], DRAWS, axis=0))
     # means of as many repeats, as far from theirs as these are
-    moved = (
-        np.random.default_rng([seed, 11]).standard_normal((DRAWS, len(table))) @ (table - mean) / len(table)
-    )
+    moved = np.random.default_rng([seed, 11]).standard_normal((DRAWS, len(table))) @ (table - mean) / len(table)
     drawn = mean + moved * student(float(len(table)))
     off = load.participation[0] * drawn[:, 1:] / drawn[:, :1] - values
     covariance = np.atleast_2d(np.cov(off.T)) + np.diag((_KNOWN_TO * values) ** 2)

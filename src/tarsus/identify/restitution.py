@@ -143,9 +143,7 @@ def sound(bounces: Bounces, fitted: BounceFit) -> Kept:
     rebounds, like = single & ~caught, np.zeros(len(single), dtype=bool)
     if rebounds.any():
         some = fitted.chosen(rebounds)
-        found = robust_ratio(
-            some.speeds[:, 0], -some.speeds[:, 1], some.covariance * TURN, _events(bounces)[rebounds]
-        )
+        found = robust_ratio(some.speeds[:, 0], -some.speeds[:, 1], some.covariance * TURN, _events(bounces)[rebounds])
         like[rebounds] = np.abs(found.off) < _OUTSIDE
     return Kept(settled, single, caught, like)
 
@@ -227,30 +225,42 @@ def _result(
     values, samples, reached = within(np.array([found.value]), samples, (BOUNDS,))
     noise = np.sqrt(variance_of(covariance, found.value))
     panel = points_and_line(
-        "velocity after over velocity before an impact", ("approach", "m/s", "departure", "m/s"),
-        ("impacts", "e times approach"), (approach, departure), (0.0, found.value), np.sqrt(covariance[:, 0, 0]),
-    )  # fmt: skip
+        "velocity after over velocity before an impact",
+        ("approach", "m/s", "departure", "m/s"),
+        ("impacts", "e times approach"),
+        (approach, departure),
+        (0.0, found.value),
+        np.sqrt(covariance[:, 0, 0]),
+    )
     rest = (departure - found.value * approach)[like]
     around, seen = float(np.sqrt(fitted.chi.mean())), sum(one.size for one in bounces.measured)
     slow, fast = 1e3 * approach.min(), 1e3 * approach.max()
     step = StepResult(
-        "restitution", (PATH,), values, samples,
+        "restitution",
+        (PATH,),
+        values,
+        samples,
         residuals=(
             Residual.of("departure velocities", "m/s", rest, np.hypot(noise, found.scatter * approach)[like]),
             Residual("flights around impacts, over the noise", "1", around, 1.0, seen),
         ),
-        used=(Used("impacts", int(like.sum()), total),), files=bounces.files(), panels=(panel,),
+        used=(Used("impacts", int(like.sum()), total),),
+        files=bounces.files(),
+        panels=(panel,),
         left_out=(*left, *(_unlike(bounces, departure / approach, int(r)) for r in np.flatnonzero(~like))),
         notes=(
             f"The scatter of e from impact to impact, beyond noise, is {found.scatter:.2g}.",
             f"It is that of impacts at {slow:.3g} to {fast:.3g} mm/s.",
         ),
-        checks=(_departing_more(found, events),), bounds={PATH: reached[0]},
+        checks=(_departing_more(found, events),),
+        bounds={PATH: reached[0]},
         influence=replace(
-            influence, information=found.told[:, None, None], score=found.clipped[:, None],
+            influence,
+            information=found.told[:, None, None],
+            score=found.clipped[:, None],
             shared=(found.weight * shared[:, 1:])[:, :, None],
         ),
-    )  # fmt: skip
+    )
     return step, like
 
 
@@ -267,9 +277,13 @@ def _departing_more(found: RobustRatio, events: NDArray[np.intp]) -> Check:
         "speed"
     )
     return Check(
-        "impact that repeats show to depart with more, in standard deviations", max(float(off[k]), 0.0), _OUTSIDE,
-        paths=(PATH,), cause=cause, record="record bounces at further speeds of impact",
-    )  # fmt: skip
+        "impact that repeats show to depart with more, in standard deviations",
+        max(float(off[k]), 0.0),
+        _OUTSIDE,
+        paths=(PATH,),
+        cause=cause,
+        record="record bounces at further speeds of impact",
+    )
 
 
 def _unlike(bounces: Bounces, ratio: Floats, r: int) -> Excluded:
@@ -285,9 +299,13 @@ def _influence(bounces: Bounces, events: NDArray[np.intp], found: RobustRatio) -
     levels, covariates = of_records(bounces.traces, [one.trace for one in bounces.items])
     covariates[SPEED] = np.log(found.support)
     return Influence(
-        (PATH,), found.information[:, None, None], found.score[:, None], np.ones(1),
-        {EVENT: events} | levels, covariates,
-    )  # fmt: skip
+        (PATH,),
+        found.information[:, None, None],
+        found.score[:, None],
+        np.ones(1),
+        {EVENT: events} | levels,
+        covariates,
+    )
 
 
 def variance_of(covariance: Floats, ratio: float) -> Floats:

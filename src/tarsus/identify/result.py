@@ -16,13 +16,7 @@ from tarsus.files.toml import scene_text
 from tarsus.files.whole import write_text
 from tarsus.identify.assessment import assessed
 from tarsus.identify.step import NotDone, StepResult
-from tarsus.identify.tables import (
-    checks_of,
-    checks_table,
-    identification_table,
-    open_table,
-    words_of,
-)
+from tarsus.identify.tables import checks_of, checks_table, identification_table, open_table, words_of
 from tarsus.identify.verdict import Assessment
 from tarsus.identify.walk_prediction import reliance_of
 from tarsus.model.scene import Provenance, Scene, Source
@@ -78,9 +72,7 @@ class Identification(Tabled):
 
     def __repr__(self) -> str:
         numbers = sum(len(step.paths) for step in self.steps.values())
-        return (
-            f"<Identification of '{self.opened.campaign.name}': {numbers} numbers in {len(self.steps)} steps>"
-        )
+        return f"<Identification of '{self.opened.campaign.name}': {numbers} numbers in {len(self.steps)} steps>"
 
     @property
     def model(self) -> FootModel:
@@ -154,9 +146,7 @@ def summary_of(found: Identification) -> dict[str, Any]:
         "campaign": found.opened.campaign.name,
         "seconds": found.seconds,
         "steps": {name: _step(step, judged, words) for name, step in found.steps.items()},
-        "correlation": None
-        if judged is None
-        else {"paths": list(judged.names), "matrix": judged.correlation.tolist()},
+        "correlation": None if judged is None else {"paths": list(judged.names), "matrix": judged.correlation.tolist()},
         "not_done": {one.name: list(one.reasons) for one in found.not_done},
         "files": {"read": len(found.readings), "used": found.files_used},
         "remarks": list(found.remarks),

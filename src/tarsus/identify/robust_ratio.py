@@ -88,16 +88,21 @@ def robust_ratio(y: Floats, x: Floats, covariance: Floats, events: NDArray[np.in
     off = left / np.sqrt(variance)
     # slope of the score by the value, as the events have it: of far ones it is negative
     bent = (_FREEDOM + 1.0) * (_FREEDOM - off**2) / (_FREEDOM + off**2) ** 2
-    slope = max(
-        float(np.sum(bent / variance) * np.sum(1.0 / variance) ** -1), 0.5 * _FREEDOM / (_FREEDOM + 3.0)
-    )
+    slope = max(float(np.sum(bent / variance) * np.sum(1.0 / variance) ** -1), 0.5 * _FREEDOM / (_FREEDOM + 3.0))
     part = (weight * support**2 / known[of]) / variance[of]
     own = part * residual / support
     clip = np.minimum(_CLIPPED / np.maximum(np.abs(off), 1e-300), 1.0)
     return RobustRatio(
-        value, float(np.sqrt(scatter)), left[of], off[of], slope * part, student[of] * own, clip[of] * own,
-        part / support, support,
-    )  # fmt: skip
+        value,
+        float(np.sqrt(scatter)),
+        left[of],
+        off[of],
+        slope * part,
+        student[of] * own,
+        clip[of] * own,
+        part / support,
+        support,
+    )
 
 
 def _scatter(left: Floats, noise: Floats) -> float:

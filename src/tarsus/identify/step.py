@@ -93,13 +93,9 @@ def points_and_line(
     return Panel(title, *axes, (Curve(names[0], x, y, joined=False, error=error), fitted))
 
 
-def measured_and_fitted(
-    title: str, axes: tuple[str, str, str, str], x: Floats, fitted: Floats, left: Floats
-) -> Panel:
+def measured_and_fitted(title: str, axes: tuple[str, str, str, str], x: Floats, fitted: Floats, left: Floats) -> Panel:
     """What was fitted (n,) as a line, and with what it leaves as points."""
-    return Panel(
-        title, *axes, (Curve("measured", x, fitted + left, joined=False), Curve("fitted", x, fitted))
-    )
+    return Panel(title, *axes, (Curve("measured", x, fitted + left, joined=False), Curve("fitted", x, fitted)))
 
 
 def over_noise(label: str, left: Floats) -> Residual:
@@ -139,9 +135,7 @@ def failures(checks: Iterable[Check]) -> list[str]:
     for one in checks:
         if not one.passed:
             bound = "least" if one.least else "most"
-            figures.setdefault(one.cause, []).append(
-                f"{one.name} {one.value:.3g}, {one.limit:.3g} at {bound}"
-            )
+            figures.setdefault(one.cause, []).append(f"{one.name} {one.value:.3g}, {one.limit:.3g} at {bound}")
     return [f"{cause} ({'; '.join(said)})" for cause, said in figures.items()]
 
 
@@ -225,9 +219,7 @@ class StepResult:
             if not np.isfinite(value):
                 problems.append(f"its {path} comes out as {value:g}: the data do not settle the fit")
             elif not np.isfinite([low, high]).all():
-                problems.append(
-                    f"its {path} of {value:.3g} has no finite interval: the data do not settle the fit"
-                )
+                problems.append(f"its {path} of {value:.3g} has no finite interval: the data do not settle the fit")
             elif not low - slack <= value <= high + slack:
                 problems.append(
                     f"its {path} of {value:.3g} lies outside of its own interval, {low:.3g} to {high:.3g}: the data do "

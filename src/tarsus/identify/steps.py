@@ -70,9 +70,7 @@ def _resonances(chain: StepRunner) -> StepResult:
     signals = [one.signal for one in sets if isinstance(one.signal, SweptSine)]
     ends = [sorted((one.start_frequency, one.stop_frequency)) for one in signals]
     if not ends:
-        raise InputError(
-            "the sets of sweeps state no swept sine as their signal, which gives the band to identify"
-        )
+        raise InputError("the sets of sweeps state no swept sine as their signal, which gives the band to identify")
     band = max(low for low, _ in ends), min(high for _, high in ends)
     chain.resonances = _structure(chain, band)
     assert chain.evidence.instruments is not None  # there are records
@@ -85,9 +83,7 @@ def _resonances(chain: StepRunner) -> StepResult:
     out = {one.file for one in chain.resonances.step.left_out}
     records = {r.file: r.record for r in chain.files_of(Purpose.MODAL) if r.record is not None}
     place = {r.record.source: k for k, r in enumerate(chain.evidence.readings) if r.record is not None}
-    volts = {
-        one.source: float(np.abs(one[one.drive]).max()) for one in records.values() if one.drive is not None
-    }
+    volts = {one.source: float(np.abs(one[one.drive]).max()) for one in records.values() if one.drive is not None}
     influence = of_sweeps(chain.resonances, place, volts)
     return replace(chain.resonances.step, files=frozenset(records) - out, influence=influence)
 
@@ -189,9 +185,12 @@ def _wide_attraction(chain: StepRunner) -> StepResult:
 def _close_with_impacts(chain: StepRunner) -> StepResult:
     """The film that was seen from above, with what the impacts say of it."""
     chain.known, step = film_by_impacts(
-        chain.known, chain.steps["electrostatics"], chain.traces(Purpose.BOUNCES), chain.traces(Purpose.CLOSE),
+        chain.known,
+        chain.steps["electrostatics"],
+        chain.traces(Purpose.BOUNCES),
+        chain.traces(Purpose.CLOSE),
         chain.ground(),
-    )  # fmt: skip
+    )
     return step
 
 
@@ -199,9 +198,7 @@ def _film_by_impacts(chain: StepRunner) -> StepResult:
     """The film as a wide unknown, with what the impacts say of it."""
     wide = wide_film(chain.known.model(), chain.seed + 2)
     try:
-        known, step = film_by_impacts(
-            chain.known.after(wide), wide, chain.traces(Purpose.BOUNCES), (), chain.ground()
-        )
+        known, step = film_by_impacts(chain.known.after(wide), wide, chain.traces(Purpose.BOUNCES), (), chain.ground())
     except UNSOLVED as error:
         return replace(wide, notes=(*wide.notes, f"The impacts do not determine it: {error}."))
     if not step.used or step.unsound():
@@ -305,32 +302,50 @@ def _attraction_open(chain: StepRunner) -> bool:
 
 
 RESONANCES = ChainStep(
-    "resonances", Purpose.MODAL, "sweeps in the air", _resonances,
+    "resonances",
+    Purpose.MODAL,
+    "sweeps in the air",
+    _resonances,
     "Sweeps in the air: natural frequencies and damping ratios, by poly-reference least squares and a "
     "local maximum-likelihood finish.",
-)  # fmt: skip
+)
 HYSTERESIS = ChainStep(
-    "hysteresis", Purpose.LOOPS, "static loops", _hysteresis,
+    "hysteresis",
+    Purpose.LOOPS,
+    "static loops",
+    _hysteresis,
     "Static loops: K x = load F(V), equation (2.8), with a Prandtl-Ishlinskii operator F; on the ground "
     "the combination of points that its force does not move.",
-    ("resonances",), (Purpose.RAMPS,),
-)  # fmt: skip
+    ("resonances",),
+    (Purpose.RAMPS,),
+)
 _DEVICE = ("resonances", "hysteresis")
 FILM_STEP = ChainStep(
-    "film", Purpose.RAMPS, "the flights after detachment", _film,
+    "film",
+    Purpose.RAMPS,
+    "the flights after detachment",
+    _film,
     "Ring-down after detachment: F = −C g′ / (g + g₀)³, equation (2.10) with the sign of E2, fitted to all "
     "flights at once; the moment of each release, the state at it and a drift of the drive are free.",
     _DEVICE,
-)  # fmt: skip
+)
 CLOSE = ChainStep(
-    "electrostatics", Purpose.CLOSE, "records close to the ground", _electrostatics,
-    "Records close to the ground, (3.25) and (3.26).", _DEVICE,
-)  # fmt: skip
+    "electrostatics",
+    Purpose.CLOSE,
+    "records close to the ground",
+    _electrostatics,
+    "Records close to the ground, (3.25) and (3.26).",
+    _DEVICE,
+)
 RESTITUTION = ChainStep(
-    "restitution", Purpose.BOUNCES, "bounces", _restitution,
+    "restitution",
+    Purpose.BOUNCES,
+    "bounces",
+    _restitution,
     "Velocities before and after impacts (2.12), from the flights on both sides; a ratio with errors in both.",
-    _DEVICE, when=_has("restitution"),
-)  # fmt: skip
+    _DEVICE,
+    when=_has("restitution"),
+)
 SWEEP_STEPS = (RESONANCES,)
 """Steps that need no ground."""
 GROUND_STEPS = (
@@ -340,39 +355,61 @@ GROUND_STEPS = (
     FILM_STEP,
     CLOSE,
     ChainStep(
-        "electrostatics", Purpose.BOUNCES, "nothing", _wide_attraction,
-        "No record close to the ground: the attraction (3.25) is a wide unknown.", _DEVICE, when=_attraction_open,
+        "electrostatics",
+        Purpose.BOUNCES,
+        "nothing",
+        _wide_attraction,
+        "No record close to the ground: the attraction (3.25) is a wide unknown.",
+        _DEVICE,
+        when=_attraction_open,
     ),
     replace(CLOSE, purpose=Purpose.BOUNCES, find=_close_with_impacts, when=_film_from_above),
     ChainStep(
-        "film", Purpose.BOUNCES, "the flights around impacts", _film_by_impacts,
+        "film",
+        Purpose.BOUNCES,
+        "the flights around impacts",
+        _film_by_impacts,
         "The film as a wide unknown of the flights around all impacts: F = −C g′ / (g + g₀)³, equation (2.10), with "
         "the zeros of the displacements.",
-        _DEVICE, when=_film_open,
+        _DEVICE,
+        when=_film_open,
     ),
     RESTITUTION,
     ChainStep(
-        "impact map", Purpose.BOUNCES, "bounces", _impact_map,
+        "impact map",
+        Purpose.BOUNCES,
+        "bounces",
+        _impact_map,
         "Changes of the points' velocities at impacts per change of the foot's: a column of the map (3.22), "
         "with the velocities of all coordinates free to jump.",
         when=_has("restitution"),
     ),
     ChainStep(
-        "adhesion", Purpose.RAMPS, "pull-off forces over contact times", _adhesion,
+        "adhesion",
+        Purpose.RAMPS,
+        "pull-off forces over contact times",
+        _adhesion,
         "Pull-off force (2.13) at the moment of release over contact time: f_a = C_a0 + C_a (t − t_c), equation "
         "(2.14).",
         when=_has("adhesion"),
     ),
     ChainStep(
-        "walking", Purpose.WALKING, "walks", _walking,
+        "walking",
+        Purpose.WALKING,
+        "walks",
+        _walking,
         "Walks: windows between contacts with starts of their own, numbers of ground and legs that all share, and in "
         "the end every start tied to the end of the window before.",
     ),
-)  # fmt: skip
+)
 """All other steps in order; one without records in the campaign is not tried."""
 STEPS = (*SWEEP_STEPS, *GROUND_STEPS)
 """All steps in order."""
 AFTERWARDS = (LANDING_RULE, GIVEN, IN_THE_AIR, CHECKS, SHIFTED) = (
-    "landing rule", "errors of what is given", "in the air", "checks", "with the other zero position",
-)  # fmt: skip
+    "landing rule",
+    "errors of what is given",
+    "in the air",
+    "checks",
+    "with the other zero position",
+)
 """What is done with the device as a whole, in words of progress."""

@@ -19,19 +19,7 @@ from tarsus.base.arrays import Floats
 from tarsus.base.spec import float_paths
 from tarsus.identify.checks import GROUND, OFFSET, SHIFTED, touched
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.influence import (
-    CONTACT,
-    EVENT,
-    FILE,
-    ORDER,
-    REPEAT,
-    SET,
-    SPEED,
-    TIME,
-    VOLTS,
-    WITHIN,
-    Influence,
-)
+from tarsus.identify.influence import CONTACT, EVENT, FILE, ORDER, REPEAT, SET, SPEED, TIME, VOLTS, WITHIN, Influence
 from tarsus.identify.step import Check, StepResult
 from tarsus.identify.traces import LEVEL
 from tarsus.tables.numbers import amount
@@ -50,9 +38,14 @@ _SAME = 1e-9
 """Relative scatter below which a figure does not change with the signs, and share of the information on a slope below
 which the slope is another number: rounding."""
 _PER = {
-    ORDER: "a file", REPEAT: "a repeat", VOLTS: "a volt", WITHIN: "a volt", SPEED: "for e times the speed",
-    CONTACT: "a second", TIME: "a second",
-}  # fmt: skip
+    ORDER: "a file",
+    REPEAT: "a repeat",
+    VOLTS: "a volt",
+    WITHIN: "a volt",
+    SPEED: "for e times the speed",
+    CONTACT: "a second",
+    TIME: "a second",
+}
 _RECORD = {
     ORDER: "repeat the first sets of each purpose at the end of the session",
     REPEAT: "repeat a set after a longer pause",
@@ -158,14 +151,7 @@ class _Number:
         sums = np.zeros((int(events.max()) + 1, len(one.paths)))
         np.add.at(sums, events, one.score)
         return cls(
-            one,
-            j,
-            one.score[:, j],
-            one.information[:, j, j],
-            taken.transpose(2, 0, 1),
-            taken[:, j],
-            sums,
-            events,
+            one, j, one.score[:, j], one.information[:, j, j], taken.transpose(2, 0, 1), taken[:, j], sums, events
         )
 
     def by_event(self, rows: Floats) -> Floats:
@@ -191,9 +177,7 @@ class _Number:
         at = self.one.covariates[along]
         away = (at - float(self.told @ at) / float(self.told.sum()))[:, None]
         whole, moved = float(self.told @ away[:, 0] ** 2), self.one.information[:, self.j] * away
-        moved -= np.tensordot(
-            moved.sum(axis=0), self.taken, 1
-        )  # by what the estimates of all numbers go along
+        moved -= np.tensordot(moved.sum(axis=0), self.taken, 1)  # by what the estimates of all numbers go along
         left, told = (
             self.summed(away, self.score, self.sums),
             self.summed(away, moved[:, self.j], self.by_event(moved)),
@@ -252,17 +236,10 @@ class _Number:
         chance = normal(by_chance)
         if not chance.std() > _SAME:
             return None
-        beyond = max(float(between - by_chance.mean()), 0.0) / float(
-            told.sum() - np.sum(told**2) / told.sum()
-        )
+        beyond = max(float(between - by_chance.mean()), 0.0) / float(told.sum() - np.sum(told**2) / told.sum())
         half = float(np.sqrt(beyond) * self.one.units[self.j])
         found = Surprise(
-            self.one.paths[self.j],
-            level,
-            float((strength - chance.mean()) / chance.std()),
-            np.nan,
-            np.nan,
-            half,
+            self.one.paths[self.j], level, float((strength - chance.mean()) / chance.std()), np.nan, np.nan, half
         )
         return found, (chance - chance.mean()) / chance.std()
 
@@ -271,14 +248,9 @@ def _figures(one: Influence, events: NDArray[np.intp], signs: Floats) -> Iterato
     """Every figure of an influence, with what it is where the signs (nd, ne) of events are exchanged (nd,)."""
     for j in range(len(one.paths)):
         number = _Number.of(one, j, events)
-        along = (
-            name for name, at in one.covariates.items() if _places(at) >= _PLACES and np.isfinite(at).all()
-        )
+        along = (name for name, at in one.covariates.items() if _places(at) >= _PLACES and np.isfinite(at).all())
         levels = (name for name in (FILE, SET) if name in one.levels and _places(one.levels[name]) >= _PLACES)
-        tried = (
-            *(number.slope(name, signs) for name in along),
-            *(number.apart(name, signs) for name in levels),
-        )
+        tried = (*(number.slope(name, signs) for name in along), *(number.apart(name, signs) for name in levels))
         yield from (figure for figure in tried if figure is not None)
 
 
@@ -329,16 +301,6 @@ def with_surprises(
 
 
 def _check(one: Surprise, limit: float, unit: str, paths: tuple[str, ...]) -> Check:
-    name = (
-        f"{one.path} over {one.along}" if one.along in _PER else f"{one.path} from {one.along} to {one.along}"
-    )
+    name = f"{one.path} over {one.along}" if one.along in _PER else f"{one.path} from {one.along} to {one.along}"
     far = {one.path: one.half} if one.path in paths else {}
-    return Check(
-        name,
-        one.strength,
-        limit,
-        paths=paths,
-        cause=one.sentence(unit),
-        record=one.record,
-        far=far,
-    )
+    return Check(name, one.strength, limit, paths=paths, cause=one.sentence(unit), record=one.record, far=far)

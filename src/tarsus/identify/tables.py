@@ -65,16 +65,9 @@ def numbers_table(found: Identification) -> Table:
         doubted = any(words[path] == PREFERRED for path in step.paths)
         for name, (value, draws, unit) in step.combinations.items():
             ends = tuple(np.quantile(draws, [0.025, 0.975]).tolist())
-            rows.append(
-                (name, float(value), ends, _half(float(value), *ends), str(verdict_of(ends, doubted=doubted)))
-            )
+            rows.append((name, float(value), ends, _half(float(value), *ends), str(verdict_of(ends, doubted=doubted))))
             of.append(unit)
-    columns = (
-        "number",
-        Column("value", ROW, 5),
-        Column("95 % interval", ROW, 5),
-        Column("half-width", "%", 2),
-    )
+    columns = ("number", Column("value", ROW, 5), Column("95 % interval", ROW, 5), Column("half-width", "%", 2))
     flagged = [(i, 4) for i, row in enumerate(rows) if row[4] != "determined"]
     notes = ["half-widths of weights are parts of the slope of the whole law"] if slopes else []
     return Table(summary_line(found), (*columns, "verdict"), rows, notes, units=of, flagged=flagged)
@@ -127,12 +120,7 @@ def checks_of(found: Identification) -> list[Check]:
 def checks_table(checks: Sequence[Check], title: str = "Checks") -> Table:
     """Checks, those that fail flagged."""
     rows = [
-        (
-            one.name,
-            one.value,
-            f"at {'least' if one.least else 'most'} {amount(one.limit, one.unit, 3)}",
-            one.passed,
-        )
+        (one.name, one.value, f"at {'least' if one.least else 'most'} {amount(one.limit, one.unit, 3)}", one.passed)
         for one in checks
     ]
     failed = [(i, 3) for i, one in enumerate(checks) if not one.passed]

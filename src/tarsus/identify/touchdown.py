@@ -79,9 +79,7 @@ def simulated_contacts(model: FootModel, film: FilmFit, signals: Mapping[str, Wa
     return ContactDurations(duration, error, simulated)
 
 
-def _contacts(
-    model: FootModel, traces: Sequence[Trace], name: str, signal: Waveform
-) -> tuple[Floats, Floats]:  # fmt: skip
+def _contacts(model: FootModel, traces: Sequence[Trace], name: str, signal: Waveform) -> tuple[Floats, Floats]:
     """Beginnings and ends (nc,) [s] of the contacts that a simulation with one set's drive shows; of a run that stops
     early, those before."""
     from tarsus.solve import simulate

@@ -85,9 +85,15 @@ def comparable(traces: Sequence[Trace], fewest: int = 2) -> list[list[Trace]]:
 
 
 def trace_of(
-    record: Measurement, points: Sequence[str], name: str, drive: str, rest: float, gap: float | None = None,
-    late: float = 0.0, pace: float = 0.0,
-) -> Trace:  # fmt: skip
+    record: Measurement,
+    points: Sequence[str],
+    name: str,
+    drive: str,
+    rest: float,
+    gap: float | None = None,
+    late: float = 0.0,
+    pace: float = 0.0,
+) -> Trace:
     """A record with its zeros and its noise taken from the rest before the drive.
 
     Parameters
@@ -145,10 +151,12 @@ def trace_of(
         for channel, row in zip(record.channels, record.values, strict=True)
         if channel.at in points and not np.ptp(row) > 0.0
     ]:
-        raise InputError([
-            InputProblem.of_channel(record.source, name, "has one value throughout: its noise is not known")
-            for name in still_channels
-        ])  # fmt: skip
+        raise InputError(
+            [
+                InputProblem.of_channel(record.source, name, "has one value throughout: its noise is not known")
+                for name in still_channels
+            ]
+        )
     noise_x, noise_v = (
         # a rest within one step of a converter shows no noise, but is as uncertain as the step
         np.maximum(quiet.std(axis=1, ddof=1), [digit_of(one) / np.sqrt(12.0) for one in whole])
@@ -233,18 +241,11 @@ def stands_of(slow: Sequence[Trace], fast: Sequence[Trace], foot: str) -> Stands
     for k, (trace, pieces) in enumerate(seen):
         place, error, volts = pieces.T
         share = error**-2.0 / np.sum(error**-2.0)
-        levels[k], own[k] = (
-            share @ place,
-            np.hypot(np.sum(error**-2.0) ** -0.5, trace.zero[trace.point(foot)]),
-        )
-        rows.append(
-            np.column_stack([np.full(len(place), k), share, place - levels[k], volts - share @ volts])
-        )
+        levels[k], own[k] = (share @ place, np.hypot(np.sum(error**-2.0) ** -0.5, trace.zero[trace.point(foot)]))
+        rows.append(np.column_stack([np.full(len(place), k), share, place - levels[k], volts - share @ volts]))
     spread = 1.4826 * float(np.median(np.abs(levels - np.median(levels))))
     of, share, off, volts = np.concatenate(rows).T
-    return Stands(
-        tuple(one for one, _ in seen), levels, np.hypot(own, spread), of.astype(np.intp), share, off, volts
-    )
+    return Stands(tuple(one for one, _ in seen), levels, np.hypot(own, spread), of.astype(np.intp), share, off, volts)
 
 
 def _lowest_stand(trace: Trace, foot: str, driven: bool) -> tuple[float, float] | None:
@@ -340,9 +341,7 @@ def holds(trace: Trace, foot: str, level: float) -> list[Hold]:
             joined[-1] = replace(joined[-1], last=last)
         else:
             joined.append(Hold(first, last))
-    return [
-        one for one in joined if one.last - one.first + 1 >= SHORTEST and _on_ground(trace, k, one, level)
-    ]
+    return [one for one in joined if one.last - one.first + 1 >= SHORTEST and _on_ground(trace, k, one, level)]
 
 
 def _on_ground(trace: Trace, k: int, hold: Hold, level: float) -> bool:

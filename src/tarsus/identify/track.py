@@ -103,14 +103,17 @@ class Tracking(Tabled):
             "false_alarms": FALSE_ALARMS,
             "numbers": {
                 one.path: {
-                    "unit": one.unit, "values": one.values.tolist(), "errors": one.errors.tolist(),
+                    "unit": one.unit,
+                    "values": one.values.tolist(),
+                    "errors": one.errors.tolist(),
                     "moved_since": None if one.since is None else self.names[one.since],
-                    "rate": one.rate[0], "rate_error": one.rate[1],
+                    "rate": one.rate[0],
+                    "rate_error": one.rate[1],
                 }
                 for one in self.drifts
             },
             "alarms": self.alarms,
-        }  # fmt: skip
+        }
 
     def __repr__(self) -> str:
         return f"<Tracking of {len(self.names)} campaigns: {len(self.alarms)} numbers moved>"

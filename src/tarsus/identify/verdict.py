@@ -53,15 +53,11 @@ class NumberVerdict:
             return f"{self.name} is determined: {self.range.text(unit)} ({100 * self.range.level:g} %)."
         if self.range.verdict is Verdict.PREFERRED:
             far = "" if np.isnan(self.far) else f", and may be wrong by {amount(self.far, unit, 2)}"
-            return (
-                f"{self.name} is preferred: {self.range.text(unit)}{far}; but {'; and '.join(self.doubts)}."
-            )
+            return f"{self.name} is preferred: {self.range.text(unit)}{far}; but {'; and '.join(self.doubts)}."
         if self.combination is None:
             tied = ", ".join(f"{name} ({value:+.2f})" for name, value in self.related)
             more = f"; it is correlated with {tied}" if tied else ""
-            return (
-                f"{self.name} is not determined by these data: they leave it {_free(self.range, unit)}{more}."
-            )
+            return f"{self.name} is not determined by these data: they leave it {_free(self.range, unit)}{more}."
         partners = " and ".join(name for name in self.combination.names if name != self.name)
         fixed = self.combination.interval
         return (
@@ -144,9 +140,7 @@ def judge_samples(
     verdicts: list[NumberVerdict] = []
     for j, name in enumerate(drawn.names):
         size = None if np.isnan(drawn.sizes[j]) else float(drawn.sizes[j])
-        one = range_of(
-            drawn.rows[:, j], value=drawn.values[j], limits=ends.get(name, (-np.inf, np.inf)), name=name
-        )
+        one = range_of(drawn.rows[:, j], value=drawn.values[j], limits=ends.get(name, (-np.inf, np.inf)), name=name)
         cut = not np.isfinite(one.low), not np.isfinite(one.high)
         against = tuple((doubts or {}).get(name, ()))
         one = replace(one, verdict=verdict_of((one.low, one.high), cut, size=size, doubted=bool(against)))
@@ -176,9 +170,7 @@ class _Draws:
     usable: NDArray[np.bool_]
 
     @classmethod
-    def of(
-        cls, names: tuple[str, ...], values: ArrayLike, samples: ArrayLike, sizes: Mapping[str, float]
-    ) -> _Draws:
+    def of(cls, names: tuple[str, ...], values: ArrayLike, samples: ArrayLike, sizes: Mapping[str, float]) -> _Draws:
         rows, numbers = np.asarray(samples, dtype=float), np.asarray(values, dtype=float)
         if rows.ndim != 2 or rows.shape[1] != len(names) or numbers.shape != (len(names),):
             raise InputError(
@@ -186,9 +178,7 @@ class _Draws:
                 f"{rows.shape}"
             )
         problems = [f"sizes: '{name}' is none of the parameters" for name in sizes if name not in names]
-        problems += [
-            f"{name}: expected a size above 0, got {s:g}" for name, s in sizes.items() if not s > 0.0
-        ]
+        problems += [f"{name}: expected a size above 0, got {s:g}" for name, s in sizes.items() if not s > 0.0]
         wrong = zip(names, numbers, strict=True)
         problems += [f"{name}: expected a finite value, got {v}" for name, v in wrong if not np.isfinite(v)]
         if problems:

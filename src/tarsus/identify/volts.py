@@ -111,9 +111,7 @@ class Stretches:
 
     def _along(self, of: Callable[[Floats, tuple[float, ...]], Floats], history: tuple[float, ...]) -> Floats:
         """What a law makes of the volts of each part and those before, at the even places."""
-        return np.concatenate([
-            of(levels, (*history, *before.tolist()))[grid] for before, levels, grid in self.parts
-        ])  # fmt: skip
+        return np.concatenate([of(levels, (*history, *before.tolist()))[grid] for before, levels, grid in self.parts])
 
 
 def jumps_of(volts: Floats) -> NDArray[np.intp]:

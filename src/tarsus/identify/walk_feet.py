@@ -110,8 +110,6 @@ def numbers_of_feet(
 
 def odd_feet(path: str, feet: Mapping[str, tuple[float, float]]) -> list[str]:
     """The foot whose number at a path lies farthest off those of all others, in the logarithm; of two feet both."""
-    own = {
-        name.partition(": ")[0]: np.log(value) for name, (value, _) in feet.items() if name.endswith(f": {path}")
-    }
+    own = {name.partition(": ")[0]: np.log(value) for name, (value, _) in feet.items() if name.endswith(f": {path}")}
     middle = float(np.median(list(own.values())))
     return list(own) if len(own) == 2 else [max(own, key=lambda foot: abs(own[foot] - middle))]

@@ -117,9 +117,7 @@ class WalkFollower:
 
     def _total(self, at: FollowedWalk) -> float:
         """What the open windows leave in all, and what is known."""
-        count = samples_of(self.problem, at.segments[at.closed :]) * len(
-            self.problem.records[self.number].channels
-        )
+        count = samples_of(self.problem, at.segments[at.closed :]) * len(self.problem.records[self.number].channels)
         off = at.moved - at.known.centre
         return float(count @ at.left[at.closed :] + off @ at.known.information @ off)
 
@@ -228,12 +226,15 @@ class WalkFollower:
         """Numbers (np,) that are drawn from what is known and from where a walk is, the few by which a segment is
         predicted farthest and best."""
         random = np.random.default_rng([self.seed, self.number, int(1e6 * segment.span[1])])
-        drawn = np.concatenate([
-            centre + by * random.standard_normal((DRAWN // 2, len(centre))) @ np.linalg.cholesky(spread).T
-            for centre, by, spread in (
-                (at.known.centre, SPREAD, at.known.covariance), (at.moved, 1.0 / SPREAD, at.covariance),
-            )
-        ])  # fmt: skip
+        drawn = np.concatenate(
+            [
+                centre + by * random.standard_normal((DRAWN // 2, len(centre))) @ np.linalg.cholesky(spread).T
+                for centre, by, spread in (
+                    (at.known.centre, SPREAD, at.known.covariance),
+                    (at.moved, 1.0 / SPREAD, at.covariance),
+                )
+            ]
+        )
         costs = np.array([self._cost(segment, one) for one in drawn])
         return [drawn[k] for k in np.argsort(costs)[:TRIED] if np.isfinite(costs[k])]
 

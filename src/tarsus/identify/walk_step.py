@@ -29,16 +29,19 @@ GROUND_KNOWN, LEGS_KNOWN = 1.0, 0.1
 drawings and a material's data tell it; a device's own intervals prevail."""
 SAME = 1.3
 """Scatter of repeats over the noise of one up to which they show one motion, and are averaged."""
-_GROUND = tuple(
-    f"ground.{name}." for name in ("restitution", "friction", "film", "adhesion", "electrostatic")
-)
+_GROUND = tuple(f"ground.{name}." for name in ("restitution", "friction", "film", "adhesion", "electrostatic"))
 DIFFERING = ("ground.restitution.coefficient", "ground.friction.coefficient", "ground.adhesion.initial")
 """What may differ from foot to foot: what a foot's own surface changes most."""
 _LEG = ("stiffness_v", "damping_v", "stiffness_l", "damping_l")
 _SEEN = (
-    Quantity.DISPLACEMENT, Quantity.VELOCITY, Quantity.ANGLE, Quantity.ANGULAR_VELOCITY, Quantity.ACCELERATION,
-    Quantity.CHARGE, Quantity.CURRENT,
-)  # fmt: skip
+    Quantity.DISPLACEMENT,
+    Quantity.VELOCITY,
+    Quantity.ANGLE,
+    Quantity.ANGULAR_VELOCITY,
+    Quantity.ACCELERATION,
+    Quantity.CHARGE,
+    Quantity.CURRENT,
+)
 
 
 def unknowns_of(scene: Scene) -> dict[str, float]:
@@ -106,17 +109,19 @@ def _walk_record(scene: Scene, name: str, one: RecordSet, record: Measurement) -
     times = np.asarray(np.arange(record.count) * record.step - one.rest, dtype=np.float64)
     after = times > 0.0
     return WalkRecord(
-        scene, times[after], outputs, values[:, after], np.where(given > 0.0, given, noise),
-        name=record.source or name, estimated=not bool(np.all(given > 0.0)), set=name,
-    )  # fmt: skip
+        scene,
+        times[after],
+        outputs,
+        values[:, after],
+        np.where(given > 0.0, given, noise),
+        name=record.source or name,
+        estimated=not bool(np.all(given > 0.0)),
+        set=name,
+    )
 
 
 def identify_walking(
-    scene: Scene,
-    records: Sequence[WalkRecord],
-    seed: int,
-    by_foot: bool = False,
-    left_out: Sequence[WalkRecord] = (),
+    scene: Scene, records: Sequence[WalkRecord], seed: int, by_foot: bool = False, left_out: Sequence[WalkRecord] = ()
 ) -> StepResult:
     """Ground and legs of a walker from its walks. That the ground differs from foot to foot is tried; where it does,
     numbers of feet are combinations of the step; by_foot: whether it is known to; left_out: walks that are predicted.
@@ -137,20 +142,28 @@ def identify_walking(
         [path.startswith("ground.restitution.") for path in fit.paths], np.minimum(samples, 1.0), samples
     )
     share = Check(
-        "share of samples that are not followed", 1.0 - fit.followed, 1.0 - ALL, paths=fit.paths,
+        "share of samples that are not followed",
+        1.0 - fit.followed,
+        1.0 - ALL,
+        paths=fit.paths,
         cause="walks move otherwise than the model between some contacts",
-    )  # fmt: skip
+    )
     jump = Check(
-        "largest jump of a start from the end of the window before, over what a model may miss", fit.jump, JUMP,
-        paths=fit.paths, cause="the ground is rougher, or feet hang lower or higher, than the scene says",
-    )  # fmt: skip
+        "largest jump of a start from the end of the window before, over what a model may miss",
+        fit.jump,
+        JUMP,
+        paths=fit.paths,
+        cause="the ground is rougher, or feet hang lower or higher, than the scene says",
+    )
     uneven = [
         Check(
-            f"what {path} would gain if it differed from foot to foot, over chance", gain, 1.0,
+            f"what {path} would gain if it differed from foot to foot, over chance",
+            gain,
+            1.0,
             cause=_under(path, fit, units[path].unit),
         )
         for path, gain in fit.asked.items()
-    ]  # fmt: skip
+    ]
     predicted = (prediction_check(fit.paths, samples, left_out),) if left_out else ()
     contacts = f"{len(fit.good)} windows between contacts, {1e3 * _median_length(fit):.3g} ms at the median"
     own = np.random.default_rng([seed, 29]).standard_normal((len(fit.feet), DRAWS))
@@ -158,18 +171,22 @@ def identify_walking(
         name: (value, value * np.exp(sd * drawn), units[name.partition(": ")[2]].unit)
         for (name, (value, sd)), drawn in zip(fit.feet.items(), own, strict=True)
     }
-    spreads = [
-        f"{path} differs by {100 * apart:.2g} % from foot to foot" for path, apart in fit.apart.items()
-    ]
+    spreads = [f"{path} differs by {100 * apart:.2g} % from foot to foot" for path, apart in fit.apart.items()]
     seen = [(r, off) for r, off in zip(records, fit.residuals, strict=True)]
     return StepResult(
-        "walking", fit.paths, fit.values, samples,
+        "walking",
+        fit.paths,
+        fit.values,
+        samples,
         taken=tuple(path for path in fit.paths if told[path] is Verdict.ASSUMED),
         residuals=tuple(_residual(r, off, k) for r, off in seen for k in range(len(r.outputs))),
-        used=(Used("windows", int(fit.good.sum()), len(fit.good)),), checks=(share, jump, *uneven, *predicted),
-        notes=(f"Found in {contacts}.", *(f"{said}." for said in spreads)), combinations=feet,
-        panels=tuple(_panel(r, off) for r, off in seen[:2]), influence=fit.influence,
-    )  # fmt: skip
+        used=(Used("windows", int(fit.good.sum()), len(fit.good)),),
+        checks=(share, jump, *uneven, *predicted),
+        notes=(f"Found in {contacts}.", *(f"{said}." for said in spreads)),
+        combinations=feet,
+        panels=tuple(_panel(r, off) for r, off in seen[:2]),
+        influence=fit.influence,
+    )
 
 
 def _under(path: str, fit: WalkFit, unit: str) -> str:

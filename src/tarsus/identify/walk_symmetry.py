@@ -60,9 +60,7 @@ def _exchanges(walker: Walker) -> list[dict[str, str]]:
     near = 1e-3 * max(arms_of(walker).values())
     for x, y in ((-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0)):
         to = {
-            name: next(
-                (k for k, at in legs.items() if np.hypot(at.x - x * one.x, at.y - y * one.y) < near), ""
-            )
+            name: next((k for k, at in legs.items() if np.hypot(at.x - x * one.x, at.y - y * one.y) < near), "")
             for name, one in legs.items()
         }
         if set(to.values()) == set(legs) and any(name != at for name, at in to.items()):

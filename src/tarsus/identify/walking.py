@@ -162,9 +162,7 @@ class WalkFit:
         """Whether the records determine a number."""
         j = self.paths.index(path)
         of_prior = float(np.sqrt(self.covariance[j, j]) / self.prior[j])
-        return verdict_of(
-            self.interval(path), of_prior=of_prior, doubted=self.followed < ALL or self.jump > JUMP
-        )
+        return verdict_of(self.interval(path), of_prior=of_prior, doubted=self.followed < ALL or self.jump > JUMP)
 
 
 def _walker(records: Sequence[WalkRecord]) -> Walker:
@@ -185,18 +183,14 @@ def _problem(records: Sequence[WalkRecord], spread: Mapping[str, float]) -> Reco
     """Numbers of the walker and its ground, and zeros of the records about those of their first samples, where the
     walker stands as before its drives begin."""
     scenes = tuple(one.scene for one in records)
-    priors = {
-        path: Prior(float(get_value(scenes[0], path)), factor=float(np.exp(one)))
-        for path, one in spread.items()
-    }
+    priors = {path: Prior(float(get_value(scenes[0], path)), factor=float(np.exp(one))) for path, one in spread.items()}
     problem = RecordProblem(scenes, tuple(one.seen() for one in records), priors)
     _, plans = problem.lowered(np.zeros(len(priors)))
     for one, plan in zip(records, plans, strict=True):
         there = output_rows(one.scene, one.outputs, one.times[:1]).x @ plan.initial[: len(plan.initial) // 2]
         priors |= {
             one.zero(k): Prior(
-                float(one.values[k, 0] - there[k]),
-                sd=ZERO / arms_of(_walker(records)).get(one.outputs[k].at, 1.0),
+                float(one.values[k, 0] - there[k]), sd=ZERO / arms_of(_walker(records)).get(one.outputs[k].at, 1.0)
             )
             for k in one.shifted
         }
@@ -230,11 +224,7 @@ def _with_noise(
 
 @single_threaded
 def identify_walk(
-    records: Sequence[WalkRecord],
-    spread: Mapping[str, float],
-    *,
-    differing: Sequence[str] = (),
-    differ: bool = False,
+    records: Sequence[WalkRecord], spread: Mapping[str, float], *, differing: Sequence[str] = (), differ: bool = False
 ) -> WalkFit:
     """Find numbers of a walker and its ground from records that begin with its drives.
 
@@ -370,11 +360,20 @@ def _found(
     ends = [[one.span for one in fit.segments if one.record == k] for k in range(len(records))]
     count = sum(len(one.times) for one in records)
     return WalkFit(
-        paths, np.array(list(values.values())), covariance, prior, influence,
+        paths,
+        np.array(list(values.values())),
+        covariance,
+        prior,
+        influence,
         tuple(np.array([one[0][0], *(end for _, end in one)]) for one in ends),
-        _residuals(problem, fit.segments, fit.moved), joint.good, joint.followed / count, fit.settled, asked,
-        *numbers_of_feet(problem, fit, spread), joint.jump,
-    )  # fmt: skip
+        _residuals(problem, fit.segments, fit.moved),
+        joint.good,
+        joint.followed / count,
+        fit.settled,
+        asked,
+        *numbers_of_feet(problem, fit, spread),
+        joint.jump,
+    )
 
 
 def _joined(segments: Sequence[Segment], good: NDArray[np.bool_]) -> list[Segment]:

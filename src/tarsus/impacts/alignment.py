@@ -81,28 +81,18 @@ def delayed(values: Floats, samples: float) -> Floats:
     if part == 0.0:
         return np.asarray(values[..., np.clip(np.arange(count) - whole, 0, count - 1)], dtype=float)
     lag = np.arange(-_TAPS + 1, _TAPS + 1)
-    taps = (
-        np.sinc(lag - part)
-        * np.i0(_BETA * np.sqrt(1.0 - ((lag - part) / _TAPS) ** 2).clip(0.0))
-        / np.i0(_BETA)
-    )
+    taps = np.sinc(lag - part) * np.i0(_BETA * np.sqrt(1.0 - ((lag - part) / _TAPS) ** 2).clip(0.0)) / np.i0(_BETA)
     taps /= taps.sum()
     width = _TAPS + abs(whole)
     ends = [(0, 0)] * (values.ndim - 1) + [(width, width)]
-    padded = np.pad(
-        values, ends, mode="reflect", reflect_type="odd"
-    )  # through the end point, so that slopes go on
+    padded = np.pad(values, ends, mode="reflect", reflect_type="odd")  # through the end point, so that slopes go on
     first = abs(whole) - whole
     out = oaconvolve(padded, taps.reshape((1,) * (values.ndim - 1) + (-1,)), "valid", axes=-1)
     return np.asarray(out[..., first : first + count], dtype=float)
 
 
 def align(
-    record: Measurement,
-    reference: Measurement,
-    names: Sequence[str],
-    before: float,
-    search: float | None = None,
+    record: Measurement, reference: Measurement, names: Sequence[str], before: float, search: float | None = None
 ) -> Alignment:
     """Delay, gain and zero of a reference against a record, from the part before ``before`` [s].
 
@@ -153,9 +143,7 @@ def align(
         return float(np.sum(np.log(left + 1e-9)))  # the likelihood where each channel has a noise of its own
 
     whole = coarse
-    while (near := min(range(whole - _NEAR, whole + _NEAR + 1), key=cost)) != whole and abs(
-        near - coarse
-    ) < _TAPS:
+    while (near := min(range(whole - _NEAR, whole + _NEAR + 1), key=cost)) != whole and abs(near - coarse) < _TAPS:
         whole = near
     samples, *_ = fminbound(cost, whole - 1.0, whole + 1.0, xtol=1e-5, full_output=True)
     difference, gain = _misfit(ours, theirs, float(samples), inner)
@@ -174,9 +162,7 @@ def align(
 def _refuse_silent(names: Sequence[str], values: Floats, where: str = "before the first contact") -> None:
     silent = [name for name, row in zip(names, values, strict=True) if np.ptp(row) == 0.0]
     if silent:
-        raise InputError(
-            [f"channel '{name}' is constant {where}: there is nothing to align by" for name in silent]
-        )
+        raise InputError([f"channel '{name}' is constant {where}: there is nothing to align by" for name in silent])
 
 
 def _whole_delays(ours: Floats, theirs: Floats, reach: int) -> tuple[int, int | None]:
@@ -204,11 +190,7 @@ def _whole_delays(ours: Floats, theirs: Floats, reach: int) -> tuple[int, int | 
     near = dips[left[dips] <= left.min() + np.log(_NEARLY)]
     chosen = int(near[np.argmin(np.abs(lags[near]))])
     # a dip is told apart from the noise along one and the same trough by rising to twice what is left in between
-    others = [
-        k
-        for k in near.tolist()
-        if left[min(k, chosen) : max(k, chosen) + 1].max() > left[near].max() + _APART
-    ]
+    others = [k for k in near.tolist() if left[min(k, chosen) : max(k, chosen) + 1].max() > left[near].max() + _APART]
     other = min(others, key=lambda k: left[k], default=None)
     return int(lags[chosen]), None if other is None else int(lags[other])
 

@@ -50,9 +50,7 @@ class Impacts:
         return len(self.after)
 
 
-def detect_impacts(
-    record: Measurement, foot: str, threshold: float = 6.0, separation: float = 0.0
-) -> Impacts:
+def detect_impacts(record: Measurement, foot: str, threshold: float = 6.0, separation: float = 0.0) -> Impacts:
     """Jumps in the velocity of a foot.
 
     The samples on each side of an instant, continued to it by a parabola, give two velocities; their difference is
@@ -77,14 +75,10 @@ def detect_impacts(
     """
     channel = record.channel(foot)
     if channel.quantity is not Quantity.VELOCITY:
-        raise InputError(
-            f"channel '{foot}' is in {channel.quantity.unit}: impacts are looked for in velocities (m/s)"
-        )
+        raise InputError(f"channel '{foot}' is in {channel.quantity.unit}: impacts are looked for in velocities (m/s)")
     values = record[foot]
     if record.count < 4 * _SIDE:
-        raise InputError(
-            f"channel '{foot}' has {record.count} samples: an impact takes at least {4 * _SIDE} to see"
-        )
+        raise InputError(f"channel '{foot}' has {record.count} samples: an impact takes at least {4 * _SIDE} to see")
     at = (np.arange(_SIDE) + 0.5) / _SIDE
     ahead = np.linalg.pinv(np.vander(at, _ORDER + 1, increasing=True))[0]
     weights = np.concatenate([-ahead[::-1], ahead])
@@ -122,9 +116,7 @@ def impacts_at_ground(
     jump = speed[1:] - speed[:-1]
     met = (speed[:-1] < -APPROACH * noise_v) & near[:-1] & near[1:] & (jump > APPROACH * noise_v)
     met &= speed[1:] > -BACK * np.abs(speed[:-1])
-    impacts = np.array(
-        [first + np.argmax(jump[first : last + 1]) for first, last in runs_of(met)], dtype=np.intp
-    )
+    impacts = np.array([first + np.argmax(jump[first : last + 1]) for first, last in runs_of(met)], dtype=np.intp)
     slow = near & (np.abs(speed) < STILL * noise_v) & (np.abs(height) < STILL * noise_x)
     return impacts, slow
 

@@ -113,9 +113,7 @@ def common_ratio(
     return Spread(ratio, std, ratio - reach * std, ratio + reach * std, float(np.sqrt(scatter)), int(y.size))
 
 
-def supported(
-    y: Floats, x: Floats, cov: Floats, ratio: float, scatter: float = 0.0
-) -> tuple[Floats, Floats, Floats]:
+def supported(y: Floats, x: Floats, cov: Floats, ratio: float, scatter: float = 0.0) -> tuple[Floats, Floats, Floats]:
     """Residuals y - ratio x of pairs with covariances (n, 2, 2) of (y, x), the x that each pair as a whole supports
     (free of the noise that its residual has), and the weights of the residuals; each (n,). scatter: variance of the
     ratio from pair to pair."""

@@ -112,16 +112,13 @@ def _link(start: int, uses: Floats, next_start: int, next_uses: Floats) -> Float
     return np.einsum("akp,bkp->ab", ours, theirs)
 
 
-def _best_fit(
-    free: FreeResponse, samples: Floats, earlier: int, window: FitWindow
-) -> tuple[ImpactFit, int] | None:
+def _best_fit(free: FreeResponse, samples: Floats, earlier: int, window: FitWindow) -> tuple[ImpactFit, int] | None:
     """The interval between two samples, of three, that the impact fits into best, and its number."""
     latest = len(samples) - window.smeared - window.fewest
     fits = [
         (fit, trial)
         for trial in (earlier - 1, earlier, earlier + 1)
-        if window.fewest <= trial <= latest
-        and (fit := fit_impact(free, samples, trial, window.smeared)) is not None
+        if window.fewest <= trial <= latest and (fit := fit_impact(free, samples, trial, window.smeared)) is not None
     ]
     return min(fits, key=lambda one: one[0].misfit, default=None)
 
@@ -176,12 +173,8 @@ def joined(parts: Sequence[FittedImpacts]) -> FittedImpacts:
 
 def usable(fitted: FittedImpacts, foot: int, window: FitWindow) -> FittedImpacts:
     """Impacts between free motions, clear of the noise, that turn an approach."""
-    clear = np.abs(fitted.change[:, foot]) > window.clarity * np.sqrt(
-        fitted.covariance[:, 1 + foot, 1 + foot]
-    )
+    clear = np.abs(fitted.change[:, foot]) > window.clarity * np.sqrt(fitted.covariance[:, 1 + foot, 1 + foot])
     chosen = (fitted.probability > window.misfit) & clear & (fitted.before * fitted.change[:, foot] < 0.0)
     kept = FittedImpacts(*(getattr(fitted, name)[chosen] for name in _FIELDS))
-    apart = np.append(
-        np.diff(np.flatnonzero(chosen)) > 1, True
-    )  # the impact after it is not among those kept
+    apart = np.append(np.diff(np.flatnonzero(chosen)) > 1, True)  # the impact after it is not among those kept
     return replace(kept, following=np.where(apart[:, None, None], 0.0, kept.following))

@@ -120,9 +120,7 @@ def point_rows(structure: Structure, points: Sequence[str]) -> Floats:
     """
     unknown = [name for name in points if name not in structure.points]
     if unknown:
-        raise InputError(
-            [f"the structure has no point '{name}'{nearest(name, structure.points)}" for name in unknown]
-        )
+        raise InputError([f"the structure has no point '{name}'{nearest(name, structure.points)}" for name in unknown])
     return np.array([structure.row(name) for name in points]).reshape(len(points), structure.size)
 
 

@@ -57,13 +57,7 @@ class ImpactMapEstimate(Tabled):
             (name, one.value, (one.low, one.high), one.scatter, one.n)
             for name, one in (("restitution", self.restitution), *zip(self.names, self.column, strict=True))
         ]
-        columns = (
-            "number",
-            "value",
-            "95 % interval",
-            Column("scatter from impact to impact", digits=2),
-            "impacts",
-        )
+        columns = ("number", "value", "95 % interval", Column("scatter from impact to impact", digits=2), "impacts")
         refused = [" ".join(one.refused) for one in self.repeats if one.refused]
         return Table(f"Impact law of '{self.foot}'", columns, rows, refused)
 
@@ -118,8 +112,7 @@ def estimate_impact_map(
     names = _used_channels(closes[0], structure, foot)
     chosen = FitWindow() if window is None else window
     repeats = tuple(
-        _repeat(one, i, airs, names, structure, foot, before, chosen, residual_limit)
-        for i, one in enumerate(closes)
+        _repeat(one, i, airs, names, structure, foot, before, chosen, residual_limit) for i, one in enumerate(closes)
     )
     c, seen = names.index(foot), [r.impacts for r in repeats if r.impacts is not None]
     if not seen:
@@ -133,19 +126,12 @@ def estimate_impact_map(
             "between free motions of this structure"
         )
     return ImpactMapEstimate(
-        foot,
-        names,
-        _restitution(fitted, c),
-        tuple(_column(fitted, c, i) for i in range(len(names))),
-        repeats,
-        fitted,
+        foot, names, _restitution(fitted, c), tuple(_column(fitted, c, i) for i in range(len(names))), repeats, fitted
     )
 
 
 def _used_channels(record: Measurement, structure: Structure, foot: str) -> tuple[str, ...]:
-    names = tuple(
-        c.name for c in record.channels if c.quantity is Quantity.VELOCITY and c.at in structure.points
-    )
+    names = tuple(c.name for c in record.channels if c.quantity is Quantity.VELOCITY and c.at in structure.points)
     channel = record.channel(foot)
     if foot not in names:
         why = (
@@ -191,9 +177,7 @@ def _repeat(
     )
     impacts = detect_impacts(subtracted, foot)
     points = [channel.at for channel in close.channels]
-    free = FreeResponse(
-        structure, points, np.maximum(noise, 1e-9 * np.abs(subtracted.values).max()), close.step
-    )
+    free = FreeResponse(structure, points, np.maximum(noise, 1e-9 * np.abs(subtracted.values).max()), close.step)
     zero, share = noise / np.sqrt(quiet.shape[1]), 1.0 / len(airs)
     fitted = fit_impacts(subtracted, still, free, impacts, c, share, zero, number, window)
     return Repeat(alignments, (), impacts, fitted)

@@ -66,9 +66,7 @@ def new(
     if target.exists():
         raise InputError(f"'{target}' is there already, and stays as it is; give another name")
     if (legs is not None or mass is not None) and (kind != "device" or device is not None or legs is None):
-        raise InputError(
-            '--legs and --mass: they make a new device, `tarsus new device FILE --legs 4 --mass "0.1 g"`'
-        )
+        raise InputError('--legs and --mass: they make a new device, `tarsus new device FILE --legs 4 --mass "0.1 g"`')
     text, remarks = "", []
     if legs is not None:
         text = walker_text(legs, mass)

@@ -36,15 +36,7 @@ SIGNALS = {
 }
 """What drove the records, to be filled in, by purpose."""
 
-UNITS = {
-    "v": "mm/s",
-    "vel": "mm/s",
-    "velocity": "mm/s",
-    "x": "um",
-    "disp": "um",
-    "displacement": "um",
-    "pos": "um",
-}
+UNITS = {"v": "mm/s", "vel": "mm/s", "velocity": "mm/s", "x": "um", "disp": "um", "displacement": "um", "pos": "um"}
 """Units of a vibrometer's outputs by the last word of a channel's name; volts for words that name a drive."""
 
 BEGUN = 0.02
@@ -93,9 +85,7 @@ class _Seen:
             return False
         if self.turns is None or other.turns is None:
             return True
-        return bool(
-            np.all(np.abs(self.turns - other.turns) <= PACE * np.maximum(self.turns, other.turns) + 2.0)
-        )
+        return bool(np.all(np.abs(self.turns - other.turns) <= PACE * np.maximum(self.turns, other.turns) + 2.0))
 
 
 def campaign_text(folder: Path, device: str | None) -> tuple[str, list[str]]:
@@ -105,9 +95,7 @@ def campaign_text(folder: Path, device: str | None) -> tuple[str, list[str]]:
     """
     if not folder.is_dir():
         raise InputError(f"'{folder}' is no folder: a campaign begins with the folder of its records")
-    names = sorted(
-        file.name for file in folder.iterdir() if file.suffix.lower() in RECORDS and file.is_file()
-    )
+    names = sorted(file.name for file in folder.iterdir() if file.suffix.lower() in RECORDS and file.is_file())
     if not names:
         raise InputError(f"'{folder}' holds no records ({', '.join(sorted(RECORDS))})")
     seen: dict[str, _Seen] = {}
@@ -142,9 +130,7 @@ def campaign_text(folder: Path, device: str | None) -> tuple[str, list[str]]:
         "# What holds for all sets of records that say nothing else. Take away a # where a line is right.",
         "[defaults]",
         '# rest = "10 ms"             # at rest before the drive begins: eight samples at least',
-        '# drive = "the channel that recorded the volts"'
-        if common is None
-        else f"drive = {json.dumps(common)}",
+        '# drive = "the channel that recorded the volts"' if common is None else f"drive = {json.dumps(common)}",
         *_nameless(list(nameless), points),
         "",
         "# purpose: modal (sweeps in the air), loops, ramps (adhesion), bounces, air, close or validation.",
@@ -181,9 +167,7 @@ def _key(stem: str) -> str:
 def _of_file(name: str, seen: _Seen, common: str | None, points: tuple[str, ...]) -> list[str]:
     """Lines of a set on what its first file says: its rest, its drive, and where its channels look."""
     lines = (
-        []
-        if seen.rest is None
-        else [f'rest = "{format_quantity(seen.rest, "s")}"'.ljust(28) + " # as the volts show"]
+        [] if seen.rest is None else [f'rest = "{format_quantity(seen.rest, "s")}"'.ljust(28) + " # as the volts show"]
     )
     if seen.drive is not None and seen.drive != common:
         lines.append(f"drive = {json.dumps(seen.drive, ensure_ascii=False)}")
@@ -194,8 +178,7 @@ def _of_file(name: str, seen: _Seen, common: str | None, points: tuple[str, ...]
     for one in looking:
         point = one.at if one.at in points else _guess(one.name, points)
         lines.append(
-            f'# {_toml_key(one.name)} = {{ point = "{point}" }}'.ljust(40)
-            + f" # a {one.quantity.name.lower()}"
+            f'# {_toml_key(one.name)} = {{ point = "{point}" }}'.ljust(40) + f" # a {one.quantity.name.lower()}"
         )
     if seen.drive is not None:  # channels that are not named are not read
         lines.append(f"# {_toml_key(seen.drive)} = {{}}".ljust(40) + " # the drive")

@@ -41,9 +41,7 @@ def walker_text(legs: int, mass: str | None = None) -> str:
 
     Raises InputError for a number of legs below 1 or above 40, and for a mass that is none.
     """
-    problems = (
-        [] if 1 <= legs <= MOST_LEGS else [f"--legs: expected a number from 1 to {MOST_LEGS}, got {legs}"]
-    )
+    problems = [] if 1 <= legs <= MOST_LEGS else [f"--legs: expected a number from 1 to {MOST_LEGS}, got {legs}"]
     body = SHARE * legs
     if mass is not None:
         try:
@@ -62,8 +60,7 @@ def walker_text(legs: int, mass: str | None = None) -> str:
     parts = ", ".join([f'mass = "{_said(FOOT * share, "kg")}"', *springs])
     lines = {
         "legs": [
-            f'{leg} = {{ x = "{_said(x, "m")}", y = "{_said(y, "m")}", {parts} }}'
-            for leg, (x, y) in hips.items()
+            f'{leg} = {{ x = "{_said(x, "m")}", y = "{_said(y, "m")}", {parts} }}' for leg, (x, y) in hips.items()
         ],
         "drives": [
             line

@@ -37,9 +37,7 @@ def of_runs(names: tuple[str, str], a: Run, b: Run) -> View:
         for name, one in a.measures.items()
         if name in b.measures
     ]
-    energies = [
-        _compared("name", name, "J", value, of_b[name]) for name, value in ledger_lines(a) if name in of_b
-    ]
+    energies = [_compared("name", name, "J", value, of_b[name]) for name, value in ledger_lines(a) if name in of_b]
     data = {
         **_names(names),
         **_values(a.scene, b.scene),
@@ -83,13 +81,7 @@ def _values(a: Scene, b: Scene) -> dict[str, Any]:
 def _compared(key: str, name: str, unit: str, a: float, b: float) -> dict[str, Any]:
     """Both numbers, and what the second has more as a part of the first."""
     known = a != 0.0 and math.isfinite(a) and math.isfinite(b)
-    return {
-        key: name,
-        "unit": unit,
-        "first": a,
-        "second": b,
-        "difference": (b - a) / abs(a) if known else None,
-    }
+    return {key: name, "unit": unit, "first": a, "second": b, "difference": (b - a) / abs(a) if known else None}
 
 
 def _inside(a: Scene, b: Scene, path: str) -> bool | None:
@@ -135,30 +127,21 @@ def _of_parting(parting: dict[str, Any] | None) -> str:
 def _of_values(data: dict[str, Any]) -> list[Table]:
     differing = data["values"]
     notes = [
-        f"only the {one} has: {', '.join(data[f'{one}_alone'])}"
-        for one in ("first", "second")
-        if data[f"{one}_alone"]
+        f"only the {one} has: {', '.join(data[f'{one}_alone'])}" for one in ("first", "second") if data[f"{one}_alone"]
     ]
     if not differing:
         return [Table("", (), (), (f"all {data['same']} values that both have are equal", *notes))]
     notes.insert(0, f"{data['same']} more values are equal")
     judged = [row["inside"] for row in differing if row["inside"] is not None]
     if judged:
-        notes.append(
-            f"{sum(judged)} of {len(judged)} values with a 95 % interval have the other's value inside"
-        )
+        notes.append(f"{sum(judged)} of {len(judged)} values with a 95 % interval have the other's value inside")
     return [_differences("values", differing, "path", notes)]
 
 
-def _differences(
-    heading: str, rows: list[dict[str, Any]], key: str, notes: list[str] | tuple[()] = ()
-) -> Table:
+def _differences(heading: str, rows: list[dict[str, Any]], key: str, notes: list[str] | tuple[()] = ()) -> Table:
     columns = [heading, Column("first", ROW), Column("second", ROW), Column("difference", "%", 3)]
     cells = [
-        [
-            spaced(row[key]) if key == "name" else row[key],
-            *(row[one] for one in ("first", "second", "difference")),
-        ]
+        [spaced(row[key]) if key == "name" else row[key], *(row[one] for one in ("first", "second", "difference"))]
         for row in rows
     ]
     if key == "path":

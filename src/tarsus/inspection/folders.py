@@ -29,12 +29,26 @@ KEYS = {
     FileKind.IDENTIFICATION: ("campaign", "files", "steps", "not_done", "validation"),
     FileKind.ATTRACTORS: ("scene", "starts", "over", "attractors", "others", "edges"),
     FileKind.LANDING: (
-        "scene", "foot", "drive", "risk", "objective", "speed", "touchdowns", "worst", "pairs", "period", "energy",
-        "energy_recovered", "regime", "plain", "nominal", "front",
+        "scene",
+        "foot",
+        "drive",
+        "risk",
+        "objective",
+        "speed",
+        "touchdowns",
+        "worst",
+        "pairs",
+        "period",
+        "energy",
+        "energy_recovered",
+        "regime",
+        "plain",
+        "nominal",
+        "front",
     ),
     FileKind.DESIGN: ("scene", "risk", "free", "objectives", "candidates", "duration", "front"),
     FileKind.GAITS: ("scene", "risk", "free", "objectives", "candidates", "duration", "front"),
-}  # fmt: skip
+}
 """What of a result is shown, by its kind, in this order; of others everything that is no long list."""
 
 
@@ -120,18 +134,29 @@ def _collected(folder: Path) -> tuple[dict[str, Any], list[Table]]:
             order = known[np.argsort(values.flat[known], kind="stable")]
             low, high = (tuple(map(int, np.unravel_index(one, values.shape))) for one in order[[0, -1]])
             data[name] |= {
-                "least": float(values[low]), "median": float(np.median(values.flat[known])),
-                "most": float(values[high]), "least_at": at(low), "most_at": at(high),
-            }  # fmt: skip
+                "least": float(values[low]),
+                "median": float(np.median(values.flat[known])),
+                "most": float(values[high]),
+                "least_at": at(low),
+                "most_at": at(high),
+            }
     units = {name: str(one.attrs["units"]) for name, one in axes.items()}
 
     def said(place: dict[str, float] | None) -> str:
         return ", ".join(f"{name} = {amount(value, units[name])}" for name, value in (place or {}).items())
 
     rows = [
-        (name, one["runs"], one.get("least"), said(one.get("least_at")), one.get("median"), one.get("most"),
-         said(one.get("most_at"))) for name, one in data.items()
-    ]  # fmt: skip
+        (
+            name,
+            one["runs"],
+            one.get("least"),
+            said(one.get("least_at")),
+            one.get("median"),
+            one.get("most"),
+            said(one.get("most_at")),
+        )
+        for name, one in data.items()
+    ]
     columns = ("measure", "runs", Column("least", ROW), "where", Column("median", ROW), Column("most", ROW), "where")
     return {"measures": data}, [Table("", columns, rows, units=[one["unit"] for one in data.values()])]
 
@@ -161,11 +186,7 @@ def _series_view(file: Path) -> View:
     title = f"{file}: {FileKind.SERIES.sentence}"
     parts = data_tables({key: one if isinstance(one, str) else float(one) for key, one in said.items()})
     names = ("name", "unit", "size", "smallest", "largest", "what")
-    data = {
-        "is": FileKind.SERIES.word,
-        **said,
-        "series": [dict(zip(names, row, strict=True)) for row in rows],
-    }
+    data = {"is": FileKind.SERIES.word, **said, "series": [dict(zip(names, row, strict=True)) for row in rows]}
     return View(data, Table(title, columns, rows, parts=parts, units=units))
 
 

@@ -85,6 +85,4 @@ def _engine_error() -> float:
         signals={},
     )
     times = simulate(ball).events["time"][: len(IMPACTS)]
-    return (
-        float(np.max(np.abs(times / np.array(IMPACTS) - 1.0))) if len(times) == len(IMPACTS) else float("inf")
-    )
+    return float(np.max(np.abs(times / np.array(IMPACTS) - 1.0))) if len(times) == len(IMPACTS) else float("inf")

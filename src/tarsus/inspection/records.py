@@ -55,9 +55,7 @@ def record_view(file: Path, channel: Sequence[str] = (), **choices: str | int | 
                 raise InputError(problems) from None
             return _as_written(file, problems)
     columns = ("channel", "unit", "point", Column("smallest", ROW, 6), Column("largest", ROW, 6))
-    rows = [
-        (one["name"], one["unit"], one["point"], one["smallest"], one["largest"]) for one in data["channels"]
-    ]
+    rows = [(one["name"], one["unit"], one["point"], one["smallest"], one["largest"]) for one in data["channels"]]
     table = Table(f"{file}: {data['holds']}", columns, rows, units=[row[1] for row in rows])
     return View(data, table, tuple(data["notes"]))
 
@@ -112,9 +110,7 @@ def _of_response(found: FrequencyResponse) -> dict[str, Any]:
         "kind": "response",
         "lines": len(found.frequency),
         "inputs": [one.name for one in found.inputs],
-        "channels": [
-            _of_channel(one, abs(row)) for one, row in zip(found.outputs, found.values, strict=True)
-        ],
+        "channels": [_of_channel(one, abs(row)) for one, row in zip(found.outputs, found.values, strict=True)],
         "notes": list(found.notes),
     }
 

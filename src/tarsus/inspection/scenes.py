@@ -42,10 +42,7 @@ def scene_view(scene: Scene) -> View:
 def _of_ground(scene: Scene, impact: dict[str, Any]) -> list[str]:
     how = "as it is" if not impact["passive"] or impact["map"] == "mass-weighted" else "made passive"
     most = f"one impact multiplies kinetic energy by at most {impact['worst_gain']:.3g}"
-    return [
-        f"impact law: {impact['map']}, {how}; {most}",
-        f"landing: {scene.ground.landing_rule.title}",
-    ]
+    return [f"impact law: {impact['map']}, {how}; {most}", f"landing: {scene.ground.landing_rule.title}"]
 
 
 def _section(scene: Scene, name: str, members: list[ValueRow]) -> Table:
@@ -53,10 +50,15 @@ def _section(scene: Scene, name: str, members: list[ValueRow]) -> Table:
     alike."""
     members = grouped(members)
     rows = [
-        (f"{one.path}\n{one.of}" if one.of else one.path, _values(one), _intervals(scene, one), one.source or None,
-         one.note or one.doc)
+        (
+            f"{one.path}\n{one.of}" if one.of else one.path,
+            _values(one),
+            _intervals(scene, one),
+            one.source or None,
+            one.note or one.doc,
+        )
         for one in members
-    ]  # fmt: skip
+    ]
     columns = (name, "value", "95 % interval", "source", "why")
     if not any(row[2] for row in rows):
         return Table("", columns[:2] + columns[3:], [row[:2] + row[3:] for row in rows])
@@ -64,9 +66,7 @@ def _section(scene: Scene, name: str, members: list[ValueRow]) -> Table:
     return Table("", columns, rows, flagged=ends)
 
 
-AT_AN_END = (
-    "! The value lies at an end of its interval: known on one side only, or its fit stopped at a bound."
-)
+AT_AN_END = "! The value lies at an end of its interval: known on one side only, or its fit stopped at a bound."
 
 
 def _at_an_end(scene: Scene, row: ValueRow) -> bool:

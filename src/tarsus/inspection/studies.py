@@ -58,11 +58,15 @@ def experiment_view(one: PublishedExperiment) -> View:
     """The claims about a published experiment, whose files are all good."""
     claims = one.claims.claims
     data = {
-        "experiment": one.name, "rows": len(one.measured), "measured": list(one.claims.measured),
+        "experiment": one.name,
+        "rows": len(one.measured),
+        "measured": list(one.claims.measured),
         "claims": {name: {"of": one.claims.column_of(claim), "where": claim.rows} for name, claim in claims.items()},
         "cite": one.claims.source.cite,
-    }  # fmt: skip
-    rows = [(name, one.claims.measured[one.claims.column_of(claim)].words, claim.rows or "all", claim.seen.value)
-            for name, claim in claims.items()]  # fmt: skip
+    }
+    rows = [
+        (name, one.claims.measured[one.claims.column_of(claim)].words, claim.rows or "all", claim.seen.value)
+        for name, claim in claims.items()
+    ]
     title = f"{one.name}: {one.claims.title}, {len(one.measured)} rows, {len(claims)} claims"
     return View(data, Table(title, ("claim", "of", "rows where", "seen"), rows, (one.claims.source.cite,)))

@@ -35,9 +35,10 @@ def register() -> None:
     if ID not in registration.registry:
         own = registration.current_namespace is None
         registration.register(
-            ID if own else ID.partition("/")[2], entry_point="tarsus.learn.walkers:WalkerEnv",
+            ID if own else ID.partition("/")[2],
+            entry_point="tarsus.learn.walkers:WalkerEnv",
             vector_entry_point="tarsus.learn.walkers:WalkerVectorEnv",
-        )  # fmt: skip
+        )
 
 
 def __getattr__(name: str) -> Any:

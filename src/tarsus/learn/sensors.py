@@ -42,9 +42,7 @@ class Sensors:
         out = []
         if self.body:
             coordinates = scene.robot.structure.body_coordinates
-            out += [name for name in coordinates if name not in PASSED] + [
-                f"{name} rate" for name in coordinates
-            ]
+            out += [name for name in coordinates if name not in PASSED] + [f"{name} rate" for name in coordinates]
         out += [f"{point}{what}" for point in self.points for what in ("", " velocity")]
         out += [f"{name} current" for name in scene.robot.drives] if self.currents else []
         return out + ([f"{name} contact" for name in scene.robot.feet] if self.contacts else [])

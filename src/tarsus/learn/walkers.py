@@ -27,9 +27,17 @@ class _Robots:
     """What both environments are made of: robots, what they are told, what is seen of them and what it is worth."""
 
     def __init__(
-        self, scene: SceneLike, robots: int, actions: Action | None, sensors: Sensors | None, ground: Any,
-        reward: str, dt: float | str, steps: int, threads: int | None,
-    ) -> None:  # fmt: skip
+        self,
+        scene: SceneLike,
+        robots: int,
+        actions: Action | None,
+        sensors: Sensors | None,
+        ground: Any,
+        reward: str,
+        dt: float | str,
+        steps: int,
+        threads: int | None,
+    ) -> None:
         own = as_scene(scene)
         self.actions = _volts_of(own) if actions is None else actions
         self.scene: Scene = self.actions.prepared(own)
@@ -127,9 +135,7 @@ class WalkerEnv(gymnasium.Env[Any, Any]):
         self.robots = _Robots(scene, 1, actions, sensors, ground, reward, dt, steps, 1)
         self.action_space, self.observation_space = self.robots.spaces()
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Any, dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """As `gymnasium.Env.reset`: what is seen, and the ground that was drawn."""
         super().reset(seed=seed)
         seen = self.robots.sensors.seen(self.robots.reset(seed))[0]
@@ -167,9 +173,7 @@ class WalkerVectorEnv(VectorEnv[Any, Any, Any]):
         self.action_space = batched(self.single_action_space, num_envs)
         self.observation_space = batched(self.single_observation_space, num_envs)
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Any, dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """As `gymnasium.vector.VectorEnv.reset`; info: the grounds that were drawn, (num_envs,) by path."""
         super().reset(seed=seed)
         seen = self.robots.sensors.seen(self.robots.reset(seed))
@@ -192,7 +196,5 @@ class WalkerVectorEnv(VectorEnv[Any, Any, Any]):
 def _volts_of(scene: Scene) -> VoltageAction:
     """Between the voltages of the scene's gait. Raises InputError where there is none."""
     if scene.gait is None:
-        raise InputError(
-            "actions: give VoltageAction(low, high), for the scene has no gait that says between which"
-        )
+        raise InputError("actions: give VoltageAction(low, high), for the scene has no gait that says between which")
     return VoltageAction(scene.gait.low, scene.gait.high)

@@ -26,12 +26,7 @@ FEWEST = 3
 
 
 def cautions(
-    seen: WindowedHistories,
-    feet: Sequence[str],
-    measures: Mapping[str, Measure],
-    *,
-    count: int,
-    periods: bool,
+    seen: WindowedHistories, feet: Sequence[str], measures: Mapping[str, Measure], *, count: int, periods: bool
 ) -> list[Caution]:
     """Warnings on the measures of the feet of one run by so many windows; ``periods``: these are drive periods."""
     found = []
@@ -66,9 +61,7 @@ def _of_feet(seen: WindowedHistories) -> list[tuple[Floats, np.ndarray]]:
     counted = np.zeros(len(flights.apex), dtype=bool)
     counted[seen.histories.bounces(seen.counting)] = True
     begun, own = flights.start[hops], flights.own[hops]
-    hops = hops[
-        (begun >= windows.edges[windows.first[own]]) & (begun <= windows.edges[windows.first[own + 1] - 1])
-    ]
+    hops = hops[(begun >= windows.edges[windows.first[own]]) & (begun <= windows.edges[windows.first[own + 1] - 1])]
     feet = np.searchsorted(flights.own[hops], np.arange(len(flights.until) + 1))
     return [(flights.apex[hops[a:b]], counted[hops[a:b]]) for a, b in pairwise(feet)]
 
@@ -95,9 +88,7 @@ def _low(apex: Floats, counted: np.ndarray, peak: float) -> str:
         return ""
     heights = np.sort(apex[counted])
     middle = len(heights) // 2
-    typical = float(
-        0.5 * (heights[middle] + heights[-1 - middle])
-    )  # `np.median` loads masked arrays at first use
+    typical = float(0.5 * (heights[middle] + heights[-1 - middle]))  # `np.median` loads masked arrays at first use
     if not typical < LOW * peak:
         return ""
     return f"its median bounce is {amount(typical, 'm', 3)} high, its peak {amount(peak, 'm', 3)}"

@@ -35,8 +35,6 @@ COUNTS: Mapping[str, EventCount] = {
     "speed": EventCount(IMPACTS, "m/s", "sum of the approach speeds of the impacts", "speed_before"),
     "bounces": EventCount((EventKind.BOUNCE,), "1", "impacts after which the foot departs"),
     "captures": EventCount((EventKind.CAPTURE,), "1", "impacts after which the foot is held"),
-    "rests": EventCount(
-        (EventKind.REST, EventKind.AVERAGED_CONTACT), "1", "feet whose bounces have died out"
-    ),
+    "rests": EventCount((EventKind.REST, EventKind.AVERAGED_CONTACT), "1", "feet whose bounces have died out"),
 }
 """What is told of every drive period of a run that settles, and of every step of a robot that is stepped."""

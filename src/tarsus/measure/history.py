@@ -50,9 +50,7 @@ class Counting:
 
     def of_one(self, number: int) -> Counting:
         """The rule of one of them."""
-        return Counting(
-            self.height, float(self.dwell if np.ndim(self.dwell) == 0 else np.asarray(self.dwell)[number])
-        )
+        return Counting(self.height, float(self.dwell if np.ndim(self.dwell) == 0 else np.asarray(self.dwell)[number]))
 
     def words(self) -> dict[str, str]:
         """Height and dwell for a sentence; a dwell that differs from run to run is given from least to most."""

@@ -79,18 +79,31 @@ class Measure:
         """From plain data that `to_dict` gave; a number that is null is none."""
         per_foot = {foot: read_number(value) for foot, value in table["per_foot"].items()}
         return cls(
-            read_number(table["value"]), table["unit"], read_number(table["spread"]), table["n"], table["definition"],
-            per_foot, Scope(table["scope"]), table["height_m"], table["dwell_s"],
-        )  # fmt: skip
+            read_number(table["value"]),
+            table["unit"],
+            read_number(table["spread"]),
+            table["n"],
+            table["definition"],
+            per_foot,
+            Scope(table["scope"]),
+            table["height_m"],
+            table["dwell_s"],
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """As plain data: value, unit, spread, n, definition, scope, height_m, dwell_s (None where nothing is counted),
         per_foot (foot name -> value)."""
         return {
-            "value": float(self.value), "unit": self.unit, "spread": float(self.spread), "n": int(self.n),
-            "definition": self.definition, "scope": str(self.scope), "height_m": self.height, "dwell_s": self.dwell,
+            "value": float(self.value),
+            "unit": self.unit,
+            "spread": float(self.spread),
+            "n": int(self.n),
+            "definition": self.definition,
+            "scope": str(self.scope),
+            "height_m": self.height,
+            "dwell_s": self.dwell,
             "per_foot": {foot: float(value) for foot, value in self.per_foot.items()},
-        }  # fmt: skip
+        }
 
 
 class CautionKind(Enum):
@@ -234,9 +247,7 @@ class Measured:
         none = np.full(runs, np.nan)
         feet = None if self.per_foot is None else np.full((runs, len(self.feet)), np.nan)
         counting = Counting(self.counting.height, none.copy()) if self.counting else None
-        return Measured(
-            none.copy(), none, np.zeros(runs, np.intp), self.about, self.feet, feet, self.span, counting
-        )
+        return Measured(none.copy(), none, np.zeros(runs, np.intp), self.about, self.feet, feet, self.span, counting)
 
     def put(self, runs: Rows, found: Measured, known: NDArray[np.bool_]) -> None:
         """Enter what was found of these runs, where it is known."""
@@ -253,15 +264,20 @@ class Measured:
     def of(self, run: int) -> Measure:
         """The measure of one run."""
         counting = self.counting.of_one(run) if self.counting else None
-        per_foot = (
-            {} if self.per_foot is None else dict(zip(self.feet, self.per_foot[run].tolist(), strict=True))
-        )
+        per_foot = {} if self.per_foot is None else dict(zip(self.feet, self.per_foot[run].tolist(), strict=True))
         height = counting.height if counting and "{height}" in self.about.words else None
         dwell = float(counting.dwell) if counting and "{dwell}" in self.about.words else None
         return Measure(
-            float(self.value[run]), self.unit, float(self.spread[run]), int(self.n[run]), self._words(counting),
-            per_foot, self.scope, height, dwell,
-        )  # fmt: skip
+            float(self.value[run]),
+            self.unit,
+            float(self.spread[run]),
+            int(self.n[run]),
+            self._words(counting),
+            per_foot,
+            self.scope,
+            height,
+            dwell,
+        )
 
 
 def of_robot(values: Floats, own: Rows, runs: int, about: Definition) -> Measured:
@@ -269,9 +285,11 @@ def of_robot(values: Floats, own: Rows, runs: int, about: Definition) -> Measure
     found = Moments.of(values, own, runs)
     whole = found.count == np.bincount(own, minlength=runs)
     return Measured(
-        np.where(whole, found.mean, np.nan), np.where(whole, found.spread, np.nan), np.where(whole, found.count, 0),
+        np.where(whole, found.mean, np.nan),
+        np.where(whole, found.spread, np.nan),
+        np.where(whole, found.count, 0),
         about,
-    )  # fmt: skip
+    )
 
 
 def of_feet(
@@ -313,7 +331,5 @@ def measure_variables(
         ),
     }
     if per_foot is not None:
-        out[f"{name}_per_foot"] = Variable(
-            (*dims, "foot"), per_foot, {"long_name": f"{name} of each foot", **notes}
-        )
+        out[f"{name}_per_foot"] = Variable((*dims, "foot"), per_foot, {"long_name": f"{name} of each foot", **notes})
     return out

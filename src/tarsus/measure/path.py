@@ -16,11 +16,6 @@ def path_of(surge: Floats, sway: Floats, yaw: Floats) -> Floats:
     heading = 0.5 * (yaw[1:] + yaw[:-1])
     ahead, aside = np.diff(surge), np.diff(sway)
     steps = np.array(
-        [
-            np.cos(heading) * ahead - np.sin(heading) * aside,
-            np.sin(heading) * ahead + np.cos(heading) * aside,
-        ]
+        [np.cos(heading) * ahead - np.sin(heading) * aside, np.sin(heading) * ahead + np.cos(heading) * aside]
     )
-    return np.concatenate([np.zeros((2, 1)), np.cumsum(steps, axis=1)], axis=1) + np.array(
-        [surge[:1], sway[:1]]
-    )
+    return np.concatenate([np.zeros((2, 1)), np.cumsum(steps, axis=1)], axis=1) + np.array([surge[:1], sway[:1]])

@@ -58,9 +58,7 @@ def period_statistics(
 
 def cautions_of(judgement: Judgement, found: Mapping[str, Measure]) -> list[Caution]:
     """Warnings on measures by drive period of a single run."""
-    return cautions(
-        judgement.seen, judgement.table.feet, found, count=judgement.windows.count[0], periods=True
-    )
+    return cautions(judgement.seen, judgement.table.feet, found, count=judgement.windows.count[0], periods=True)
 
 
 def by_period(judgement: Judgement, names: Collection[str] | None = None) -> dict[str, Measured]:
@@ -72,12 +70,7 @@ def by_period(judgement: Judgement, names: Collection[str] | None = None) -> dic
 
 
 def window_statistics(
-    run: Judged,
-    start: float,
-    length: float,
-    count: int = 1,
-    height: float = RESOLUTION,
-    dwell: float | None = None,
+    run: Judged, start: float, length: float, count: int = 1, height: float = RESOLUTION, dwell: float | None = None
 ) -> Measures:
     """The measures of `period_statistics` as an instrument takes them: over windows of time, whatever the drive does.
 
@@ -106,19 +99,14 @@ def window_statistics(
 
 
 def by_window(
-    histories: Histories,
-    edges: Floats,
-    counting: Counting,
-    names: Iterable[str] | None = None,
+    histories: Histories, edges: Floats, counting: Counting, names: Iterable[str] | None = None
 ) -> dict[str, Floats]:
     """Measures (nh, np) of nh feet in each window between ``edges`` (np + 1,) [s], SI, NaN where there is none: all
     that `period_statistics` has, or those in ``names``."""
     count = len(histories.flights.until)
     seen = WindowedHistories(histories, Windows.alike(edges, count), counting)
     wanted = PER_WINDOW if names is None else names
-    return {
-        name: PER_WINDOW[name].values(name, seen).reshape(count, max(len(edges) - 1, 0)) for name in wanted
-    }
+    return {name: PER_WINDOW[name].values(name, seen).reshape(count, max(len(edges) - 1, 0)) for name in wanted}
 
 
 def _measured(
@@ -160,28 +148,21 @@ PER_WINDOW: dict[str, PerWindow] = {
         "s", Scope.MEAN, "total time per {span} with zero gap, flights below {height} included"
     ),
     "peak": PerWindow(
-        "m", Scope.WORST,
+        "m",
+        Scope.WORST,
         "peak oscillation amplitude: from the contact level to the highest point in a {span}; 0 if always held",
     ),
     "mean_apex": PerWindow(
-        "m", Scope.MEAN, "mean of the highest points in a {span} of the flights from the ground that clear {height}",
+        "m", Scope.MEAN, "mean of the highest points in a {span} of the flights from the ground that clear {height}"
     ),
     "mean_height": PerWindow("m", Scope.MEAN, "gap averaged over the time of a {span}"),
-    "bounces_per_second": PerWindow(
-        "1/s", Scope.MEAN, f"bounces in a {{span}} over its length: {_BOUNCE}"
-    ),
-    "rebounds": PerWindow(
-        "1", Scope.MEAN, "flights per {span} that begin by restitution and clear {height}"
-    ),
+    "bounces_per_second": PerWindow("1/s", Scope.MEAN, f"bounces in a {{span}} over its length: {_BOUNCE}"),
+    "rebounds": PerWindow("1", Scope.MEAN, "flights per {span} that begin by restitution and clear {height}"),
     "duty_factor": PerWindow("1", Scope.MEAN, "contact duration over {span}, flights below {height} included"),
     "impacts": PerWindow("1", Scope.MEAN, "touchdowns per {span}, captures and chatter included"),
-    "impact_speed": PerWindow(
-        "m/s", Scope.MEAN, "mean approach speed of the touchdowns in a {span}"
-    ),
-    "hardest_impact": PerWindow(
-        "m/s", Scope.WORST, "highest approach speed of a touchdown in a {span}"
-    ),
-}  # fmt: skip
+    "impact_speed": PerWindow("m/s", Scope.MEAN, "mean approach speed of the touchdowns in a {span}"),
+    "hardest_impact": PerWindow("m/s", Scope.WORST, "highest approach speed of a touchdown in a {span}"),
+}
 """Measures of a foot in a window of time, by name, carried out by the engine's room of measures
 (`native/measure/windows.hpp`), so that
 pages with the engine have the same; one that is added here runs, batches, sweeps and tables have too."""

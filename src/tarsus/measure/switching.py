@@ -56,9 +56,7 @@ def rise_squares(signal: Signal, edges: Floats) -> Floats:
     before = np.asarray(edges)[:, None] - rises.time
     again = np.isfinite(rises.period)
     seen = np.where(
-        again,
-        np.ceil(before / np.where(again, rises.period, 1.0) - 1e-9),
-        before > 1e-9 * (edges[-1] - edges[0]),
+        again, np.ceil(before / np.where(again, rises.period, 1.0) - 1e-9), before > 1e-9 * (edges[-1] - edges[0])
     )
     return np.diff(np.maximum(seen, 0.0) @ rises.square)
 
@@ -86,9 +84,7 @@ def squares_per_period(track: Track) -> Floats:
 def _rises(signal: Signal) -> _Rises:
     track = signal.track()
     loops_late = track.periodic and track.loop > 0
-    if (
-        loops_late
-    ):  # through what comes once, then the first of what repeats, a period of it, and how that goes on
+    if loops_late:  # through what comes once, then the first of what repeats, a period of it, and how that goes on
         track = track.twice().twice()
     volts = np.column_stack([track.first, track.last]).ravel()
     times = np.column_stack([track.start[:-1], track.start[1:]]).ravel()

@@ -57,10 +57,16 @@ class RunTable:
         """A run as a batch of one."""
         events, marks = run.all_events, getattr(run, "marks", None)
         return cls(
-            events, np.array([0, len(events)]), tuple(run.foot_names), np.array([run.end_time], dtype=float),
-            np.array([run.period], dtype=float), np.zeros(1, dtype=np.intp), lambda _: getattr(run, "scene", None),
-            marks, None if marks is None else np.array([0, len(marks)]),
-        )  # fmt: skip
+            events,
+            np.array([0, len(events)]),
+            tuple(run.foot_names),
+            np.array([run.end_time], dtype=float),
+            np.array([run.period], dtype=float),
+            np.zeros(1, dtype=np.intp),
+            lambda _: getattr(run, "scene", None),
+            marks,
+            None if marks is None else np.array([0, len(marks)]),
+        )
 
 
 def periods_used(reached: Floats, period: Floats, skip: int | Rows | None) -> tuple[Rows, Rows]:
@@ -120,9 +126,7 @@ class Judgement:
             return WindowedHistories(self.histories, self.windows, self.by_foot)
         dropped, count = (np.repeat(one, m) for one in self.used)
         spans, ends = (np.repeat(one, m) for one in (self.spans, self.table.ends))
-        return WindowedHistories(
-            self.histories, Windows.of_periods(dropped, count, spans, ends), self.by_foot
-        )
+        return WindowedHistories(self.histories, Windows.of_periods(dropped, count, spans, ends), self.by_foot)
 
     @cached_property
     def by_foot(self) -> Counting:

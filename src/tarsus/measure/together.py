@@ -30,9 +30,7 @@ class Stays:
         robot = np.concatenate([own // feet, own // feet, robots])
         time = np.concatenate([start, end, times])
         step = np.repeat([1, -1, 0], [len(start), len(end), len(times)])
-        order = np.lexsort(
-            (time, robot)
-        )  # of one instant what begins comes first: no gap where feet take turns
+        order = np.lexsort((time, robot))  # of one instant what begins comes first: no gap where feet take turns
         step = step[order]
         return cls(robot[order], time[order], step, np.cumsum(step), order)
 

@@ -46,9 +46,7 @@ def measures_of(
 
 def measured(judgement: Judgement, names: Collection[str] | None = None) -> dict[str, Measured]:
     """Every measure of many runs of one kind of structure, as `measures_of` has them, or those of ``names``."""
-    return {
-        **in_the_walk(judgement, names), **by_period(judgement, names), **in_whole_run(judgement, names)
-    }  # fmt: skip
+    return {**in_the_walk(judgement, names), **by_period(judgement, names), **in_whole_run(judgement, names)}
 
 
 def walk_statistics(run: Judged, period: float | None = None, skip: int | None = None) -> Measures:
@@ -182,9 +180,7 @@ class _Walks:
         runs, first = np.unique(own, return_index=True)
         if len(runs):
             last = np.append(first[1:], len(own)) - 1
-            cuts = np.stack(
-                [begin[first] + 1, end[last] + 1], axis=1
-            ).ravel()  # a mark is of what came before it
+            cuts = np.stack([begin[first] + 1, end[last] + 1], axis=1).ravel()  # a mark is of what came before it
             high, low = np.append(self.marks["highest"], -np.inf), np.append(self.marks["lowest"], np.inf)
             found[runs] = (np.maximum.reduceat(high, cuts) - np.minimum.reduceat(low, cuts))[::2]
         return found
@@ -271,9 +267,7 @@ def _weight(scene: Any) -> float:
 
 def _transport(walks: _Walks, about: Definition) -> Measured:
     drawn, weight = walks.robot(walks.energy, about), walks.described(_weight)
-    numbers = (
-        np.ascontiguousarray(one, dtype=float) for one in (weight, walks.strides.mean, walks.strides.spread)
-    )
+    numbers = (np.ascontiguousarray(one, dtype=float) for one in (weight, walks.strides.mean, walks.strides.spread))
     found: Any = _native.transports(drawn.value, np.asarray(drawn.n, dtype=np.int64), *numbers)
     return Measured(found[:, 0], found[:, 1], found[:, 2].astype(np.intp), about)
 
@@ -297,77 +291,105 @@ WALK = {
         "m", Scope.ROBOT, "surge of the body per drive period", lambda walks, about: walks.robot(walks.stride, about)
     ),
     "mean_speed": _OfWalk(
-        "m/s", Scope.ROBOT, "stride over drive period",
+        "m/s",
+        Scope.ROBOT,
+        "stride over drive period",
         lambda walks, about: walks.robot(walks.native.mean_speed(), about),
     ),
     "body_lengths_per_second": _OfWalk(
-        "1/s", Scope.ROBOT,
+        "1/s",
+        Scope.ROBOT,
         "mean speed over the length of the body: that of its description, else from its first hip to its last; none "
         "where all hips are side by side",
         _per_length,
     ),
     "vertical_amplitude": _OfWalk(
-        "m", Scope.ROBOT, "highest minus lowest heave of the body in a drive period",
+        "m",
+        Scope.ROBOT,
+        "highest minus lowest heave of the body in a drive period",
         lambda walks, about: walks.robot(walks.native.vertical_amplitude(), about),
     ),
     "heave_span": _OfWalk(
-        "m", Scope.ROBOT, "highest minus lowest heave of the body in all drive periods after the transient ones",
+        "m",
+        Scope.ROBOT,
+        "highest minus lowest heave of the body in all drive periods after the transient ones",
         lambda walks, about: _once(walks.heave_span, about),
     ),
     "tilt": _OfWalk(
-        "rad", Scope.ROBOT, "largest roll or pitch of the body, without sign, at the ends of a drive period",
-        lambda walks, about: walks.robot(walks.tilt, about), frozenset(TILTS),
+        "rad",
+        Scope.ROBOT,
+        "largest roll or pitch of the body, without sign, at the ends of a drive period",
+        lambda walks, about: walks.robot(walks.tilt, about),
+        frozenset(TILTS),
     ),
     "all_feet_up": _OfWalk(
-        "1", Scope.ROBOT, "share of a drive period in which no foot is on the ground, flights below the resolution of "
+        "1",
+        Scope.ROBOT,
+        "share of a drive period in which no foot is on the ground, flights below the resolution of "
         "the source's vibrometer included as contact",
         lambda walks, about: walks.robot(walks.all_feet_up, about),
     ),
     "foot_slip": _OfWalk(
-        "m", Scope.MEAN, "path that a foot slides in contact per drive period",
+        "m",
+        Scope.MEAN,
+        "path that a foot slides in contact per drive period",
         lambda walks, about: walks.feet(walks.native.foot_slip(), about),
     ),
     "slip_ratio": _OfWalk(
-        "1", Scope.MEAN,
+        "1",
+        Scope.MEAN,
         "foot slip over the sum of foot slip and stride, both without sign: 0 if the foot never slides, 1 if it slides "
         f"and the body gets nowhere; none where neither exceeds {STANDSTILL * 1e9:g} nm",
         lambda walks, about: walks.feet(walks.native.slip_ratio(), about),
     ),
     "electrical_energy": _OfWalk(
-        "J", Scope.ROBOT,
+        "J",
+        Scope.ROBOT,
         "electrical energy that all drives draw per drive period, one step of every leg: C dV^2 for every rise of a "
         "voltage by dV, less the share of the charge that is recovered; none where a capacitance is not given",
         lambda walks, about: walks.robot(walks.energy, about),
     ),
     "cost_of_transport": _OfWalk(
-        "1", Scope.ROBOT,
+        "1",
+        Scope.ROBOT,
         "electrical energy per drive period over the weight of the walker times the mean stride without its sign, its "
         "spread that of the stride in proportion; none without gravity or where the stride is below "
         f"{STANDSTILL * 1e9:g} nm",
         _transport,
     ),
     "max_heave": _OfWalk(
-        "m", Scope.ROBOT, "largest heave of the body in the whole run, transients included",
+        "m",
+        Scope.ROBOT,
+        "largest heave of the body in the whole run, transients included",
         lambda walks, about: _once(walks.native.max_heave(), about),
     ),
     "max_surge": _OfWalk(
-        "m", Scope.ROBOT,
+        "m",
+        Scope.ROBOT,
         "farthest that the body gets from its start in the whole run, without sign, seen at the ends of drive periods",
         lambda walks, about: _once(walks.native.max_surge(), about),
     ),
     "longest_hold": _OfWalk(
-        "s", Scope.ROBOT, "longest time in the whole run in which one foot at least is on the ground",
+        "s",
+        Scope.ROBOT,
+        "longest time in the whole run in which one foot at least is on the ground",
         lambda walks, about: _once(walks.longest_hold, about),
     ),
     "turn_rate": _OfWalk(
-        "rad/s", Scope.ROBOT, "yaw of the body per drive period over drive period, positive to the left",
-        lambda walks, about: walks.robot(walks.turn_rate, about), {"yaw"},
+        "rad/s",
+        Scope.ROBOT,
+        "yaw of the body per drive period over drive period, positive to the left",
+        lambda walks, about: walks.robot(walks.turn_rate, about),
+        {"yaw"},
     ),
     "heading": _OfWalk(
-        "rad", Scope.ROBOT, "yaw of the body at the end of the run, positive to the left",
-        lambda walks, about: _once(walks.heading, about), {"yaw"},
+        "rad",
+        Scope.ROBOT,
+        "yaw of the body at the end of the run, positive to the left",
+        lambda walks, about: _once(walks.heading, about),
+        {"yaw"},
     ),
-}  # fmt: skip
+}
 """Measures of walks by name: by drive period, and what the source plots of the body in a whole run from its start,
 transients included (Figs. 4.8-4.11)."""
 

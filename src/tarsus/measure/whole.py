@@ -26,21 +26,23 @@ WHOLE_RUN = {
         "m", Scope.WORST, "highest gap in the whole run after its start, a flight from its start included"
     ),
     "total_bounces": InWholeRun(
-        "1", Scope.MEAN,
+        "1",
+        Scope.MEAN,
         "bounces in the whole run: flights from a touchdown to the next, or cut off by the end, whose apex "
-        "clears {height}, after a contact shorter than {dwell}, however they began"
+        "clears {height}, after a contact shorter than {dwell}, however they began",
     ),
     "total_rebounds": InWholeRun(
         "1", Scope.MEAN, "flights in the whole run that begin by restitution and clear {height}"
     ),
     "total_rebounds_any_height": InWholeRun(
-        "1", Scope.MEAN,
-        "flights in the whole run that begin by restitution, however low: a simulation has no resolution"
+        "1",
+        Scope.MEAN,
+        "flights in the whole run that begin by restitution, however low: a simulation has no resolution",
     ),
     "longest_contact": InWholeRun(
         "s", Scope.WORST, "longest contact in the whole run, flights below {height} included"
     ),
-}  # fmt: skip
+}
 """Measures of a foot in a whole run, by name; likewise."""
 
 
@@ -65,9 +67,12 @@ def in_whole_run(judgement: Judgement, names: Collection[str] | None = None) -> 
     number = runs * len(feet)
     return {
         name: of_feet(
-            Moments.of(value_of(name, histories, judgement.by_foot), np.arange(number), number), runs, feet, one,
+            Moments.of(value_of(name, histories, judgement.by_foot), np.arange(number), number),
+            runs,
+            feet,
+            one,
             counting=judgement.counting,
         )
         for name, one in WHOLE_RUN.items()
         if names is None or name in names
-    }  # fmt: skip
+    }

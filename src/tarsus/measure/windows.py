@@ -33,9 +33,7 @@ class Windows:
     def of_periods(cls, dropped: Rows, count: Rows, span: Floats, reached: Floats) -> Windows:
         """Drive periods of length ``span`` (nh,) [s] from number ``dropped`` (nh,) to ``count`` (nh,); a single one
         ends where the run does at the latest."""
-        return cls(
-            *_native.period_edges(dropped, count, *(np.ascontiguousarray(one) for one in (span, reached)))
-        )
+        return cls(*_native.period_edges(dropped, count, *(np.ascontiguousarray(one) for one in (span, reached))))
 
     @cached_property
     def count(self) -> Rows:

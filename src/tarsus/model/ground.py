@@ -61,9 +61,7 @@ class _Ground(Description):
         default=None, description="uneven ground under a walker: its height along the way; absent: level"
     )
     motion: GroundMotion | None = Field(default=None, description="how the ground moves; absent: it stays")
-    laws: Named[Law] = Field(
-        default=FrozenDict(), description="further laws by name, a user's own among them"
-    )
+    laws: Named[Law] = Field(default=FrozenDict(), description="further laws by name, a user's own among them")
 
     @property
     def falling(self) -> tuple[float, float]:
@@ -108,9 +106,7 @@ class _Ground(Description):
     @property
     def without_adhesion(self) -> Ground:
         """The ground without the law of adhesion in its slot, and without friction that only adhesion bears."""
-        bare = self.model_copy(
-            update={slot: None for slot, law in self._in_slots().items() if law.hook == "strength"}
-        )
+        bare = self.model_copy(update={slot: None for slot, law in self._in_slots().items() if law.hook == "strength"})
         if not bare.holds:
             alone = {slot: None for slot, law in bare._in_slots().items() if law.needs_strength}
             bare = bare.model_copy(update=alone)
@@ -194,8 +190,5 @@ else:
 
     Without restitution an impact takes all of the approach speed.
     """,
-        **{
-            name: (slot.type | None, Field(default=None, description=slot.note))
-            for name, slot in slots().items()
-        },
+        **{name: (slot.type | None, Field(default=None, description=slot.note)) for name, slot in slots().items()},
     )

@@ -95,9 +95,7 @@ class Drive(Description):
     load: Annotated[PointLoad | ModalLoad | InertiaLoad, Field(discriminator="kind")]
     law: ForceLaw
     history: Amounts = quantity("V", "volts visited before the start, such as poling", default=())
-    amplifier: Amplifier = Field(
-        default=Amplifier(), description="between signal and actuator; ideal when absent"
-    )
+    amplifier: Amplifier = Field(default=Amplifier(), description="between signal and actuator; ideal when absent")
     capacitance: MaybeAmount = quantity(
         "F", "capacitance of the actuator, for the energy of a switching, C V^2", default=None, gt=0
     )
@@ -128,9 +126,7 @@ class Foot(Description):
     point: str = Field(description="name of a point of the structure")
     gap: Amount = quantity("m", "clearance of the foot at rest")
     normal: int = Field(default=1, description="1 above a ground facing up, -1 below one facing down")
-    electrode: str | None = Field(
-        default=None, description="drive whose volts attract the foot to the ground"
-    )
+    electrode: str | None = Field(default=None, description="drive whose volts attract the foot to the ground")
     ground: str | None = Field(
         default=None, description="name of a ground of its own among the scene's grounds; absent: the ground"
     )
@@ -145,9 +141,7 @@ class Foot(Description):
     def _above_ground(cls, value: float) -> float:
         if value < 0.0:
             shown = format_quantity(value, "m")
-            raise PathErrors(
-                [("", f"foot below ground at rest: expected a clearance of 0 or more, got {shown}")]
-            )
+            raise PathErrors([("", f"foot below ground at rest: expected a clearance of 0 or more, got {shown}")])
         return value
 
     @field_validator("normal")
@@ -222,9 +216,7 @@ def _walker_faults(walker: Walker, feet: Mapping[str, Foot]) -> list[tuple[str, 
     owners: dict[str, str] = {}
     for name, foot in feet.items():
         if foot.normal != 1:
-            faults.append(
-                (f"feet.{name}.normal", f"a walker stands on its ground: expected 1, got {foot.normal}")
-            )
+            faults.append((f"feet.{name}.normal", f"a walker stands on its ground: expected 1, got {foot.normal}"))
         if foot.along is not None:
             text = "a walker knows the way of its feet along the ground: leave it out"
             faults.append((f"feet.{name}.along", text))
@@ -263,16 +255,12 @@ def reference_faults(
     for name, (at, electrode, along) in feet.items():
         for key, point in (("point", at), ("along", along)):
             if points is not None and point is not None and point not in points:
-                faults.append(
-                    (f"feet.{name}.{key}", f"the structure has no point '{point}'{nearest(point, points)}")
-                )
+                faults.append((f"feet.{name}.{key}", f"the structure has no point '{point}'{nearest(point, points)}"))
         if along is not None and along == at:
             text = f"'{along}' is the foot's own point, whose displacement is up: name another point"
             faults.append((f"feet.{name}.along", text))
         if electrode is not None and electrode not in drives:
-            faults.append(
-                (f"feet.{name}.electrode", f"there is no drive '{electrode}'{nearest(electrode, drives)}")
-            )
+            faults.append((f"feet.{name}.electrode", f"there is no drive '{electrode}'{nearest(electrode, drives)}"))
     for name, used in weights.items():
         for point in used:
             if points is not None and point not in points:

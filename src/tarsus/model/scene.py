@@ -8,26 +8,12 @@ from enum import Enum
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    Field,
-    field_validator,
-    model_validator,
-)
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from tarsus.base.errors import InputError
 from tarsus.base.linear import product
 from tarsus.base.messages import PathErrors, nearest
-from tarsus.base.spec import (
-    Amount,
-    Description,
-    FrozenDict,
-    Named,
-    float_paths,
-    get_value,
-    quantity,
-    with_values,
-)
+from tarsus.base.spec import Amount, Description, FrozenDict, Named, float_paths, get_value, quantity, with_values
 from tarsus.base.units import format_quantity, parse_quantity
 from tarsus.model.drive.gait import AnyGait, Gait
 from tarsus.model.drive.signal import Signal
@@ -69,9 +55,7 @@ SHORT_WORDS = {"volts": ("amplitude", "high"), "hz": ("frequency", "frequency")}
 class Standing(Description):
     """A walker's start in static equilibrium on its feet, whatever its payload, gravity and springs."""
 
-    driven: bool = Field(
-        default=False, description="with the drives' first volts; absent: at 0 V, after their history"
-    )
+    driven: bool = Field(default=False, description="with the drives' first volts; absent: at 0 V, after their history")
 
 
 class Initial(Description):
@@ -108,8 +92,7 @@ class Provenance(Description):
     source: Source
     note: str = Field(min_length=1, description="a sentence")
     interval: tuple[tuple[float, float], ...] | None = Field(
-        default=None,
-        description="95 % interval (low, high) of the value in SI, or one for each value of a list",
+        default=None, description="95 % interval (low, high) of the value in SI, or one for each value of a list"
     )
 
     @field_validator("interval", mode="before")
@@ -147,8 +130,7 @@ class Scene(Description):
     initial: Initial = Initial()
     duration: Amount = quantity("s", "time to simulate unless another is asked for", gt=0)
     provenance: Annotated[dict[str, Provenance], AfterValidator(FrozenDict)] = Field(
-        default=FrozenDict(),
-        description="by path; '*' stands for any one name, as in robot.structure.legs.*.mass",
+        default=FrozenDict(), description="by path; '*' stands for any one name, as in robot.structure.legs.*.mass"
     )
     citations: tuple[str, ...] = ()
 
@@ -184,9 +166,7 @@ class Scene(Description):
             text = "is ground under the feet of a walker, which know their way along it: leave it out"
             faults.append(("ground.profile", text))
         elif self.ground.profile is not None:
-            faults += [
-                (f"ground.profile.{path}", text) for path, text in self.ground.profile.faults(self.across)
-            ]
+            faults += [(f"ground.profile.{path}", text) for path, text in self.ground.profile.faults(self.across)]
         faults += _motion_faults(self)
         faults += _own_ground_faults(self)
         if self.gait is not None:
@@ -197,9 +177,7 @@ class Scene(Description):
         elif self.slides:
             faults += _strength_faults(self.ground)
             if self.ground.impact is not None and not isinstance(self.ground.impact, MassWeighted):
-                text = (
-                    "needs the mass-weighted impact law: leave out ground.impact, or the friction"
-                )
+                text = "needs the mass-weighted impact law: leave out ground.impact, or the friction"
                 faults.append(("ground.friction", f"friction along the ground {text}"))
         elif self.ground.acting_on("friction"):
             text = "acts on no foot: give a foot its way along the ground, feet.NAME.along, a point of the structure"
@@ -424,11 +402,7 @@ def _strength_faults(ground: Ground) -> list[tuple[str, str]]:
     if ground.holds:
         return []
     text = "needs adhesion: give ground.adhesion or an adhesion law of your own"
-    return [
-        (f"ground.{path}", f"{law.title} {text}")
-        for path, law in ground.by_path().items()
-        if law.needs_strength
-    ]
+    return [(f"ground.{path}", f"{law.title} {text}") for path, law in ground.by_path().items() if law.needs_strength]
 
 
 def _walker_ground_faults(ground: Ground) -> list[tuple[str, str]]:

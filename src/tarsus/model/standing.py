@@ -101,6 +101,4 @@ def _unsupported(walker: Walker, coordinate: int) -> str:
     if coordinate < walker.body_size:
         return f"the body is not held up: its feet leave it free to {walker.body_coordinates[coordinate]}"
     leg = list(walker.legs)[(coordinate - walker.body_size) // 2]
-    return (
-        f"the foot of leg '{leg}' has no support: the leg has no stiffness upward and stands on no ground"
-    )
+    return f"the foot of leg '{leg}' has no support: the leg has no stiffness upward and stands on no ground"

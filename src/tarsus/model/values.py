@@ -74,10 +74,11 @@ def grouped(rows: Sequence[ValueRow]) -> list[ValueRow]:
     places = [_place(row.path, stems) for row in rows]
     origins = [(*place[:2], row.source, row.note) for place, row in zip(places, rows, strict=True)]
     scattered = {
-        key for key, count in Counter(origins).items()
+        key
+        for key, count in Counter(origins).items()
         if count > LONGEST_LIST
         and len({row.value for own, row in zip(origins, rows, strict=True) if own == key}) > LONGEST_LIST
-    }  # fmt: skip
+    }
     keys = [key if key in scattered else (*key, row.value) for key, row in zip(origins, rows, strict=True)]
     members: dict[tuple[str, ...], list[str]] = defaultdict(list)
     for key, (_, _, name), row in zip(keys, places, rows, strict=True):
@@ -90,9 +91,7 @@ def grouped(rows: Sequence[ValueRow]) -> list[ValueRow]:
             out += same
             continue
         value = (
-            same[0].value
-            if key not in scattered
-            else _value([n for row in same for n in row.numbers], same[0].unit)
+            same[0].value if key not in scattered else _value([n for row in same for n in row.numbers], same[0].unit)
         )
         whom = _whom(members[key], stems[stem])
         numbers = same[0].numbers if key not in scattered else tuple(n for row in same for n in row.numbers)
@@ -109,9 +108,10 @@ def _stems(paths: Sequence[str]) -> dict[str, int]:
         for i in range(1, len(parts) - 1):
             below[".".join(parts[:i])][parts[i]].append(_starred(".".join(parts[i + 1 :]), parts[i]))
     return {
-        stem: len(members) for stem, members in below.items()
+        stem: len(members)
+        for stem, members in below.items()
         if len(members) >= FEWEST and len({tuple(sorted(rest)) for rest in members.values()}) == 1
-    }  # fmt: skip
+    }
 
 
 def _place(path: str, stems: Mapping[str, int]) -> tuple[str, str, str]:

@@ -87,9 +87,7 @@ def _smoothed(responses: Complexes) -> Complexes:
     return np.asarray(fftconvolve(responses, weights / weights.sum(), "valid", axes=1), dtype=np.complex128)
 
 
-def _alike(
-    records: Sequence[Measurement], points: Sequence[str]
-) -> tuple[list[int], tuple[str, ...], list[Excluded]]:
+def _alike(records: Sequence[Measurement], points: Sequence[str]) -> tuple[list[int], tuple[str, ...], list[Excluded]]:
     """Numbers of the records with the drive, channels and sampling that most have; drive and channels; the others."""
     out: list[Excluded] = []
     layouts: dict[int, tuple[str, ...]] = {}
@@ -143,8 +141,7 @@ def _most(found: Mapping[int, Kind], records: Sequence[Measurement], what: str) 
 def _majority(spectra: Mapping[int, Complexes], records: Sequence[Measurement]) -> list[int]:
     """Numbers of the records whose responses are those of more than half of them."""
     friends = {
-        a: [b for b in spectra if _agree(spectra[a], spectra[b]) and _agree(spectra[b], spectra[a])]
-        for a in spectra
+        a: [b for b in spectra if _agree(spectra[a], spectra[b]) and _agree(spectra[b], spectra[a])] for a in spectra
     }
     best = max(friends, key=lambda k: len(friends[k]))
     if 2 * len(friends[best]) <= len(spectra):
@@ -188,10 +185,7 @@ def _cause(seen: Complexes, common: Complexes, channels: Sequence[str], drive: s
         order = list(range(len(channels)))
         order[a], order[b] = order[b], order[a]
         if _agree(seen[order], common):
-            return (
-                "",
-                f"channels '{channels[a]}' and '{channels[b]}' look swapped: the other sweeps have them so",
-            )
+            return ("", f"channels '{channels[a]}' and '{channels[b]}' look swapped: the other sweeps have them so")
     factors = np.array([factor for factor, _ in found])
     scaled = all(left < _SHAPE for _, left in found)
     if scaled and len(off) > 1 and np.max(np.abs(factors - factors.mean())) < _TELLS * abs(factors.mean()):

@@ -71,9 +71,7 @@ class Frf:
         problems = []
         shape = (len(self.outputs), len(self.inputs), len(self.frequency))
         if self.values.shape != shape:
-            problems.append(
-                f"expected responses of shape (outputs, inputs, lines) = {shape}, got {self.values.shape}"
-            )
+            problems.append(f"expected responses of shape (outputs, inputs, lines) = {shape}, got {self.values.shape}")
         elif not np.all(np.isfinite(self.values)):
             bad = np.argwhere(~np.isfinite(self.values))[0]
             problems.append(
@@ -193,13 +191,7 @@ def estimate_frf(
         window = "boxcar" if segment is None else "hann"
         # csd(a, b) is <conj(A) B>
         frequency, found = csd(
-            rows[:, None],
-            rows[None, :],
-            first.rate,
-            window,
-            nperseg=size,
-            noverlap=size // 2,
-            detrend="constant",
+            rows[:, None], rows[None, :], first.rate, window, nperseg=size, noverlap=size // 2, detrend="constant"
         )
         full = np.asarray(found, dtype=complex)
         inside = (frequency >= band[0]) & (frequency <= band[1]) & (frequency > 0.0)
@@ -291,7 +283,5 @@ def _coherence(spectra: Complexes, count: int) -> Floats:
     by_line = np.moveaxis(spectra, -1, 0)
     cross = by_line[:, :count, count:]
     own = np.einsum("fii->fi", by_line).real[:, count:]
-    explained = np.einsum(
-        "fio,fio->fo", cross.conj(), np.linalg.solve(by_line[:, :count, :count], cross)
-    ).real
+    explained = np.einsum("fio,fio->fo", cross.conj(), np.linalg.solve(by_line[:, :count, :count], cross)).real
     return np.divide(explained, own, out=np.zeros_like(explained), where=own > 0.0).T

@@ -54,9 +54,7 @@ def merged(responses: Sequence[FrequencyResponse]) -> Frf:
     """
     responses = _named_apart(_on_common_lines([_along_axes(one) for one in responses]))
     measured = [output.quantity for one in responses for output in one.outputs]
-    quantity = max(
-        measured, key=lambda one: (one not in ROTATIONS, measured.count(one), -MOTIONS.get(one, 0))
-    )
+    quantity = max(measured, key=lambda one: (one not in ROTATIONS, measured.count(one), -MOTIONS.get(one, 0)))
     frequency = responses[0].frequency
     cells: dict[tuple[str, str], list[NDArray[np.complex128]]] = {}
     files: dict[str, str] = {}
@@ -76,10 +74,7 @@ def merged(responses: Sequence[FrequencyResponse]) -> Frf:
     missing = [(o, i) for o in outputs for i in inputs if (o, i) not in cells]
     if missing:
         raise InputError(
-            [
-                f"the response of '{o}' to '{i}' is in no file: each point needs one to each drive"
-                for o, i in missing
-            ]
+            [f"the response of '{o}' to '{i}' is in no file: each point needs one to each drive" for o, i in missing]
         )
     grid = [cells[o, i] for o in outputs for i in inputs]
     shape = (len(outputs), len(inputs), len(frequency))
@@ -90,13 +85,7 @@ def merged(responses: Sequence[FrequencyResponse]) -> Frf:
         repeats = np.swapaxes(grid, 0, 1).reshape(-1, *shape)
     apart = tuple(files[o] for o in outputs)
     return Frf(
-        frequency,
-        mean,
-        tuple(outputs),
-        tuple(inputs),
-        quantity,
-        repeats,
-        files=apart if len(set(apart)) > 1 else (),
+        frequency, mean, tuple(outputs), tuple(inputs), quantity, repeats, files=apart if len(set(apart)) > 1 else ()
     )
 
 
@@ -129,9 +118,7 @@ def _on_common_lines(responses: Sequence[FrequencyResponse]) -> list[FrequencyRe
         lines = np.array([one.frequency for one in cut])
         if np.max(np.ptp(lines, axis=0)) <= _SAME_LINE * min(spacing):
             return [replace(one, frequency=np.median(lines, axis=0)) for one in cut]
-    raise InputError(
-        f"the lines of the files are not the same: {_spans(responses)}; export them with one spacing"
-    )
+    raise InputError(f"the lines of the files are not the same: {_spans(responses)}; export them with one spacing")
 
 
 def _spans(responses: Sequence[FrequencyResponse]) -> str:
@@ -167,19 +154,14 @@ def _named_apart(responses: Sequence[FrequencyResponse]) -> list[FrequencyRespon
     ]
 
 
-def _alike_in_groups(
-    responses: Sequence[FrequencyResponse], name: str, holding: Sequence[int]
-) -> list[list[int]]:
+def _alike_in_groups(responses: Sequence[FrequencyResponse], name: str, holding: Sequence[int]) -> list[list[int]]:
     """Numbers of the responses that hold a point, in groups of which each member is like another one to every drive
     that both have."""
     rows = []
     for one in (responses[k] for k in holding):
         values = one.values[[c.at for c in one.outputs].index(name)]
         rows.append(dict(zip((source.at for source in one.inputs), values, strict=True)))
-    near = [
-        [all(alike(a[at], b[at]) or alike(b[at], a[at]) for at in a.keys() & b.keys()) for b in rows]
-        for a in rows
-    ]
+    near = [[all(alike(a[at], b[at]) or alike(b[at], a[at]) for at in a.keys() & b.keys()) for b in rows] for a in rows]
     count, group = connected_components(np.array(near), directed=False)
     return [[k for k, own in zip(holding, group, strict=True) if own == number] for number in range(count)]
 
@@ -230,9 +212,7 @@ def _with_drives(records: Sequence[Measurement], drive: str | None) -> list[Meas
     names = [name for one in records for name in one.names]
     if drive is not None and drive not in names:
         raise InputError(f"drive: no record has a channel '{drive}'{nearest(drive, dict.fromkeys(names))}")
-    known = [
-        replace(one, drive=drive) if drive is not None and drive in one.names else one for one in records
-    ]
+    known = [replace(one, drive=drive) if drive is not None and drive in one.names else one for one in records]
     with_drive = [one for one in known if one.drive is not None]
     if not with_drive:
         raise InputError(

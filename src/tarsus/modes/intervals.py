@@ -49,9 +49,7 @@ class Scatter:
         unit = 1.0 / np.where(known > 0.0, known, 1.0)
         return unit, Scatter(self.information * unit * unit[:, None], self.score * unit)
 
-    def range_of(
-        self, value: float, slope: Floats, unit: str, spread: float = 0.0, least: float = 0.0
-    ) -> Range:
+    def range_of(self, value: float, slope: Floats, unit: str, spread: float = 0.0, least: float = 0.0) -> Range:
         """95 % interval of a number with derivatives ``slope`` (k,) by the unknowns.
 
         The variance is the jackknife's over groups (leave one out; Efron and Stein 1981), with Student's quantile for

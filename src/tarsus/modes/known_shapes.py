@@ -152,8 +152,14 @@ def fit_known_shapes(frf: Frf, shapes: Floats) -> ModalFit:
         mode = IdentifiedMode(
             scatter.range_of(float(frequency), unit[at] * frequency, "Hz"),
             scatter.range_of(float(zeta[k]), unit[len(which) + at] * zeta[k], "1"),
-            basis, residues, 0.0, 1.0, 0, ModeVerdict.DETERMINED, "",
-        )  # fmt: skip
+            basis,
+            residues,
+            0.0,
+            1.0,
+            0,
+            ModeVerdict.DETERMINED,
+            "",
+        )
         shifts = None if moved is None else _shifts(mode, moved[:, at], moved[:, len(which) + at])
         modes.append(replace(mode, shifts=shifts).with_verdict(frf))
     synthesis = (whole.model(x, which) * noise[:, None])[:, None]

@@ -24,9 +24,7 @@ def pole_curves(frequency: Floats, poles: Complexes, hann: bool = False) -> Comp
     if not hann:
         return 1.0 / apart
     length = 1.0 / (frequency[1] - frequency[0])
-    way = np.where(
-        apart.real < 0.0, -1.0, 1.0
-    )  # what grows goes on backwards in time, and the window is even
+    way = np.where(apart.real < 0.0, -1.0, 1.0)  # what grows goes on backwards in time, and the window is even
     q = way * apart * length - np.array([0.0, 2.0j * np.pi, -2.0j * np.pi])[:, None, None]
     held = (1.0 - np.exp(-q)) / q
     falling = (1.0 - held) / q

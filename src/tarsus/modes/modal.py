@@ -156,9 +156,7 @@ class ModalFit(Tabled):
             left, size, right = np.linalg.svd(gain, full_matrices=False)
             shape, pull = left[:, 0], size[0] * right[0]
             driven = [
-                (self.frf.outputs.index(name), k)
-                for k, name in enumerate(self.frf.inputs)
-                if name in self.frf.outputs
+                (self.frf.outputs.index(name), k) for k, name in enumerate(self.frf.inputs) if name in self.frf.outputs
             ]
             scale = shape[np.argmax(np.abs(shape))]
             if driven:
@@ -275,13 +273,9 @@ def identify_modes(
         )
     refined = np.array([fit.pole for fit in kept.values()])
     residues, background = residues_of(part.frequency, channels, refined, hann=part.hann)
-    synthesis = (synthesise(part.frequency, refined, residues, part.hann) + background).reshape(
-        part.values.shape
-    )
+    synthesis = (synthesise(part.frequency, refined, residues, part.hann) + background).reshape(part.values.shape)
     between = spreads(part, poles, synthesis, tuple(kept.values())) if between_fits else [None] * len(kept)
-    modes = [
-        mode_of(part, fit, seen.get(pole, 0), one) for (pole, fit), one in zip(kept.items(), between, strict=True)
-    ]
+    modes = [mode_of(part, fit, seen.get(pole, 0), one) for (pole, fit), one in zip(kept.items(), between, strict=True)]
     judged, delay = judged_together(modes, part)
     judged = tuple(
         replace(mode, residues=mode.residues[back], frequency=_stretched(mode.frequency, frf.rounding))
@@ -359,6 +353,7 @@ def _refined(
         fits[pole] = fit
         if not certain or _certain(fit, line):
             certain.append(pole)
+
     def all_refined() -> None:
         for _ in range(_ROUNDS):
             ends = np.array([fits[pole].pole for pole in certain])

@@ -143,18 +143,27 @@ def judged_together(modes: Sequence[IdentifiedMode], frf: Frf) -> tuple[tuple[Id
         tilt = mode.tilt + 2.0 * np.pi * mode.frequency.value * delay
         mode = replace(mode, tilt=float(np.angle(np.exp(2.0j * tilt))) / 2.0)
         if frf.forced and mode.verdict is ModeVerdict.DETERMINED and abs(mode.tilt) > TILTED:
-            mode = replace(mode, verdict=ModeVerdict.TURNED, reason=(
-                f"the residues of the mode at {mode.frequency.value:.6g} Hz are turned by {np.degrees(mode.tilt):.0f} "
-                f"degrees from a real mode's: is the response a {frf.quantity.name.lower()}, is its delay taken out?"
-            ))  # fmt: skip
+            mode = replace(
+                mode,
+                verdict=ModeVerdict.TURNED,
+                reason=(
+                    f"the residues of the mode at {mode.frequency.value:.6g} Hz are turned by "
+                    f"{np.degrees(mode.tilt):.0f} degrees from a real mode's: is the response a "
+                    f"{frf.quantity.name.lower()}, is its delay taken out?"
+                ),
+            )
         out.append(mode)
     weaker = _doubles(out, frf)
     for k, other in weaker.items():
         if out[k].verdict is ModeVerdict.DETERMINED:
-            out[k] = replace(out[k], verdict=ModeVerdict.DOUBLE, reason=(
-                f"the pole at {out[k].frequency.value:.6g} Hz is a second one of the mode at "
-                f"{out[other].frequency.value:.6g} Hz: the responses do not show two"
-            ))  # fmt: skip
+            out[k] = replace(
+                out[k],
+                verdict=ModeVerdict.DOUBLE,
+                reason=(
+                    f"the pole at {out[k].frequency.value:.6g} Hz is a second one of the mode at "
+                    f"{out[other].frequency.value:.6g} Hz: the responses do not show two"
+                ),
+            )
     return tuple(out), delay
 
 

@@ -71,9 +71,7 @@ def read_mode_table(path: str | Path) -> Modal:
     system = SystemOfUnits.of(found[0].units)
     problems = []
     if not system.trusted:
-        problems.append(
-            f"{path.name}: its units (data set 164) contradict each other, so that masses are not known"
-        )
+        problems.append(f"{path.name}: its units (data set 164) contradict each other, so that masses are not known")
     modes = []
     for number, one in enumerate(found, 1):
         try:

@@ -110,11 +110,7 @@ def _weighty(part: Frf, poles: dict[int, Complexes], smallest: float, level: Flo
     """Poles that eight orders, or 15 %, have in common and that make up enough of the response; the others are dropped,
     weakest first."""
     fewest = max(_SHARE_OF_ORDERS * len(poles), min(_FEWEST_ORDERS, len(poles) / 3.0))
-    tracks = [
-        (pole, count)
-        for pole, count in pole_tracks(poles, part.line)
-        if count >= fewest and _sought(pole, part)
-    ]
+    tracks = [(pole, count) for pole, count in pole_tracks(poles, part.line) if count >= fewest and _sought(pole, part)]
     found = np.array([pole for pole, _ in tracks], dtype=complex)
     alive, strength = _shares(part, found, smallest, level)
     return [PoleCandidate(*tracks[k], size) for k, size in zip(alive, strength, strict=True)]
@@ -128,9 +124,7 @@ def _sought(pole: complex, frf: Frf) -> bool:
     return bool(inside and abs(pole.real) < _HEAVIEST * abs(pole) and abs(pole.real) / np.pi < span / 2.0)
 
 
-def _shares(
-    part: Frf, poles: Complexes, smallest: float, level: Floats
-) -> tuple[Sequence[int], Sequence[float]]:
+def _shares(part: Frf, poles: Complexes, smallest: float, level: Floats) -> tuple[Sequence[int], Sequence[float]]:
     """Which poles make up at least a share of some response in their half-power band, and their strength."""
     frequency, line = part.frequency, part.line
     channels = part.values.reshape(-1, len(frequency))

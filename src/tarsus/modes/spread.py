@@ -31,9 +31,7 @@ _SMOOTHED = 41
 """Lines over which noise is averaged: forty differences know it to a sixth."""
 
 
-def spreads(
-    frf: Frf, poles: Mapping[int, Complexes], synthesis: Complexes, fits: Sequence[LocalFit]
-) -> Floats:
+def spreads(frf: Frf, poles: Mapping[int, Complexes], synthesis: Complexes, fits: Sequence[LocalFit]) -> Floats:
     """Standard deviations (nm, 2) of natural frequency [Hz] and damping ratio [1] of modes between ways to fit them.
 
     Three spreads add up in their squares: that of the models of high order of the whole band about the local fit, that
@@ -55,9 +53,7 @@ def spreads(
     return np.sqrt(square + _between_files(frf, fits))
 
 
-def _between_orders(
-    frf: Frf, poles: Mapping[int, Complexes], synthesis: Complexes, fits: Sequence[LocalFit]
-) -> Floats:
+def _between_orders(frf: Frf, poles: Mapping[int, Complexes], synthesis: Complexes, fits: Sequence[LocalFit]) -> Floats:
     """Variance (nm, 2) between poles of models and local fits, less that of noisy responses of exactly these modes."""
     top = max(poles)
     orders = np.unique(np.linspace(top // 2, top, _ORDERS).astype(int)).tolist()

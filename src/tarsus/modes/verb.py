@@ -62,9 +62,7 @@ def modes(
         For files that cannot be read or merged, and where no mode is found.
     """
     if not sources:
-        raise InputError(
-            "name at least one file of frequency responses, of records with a drive, or of free decays"
-        )
+        raise InputError("name at least one file of frequency responses, of records with a drive, or of free decays")
     ends = None if band is None else _band(band)
     length = None if segment is None else quantity_of("segment", segment, "s")
     if length is not None and not length > 0.0:

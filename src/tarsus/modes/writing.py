@@ -136,12 +136,21 @@ def compared(fit: ModalFit, other: Mapping[str, Any]) -> Table:
         k = int(np.argmax(row - np.array(near)))  # one point has the same shape in all modes
         there = earlier[k]
         rows.append(
-            (f, there["frequency_hz"], 100.0 * (f / there["frequency_hz"] - 1.0), mode.damping.value,
-             there["damping_ratio"], float(row[k]))
-        )  # fmt: skip
+            (
+                f,
+                there["frequency_hz"],
+                100.0 * (f / there["frequency_hz"] - 1.0),
+                mode.damping.value,
+                there["damping_ratio"],
+                float(row[k]),
+            )
+        )
     columns = (
-        Column("here", "Hz", 6, over="frequency"), Column("there", "Hz", 6, over="frequency"),
-        Column("change (%)", digits=3), Column("here", "%", 3, over="damping ratio"),
-        Column("there", "%", 3, over="damping ratio"), Column("MAC", digits=3),
-    )  # fmt: skip
+        Column("here", "Hz", 6, over="frequency"),
+        Column("there", "Hz", 6, over="frequency"),
+        Column("change (%)", digits=3),
+        Column("here", "%", 3, over="damping ratio"),
+        Column("there", "%", 3, over="damping ratio"),
+        Column("MAC", digits=3),
+    )
     return Table("", columns, rows, (f"shapes compared at {len(shared)} points",))

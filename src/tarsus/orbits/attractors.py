@@ -128,15 +128,24 @@ class Attractor:
         """Plain data, SI units."""
         orbit, measures = self.orbit, self.measures
         return {
-            "motion": self.kind, "starts": self.share.count, "share": self.share.share,
-            "share_95": [self.share.low, self.share.high], "multiple": self.multiple, "period_s": self.period,
-            "settled_after": self.settled, "impacts": self.impacts, "energy_J": self.energy, "travel_m": self.travel,
+            "motion": self.kind,
+            "starts": self.share.count,
+            "share": self.share.share,
+            "share_95": [self.share.low, self.share.high],
+            "multiple": self.multiple,
+            "period_s": self.period,
+            "settled_after": self.settled,
+            "impacts": self.impacts,
+            "energy_J": self.energy,
+            "travel_m": self.travel,
             "confirmed": self.confirmed,
             "multipliers": None if orbit is None else [[one.real, one.imag] for one in orbit.multipliers.tolist()],
             "measures": {name: one.value for name, one in measures.items()},
-            "initial": {"displacement": list(self.scene.initial.displacement or ()),
-                        "velocity": list(self.scene.initial.velocity or ())},
-        }  # fmt: skip
+            "initial": {
+                "displacement": list(self.scene.initial.displacement or ()),
+                "velocity": list(self.scene.initial.velocity or ()),
+            },
+        }
 
 
 @dataclass(frozen=True)
@@ -181,9 +190,7 @@ class Attractors:
         """
         for one in (first, second):
             if one not in range(len(self)) or not len(self[one].members) or first == second:
-                raise InputError(
-                    f"edge: expected two attractors that starts lead to, got {first} and {second}"
-                )
+                raise InputError(f"edge: expected two attractors that starts lead to, got {first} and {second}")
         survey = Survey.of(self.box, None)
         stand = [self.points[one.members[0]] if len(one.members) else self.box.own[0] for one in self.found]
         return edge_between(survey, survey.settled(np.array(stand)), self.points, self.label, (first, second))
@@ -201,20 +208,36 @@ class Attractors:
         """Attractors with their shares, and the edges between their basins."""
         walks = isinstance(self.scene.robot.structure, Walker)
         columns = (
-            "motion", Column("starts", "%", 3), Column("95 % interval", "%", 2), Column("period", "s", 6), "impacts",
+            "motion",
+            Column("starts", "%", 3),
+            Column("95 % interval", "%", 2),
+            Column("period", "s", 6),
+            "impacts",
             Column("lost in impacts", "J", 3),
             *((Column("travel", "m", 4), Column("speed", "m/s", 4)) if walks else ()),
-            Column("largest |multiplier|", "1", 4), "settled after", "finer run",
-        )  # fmt: skip
+            Column("largest |multiplier|", "1", 4),
+            "settled after",
+            "finer run",
+        )
         rows: list[tuple[Any, ...]] = []
         for i, one in enumerate(self.found, start=1):
             orbit = one.orbit
             largest = None if orbit is None else max(map(abs, orbit.multipliers.tolist()), default=0.0)
             way = (one.travel, one.speed) if walks else ()
-            rows.append((
-                f"{i}: {one.kind}", one.share.share, (one.share.low, one.share.high), one.period, one.impacts,
-                one.energy, *way, largest, f"{one.settled} periods", "the same" if one.confirmed else "another",
-            ))  # fmt: skip
+            rows.append(
+                (
+                    f"{i}: {one.kind}",
+                    one.share.share,
+                    (one.share.low, one.share.high),
+                    one.period,
+                    one.impacts,
+                    one.energy,
+                    *way,
+                    largest,
+                    f"{one.settled} periods",
+                    "the same" if one.confirmed else "another",
+                )
+            )
         blank = (None,) * (len(columns) - 3)
         rows += [(words, one.share, (one.low, one.high), *blank) for words, one in self.others.items()]
         notes = [f"{self.starts} starts over {self._over()}", *([MIXTURE] if len(self.found) > 1 else [])]
@@ -232,16 +255,20 @@ class Attractors:
         none = Share.of(0, self.starts)
         found += [
             (key, words, self.others.get(words, none), *((None,) if walks else ()))
-            for key, words in OTHERS.items() if words in self.others or key == self.own
-        ]  # fmt: skip
+            for key, words in OTHERS.items()
+            if words in self.others or key == self.own
+        ]
         rows = [
             (words, one.share, (one.low, one.high), *speed, "leads here" if key == self.own else "")
             for key, words, one, *speed in found
         ]
         columns = (
-            "motion", Column("starts", "%", 3), Column("95 % interval", "%", 2),
-            *((Column("speed", "m/s", 4),) if walks else ()), "the run's start",
-        )  # fmt: skip
+            "motion",
+            Column("starts", "%", 3),
+            Column("95 % interval", "%", 2),
+            *((Column("speed", "m/s", 4),) if walks else ()),
+            "the run's start",
+        )
         notes = [f"{self.starts} starts over {self._over()}", MORE.format(run.scene.name)]
         return Table("What it may do, settled", columns, rows, notes)
 
@@ -266,42 +293,41 @@ class Attractors:
             spread = float(np.sqrt(np.average((values - mean) ** 2, weights=counted)))
             rows.append((name, *values.tolist(), mean, spread))
             units.append(each[0][name].unit)
-        columns = ("measure", *(Column(str(i), "row") for i in range(1, len(each) + 1)), Column("mean by share", "row"),
-                   Column("spread over attractors", "row"))  # fmt: skip
+        columns = (
+            "measure",
+            *(Column(str(i), "row") for i in range(1, len(each) + 1)),
+            Column("mean by share", "row"),
+            Column("spread over attractors", "row"),
+        )
         return Table("Measures of the settled motions", columns, rows, units=units)
 
     def _edges(self) -> Table:
         rows = [
-            (
-                f"{one.between[0] + 1} and {one.between[1] + 1}",
-                one.width,
-                one.parting,
-                str(one.orbit or "none found"),
-            )
+            (f"{one.between[0] + 1} and {one.between[1] + 1}", one.width, one.parting, str(one.orbit or "none found"))
             for one in self.edges
         ]
-        columns = (
-            "between",
-            Column("starts apart by", "1", 2),
-            "they part with",
-            "unstable motion at the edge",
-        )
+        columns = ("between", Column("starts apart by", "1", 2), "they part with", "unstable motion at the edge")
         return Table("Edges of basins", columns, rows)
 
     def to_dict(self) -> dict[str, object]:
         """Plain data, SI units, as `tarsus attractors --json` prints it; attractors are numbered from 1."""
         units = self.box.units()
         return {
-            "scene": self.scene.name, "starts": self.starts,
-            "over": {path: {"from": low, "to": high, "unit": units[path]}
-                     for path, (low, high) in self.box.ends.items()},
+            "scene": self.scene.name,
+            "starts": self.starts,
+            "over": {
+                path: {"from": low, "to": high, "unit": units[path]} for path, (low, high) in self.box.ends.items()
+            },
             "attractors": [one.to_dict() for one in self.found],
-            "others": {words: {"starts": one.count, "share": one.share, "share_95": [one.low, one.high]}
-                       for words, one in self.others.items()},
+            "others": {
+                words: {"starts": one.count, "share": one.share, "share_95": [one.low, one.high]}
+                for words, one in self.others.items()
+            },
             "edges": [one.to_dict() for one in self.edges],
-            "own_start": self.own + (self.own >= 0), "points": self.points.tolist(),
+            "own_start": self.own + (self.own >= 0),
+            "points": self.points.tolist(),
             "label": (self.label + (self.label >= 0)).tolist(),
-        }  # fmt: skip
+        }
 
 
 MORE = "multipliers, energies, edges of basins, and pages that play: tarsus attractors {}"
@@ -395,8 +421,14 @@ def _attractor(survey: Survey, settling: Settling, points: Floats, members: NDAr
     travel = float(settling.seen[chosen, -k:, :, m].sum())
     travel = travel if abs(travel) > SETTLED * settling.sizes(chosen)[m] else 0.0
     return Attractor(
-        survey.scene_at(points[chosen], passed + SHOWN), Share.of(len(members), starts), members, k, survey.period,
-        passed, round(float(settling.counts["impacts"][chosen, -k:].sum())),
+        survey.scene_at(points[chosen], passed + SHOWN),
+        Share.of(len(members), starts),
+        members,
+        k,
+        survey.period,
+        passed,
+        round(float(settling.counts["impacts"][chosen, -k:].sum())),
         float(settling.counts["energy"][chosen, -k:].sum()),
-        travel, confirmed,
-    )  # fmt: skip
+        travel,
+        confirmed,
+    )

@@ -46,10 +46,7 @@ class Survey:
         return cls(box, drive_period(box.scene), threads)
 
     def settled(
-        self,
-        points: Floats,
-        accuracy: Accuracy | None = None,
-        progress: Callable[[int, int, str], None] | None = None,
+        self, points: Floats, accuracy: Accuracy | None = None, progress: Callable[[int, int, str], None] | None = None
     ) -> Settling:
         """Runs from starts at points (nr, d) of the unit cube, after they have settled or not."""
         values = self.box.values(points)
@@ -71,9 +68,9 @@ class Survey:
         """To which attractors, by the runs that stand for them, starts at points lead at the accuracy of single runs;
         -1 to none of them."""
         made = self.settled(points, SINGLE_RUN)
-        return np.array([
-            next((i for i, r in enumerate(stand) if settling.alike(r, made, q)), -1) for q in range(len(points))
-        ])  # fmt: skip
+        return np.array(
+            [next((i for i, r in enumerate(stand) if settling.alike(r, made, q)), -1) for q in range(len(points))]
+        )
 
 
 def motions_of(settling: Settling, chosen: NDArray[np.intp]) -> list[list[int]]:

@@ -80,11 +80,7 @@ class Branch:
             ways = np.sign(np.diff(ats))
             turns = np.flatnonzero(ways[1:] * ways[:-1] < 0.0) + 1  # corners: stable motions on both sides
             if stable:
-                out += [
-                    (float(part.min()), float(part.max()))
-                    for part in np.split(ats, turns + 1)
-                    if np.ptp(part)
-                ]
+                out += [(float(part.min()), float(part.max())) for part in np.split(ats, turns + 1) if np.ptp(part)]
         return out
 
     def to_dict(self) -> dict[str, object]:
@@ -169,10 +165,17 @@ class Branches(Tabled):
         known = digits_apart(end for one in self.branches for end in (one.points[0].at, one.points[-1].at))
         ends = (Column("from", self.unit, known), Column("to", self.unit, known))
         rows = [
-            (str(i), one.points[0].at, one.points[-1].at, one.points[len(one.points) // 2].orbit.kind, one.origin,
-             one.began, one.ended)
+            (
+                str(i),
+                one.points[0].at,
+                one.points[-1].at,
+                one.points[len(one.points) // 2].orbit.kind,
+                one.origin,
+                one.began,
+                one.ended,
+            )
             for i, one in enumerate(self.branches, 1)
-        ]  # fmt: skip
+        ]
         return Table("Branches", ("branch", *ends, "motion half way", "found as", "begins", "ends"), rows)
 
     def _coexisting(self) -> Table:
@@ -194,12 +197,16 @@ class Branches(Tabled):
         """Every orbit in a row."""
         rows = [
             (
-                str(i), one.at, one.orbit.kind, one.orbit.hardest_impact, one.orbit.highest_flight,
+                str(i),
+                one.at,
+                one.orbit.kind,
+                one.orbit.hardest_impact,
+                one.orbit.highest_flight,
                 max(map(abs, one.orbit.multipliers.tolist()), default=None),
             )
             for i, branch in enumerate(self.branches, 1)
             for one in branch.points
-        ]  # fmt: skip
+        ]
         at = Column(self.path, self.unit, digits_apart(row[1] for row in rows))
         impact, flight = Column("hardest impact", "m/s"), Column("highest flight", "m")
         columns = ("branch", at, "motion", impact, flight, "largest |multiplier|")
@@ -209,9 +216,15 @@ class Branches(Tabled):
     def to_dict(self) -> dict[str, object]:
         """Plain data, SI units, as `tarsus branch --json` prints it; branches are numbered from 1."""
         return {
-            "scene": self.scene.name, "along": self.path, "unit": self.unit, "from": self.ends[0], "to": self.ends[1],
-            "starts": self.starts, "branches": [one.to_dict() for one in self.branches],
-            "coexisting": [{"from": one.low, "to": one.high, "branches": [i + 1 for i in one.branches]}
-                           for one in self.coexisting],
+            "scene": self.scene.name,
+            "along": self.path,
+            "unit": self.unit,
+            "from": self.ends[0],
+            "to": self.ends[1],
+            "starts": self.starts,
+            "branches": [one.to_dict() for one in self.branches],
+            "coexisting": [
+                {"from": one.low, "to": one.high, "branches": [i + 1 for i in one.branches]} for one in self.coexisting
+            ],
             "others": list(self.others),
-        }  # fmt: skip
+        }

@@ -171,9 +171,7 @@ class Tracer:
         """Follow every motion that starts at one end settle to; what is said of those that settle to none."""
         scene, where = with_values(self.scene, {self.path: at}), amount(at, self.unit)
         found = attractors(scene, starts=starts, edges=False, threads=threads)
-        others = [
-            f"at {where}: {one.count} of {starts} starts: {words}" for words, one in found.others.items()
-        ]
+        others = [f"at {where}: {one.count} of {starts} starts: {words}" for words, one in found.others.items()]
         heading = float(np.sign(sum(self.ends) - 2.0 * at))
         for one in found:
             share = f"{one.share.count} of {starts} starts at {where} settle to it"
@@ -219,9 +217,7 @@ class Tracer:
         for i, one in enumerate(self.branches):
             for pair in pairwise(one.points):
                 low, high = sorted(point.at for point in pair)
-                if low - near <= seed.at <= high + near and any(
-                    self.leads_to(point.orbit, seed) for point in pair
-                ):
+                if low - near <= seed.at <= high + near and any(self.leads_to(point.orbit, seed) for point in pair):
                     return i
         return None
 
@@ -235,9 +231,7 @@ class Tracer:
 
     def follower(self, orbit: Orbit) -> Follower:
         """What follows an orbit along the path."""
-        return replace(
-            Follower.of(replace(orbit, scene=self.scene), self.path, self.span), shared=self.shared
-        )
+        return replace(Follower.of(replace(orbit, scene=self.scene), self.path, self.span), shared=self.shared)
 
     def followed(self, seed: Seed, number: int) -> tuple[Branch | None, list[tuple[Seed, int, str]]]:
         """The branch of a motion, which gets a number, and what it leads to."""
@@ -246,12 +240,7 @@ class Tracer:
         inside = self.bounds[0] < seed.at < self.bounds[1] and seed.flip is None
         for heading, side in ((seed.heading, "ended"), (-seed.heading, "began")):
             if side == "began" and not (self.everything and inside):
-                ways.append(
-                    (
-                        [],
-                        "start of the range" if not inside else "a motion that ended settles to it there",
-                    )
-                )
+                ways.append(([], "start of the range" if not inside else "a motion that ended settles to it there"))
                 continue
             points: list[BranchPoint] = []
             followed = self.way(replace(seed, heading=heading), points)
@@ -261,11 +250,7 @@ class Tracer:
             ways.append((points, lost))
             if beyond is not None:
                 leading.append(
-                    (
-                        replace(beyond, origin=f"what branch {number + 1} settles to where it ends"),
-                        number,
-                        side,
-                    )
+                    (replace(beyond, origin=f"what branch {number + 1} settles to where it ends"), number, side)
                 )
         (onward, ended), (back, began) = ways
         if seed.flip is not None:
@@ -295,9 +280,7 @@ class Tracer:
             if self.everything and one.kind == "flip" and 2 * one.orbit.multiple <= MOST_MULTIPLE:
                 now = _doubled_point(self.follower(one.orbit), one)
                 if now is not None and now.at != one.at:
-                    out.append(
-                        (Seed(now.at, now.orbit, float(np.sign(now.at - one.at)), origin, one), number, "")
-                    )
+                    out.append((Seed(now.at, now.orbit, float(np.sign(now.at - one.at)), origin, one), number, ""))
         return out
 
 
@@ -313,9 +296,13 @@ def halved(orbit: Orbit, near: float = MEETS) -> Orbit | None:
 
 
 def _along(
-    follower: Follower, now: Point, heading: float, bounds: tuple[float, float], points: list[BranchPoint],
+    follower: Follower,
+    now: Point,
+    heading: float,
+    bounds: tuple[float, float],
+    points: list[BranchPoint],
     progress: Callable[[float], None] | None,
-) -> tuple[Point, str, float]:  # fmt: skip
+) -> tuple[Point, str, float]:
     """Note points of a branch after a first one: the last, why it ends there, and the sense of the parameter."""
     low, high = bounds
     steps = Stepper(follower, now)
@@ -386,9 +373,7 @@ def _at_edge(follower: Follower, before: Point, after: Point, edge: float) -> li
     return [] if found is None else [BranchPoint(edge, "orbit", found.orbit)]
 
 
-def _beyond(
-    follower: Follower, last: Point, heading: float, bounds: tuple[float, float]
-) -> tuple[float, Orbit] | None:
+def _beyond(follower: Follower, last: Point, heading: float, bounds: tuple[float, float]) -> tuple[float, Orbit] | None:
     """Value and orbit of what the motion at a point settles to a little further along; None where to none."""
     for share in BEYOND:
         further = last.at + heading * share * follower.span

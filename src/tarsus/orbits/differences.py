@@ -48,9 +48,7 @@ def return_slopes(own: Returned, copies: Copies, count: int, scale: Floats, *, f
         for k, ahead, behind in zip(left, found[::2], found[1::2], strict=True):
             before, sided = slopes[:, k] * step, side[k]
             moves, side[k] = _moves(own, ahead, behind)
-            if moves and (
-                side[k] != NEITHER or step == STEPS[0]
-            ):  # a jump counts least over the longest step
+            if moves and (side[k] != NEITHER or step == STEPS[0]):  # a jump counts least over the longest step
                 slopes[:, k] = np.mean(moves, axis=0) / step
             other = moves[-1] if side[k] == BOTH else before
             known = side[k] in (BOTH, sided) and side[k] != NEITHER

@@ -59,10 +59,13 @@ class Edge:
     def to_dict(self) -> dict[str, object]:
         """Plain data; attractors are numbered from 1."""
         return {
-            "between": [one + 1 for one in self.between], "points": self.points.tolist(), "width": self.width,
-            "parting": self.parting, "together": self.together,
+            "between": [one + 1 for one in self.between],
+            "points": self.points.tolist(),
+            "width": self.width,
+            "parting": self.parting,
+            "together": self.together,
             "orbit": None if self.orbit is None else self.orbit.to_dict(),
-        }  # fmt: skip
+        }
 
 
 def edges_of(
@@ -135,11 +138,7 @@ def _bisected(
         leads = survey.known(settling, stand, middle)
         inside = leads == own
         low[inside], high[~inside], beyond[~inside] = middle[inside], middle[~inside], leads[~inside]
-    return [
-        ((int(a), int(b)), np.stack([x, y]))
-        for a, b, x, y in zip(own, beyond, low, high, strict=True)
-        if b >= 0
-    ]
+    return [((int(a), int(b)), np.stack([x, y])) for a, b, x, y in zip(own, beyond, low, high, strict=True) if b >= 0]
 
 
 def _edge(survey: Survey, between: tuple[int, int], points: Floats) -> Edge:
@@ -150,12 +149,7 @@ def _edge(survey: Survey, between: tuple[int, int], points: Floats) -> Edge:
     together = int(time / survey.period)
     width = float(np.linalg.norm(points[1] - points[0]))
     return Edge(
-        between,
-        points,
-        width,
-        parting,
-        together,
-        _unstable(survey.scene_at(points[0], together + 1), together),
+        between, points, width, parting, together, _unstable(survey.scene_at(points[0], together + 1), together)
     )
 
 

@@ -34,9 +34,7 @@ def branch_variables(found: Branches) -> dict[str, Variable]:
     units = {"units": found.unit, "long_name": found.path}
 
     def series(name: str, unit: str) -> Variable:
-        return Variable(
-            ("point",), np.array([getattr(one, name) for one in orbits], dtype=float), {"units": unit}
-        )
+        return Variable(("point",), np.array([getattr(one, name) for one in orbits], dtype=float), {"units": unit})
 
     return {
         "at": Variable(("point",), np.array([point.at for point in points]), units),

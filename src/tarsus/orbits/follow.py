@@ -84,9 +84,7 @@ class Follower:
     def of(orbit: Orbit, path: str, span: float) -> Follower:
         """From an orbit, with its section."""
         phase = orbit.start / orbit.map.period
-        return Follower(
-            orbit.scene, path, orbit.multiple, phase, orbit.map, span, orbit.map.scales(orbit.state)
-        )
+        return Follower(orbit.scene, path, orbit.multiple, phase, orbit.map, span, orbit.map.scales(orbit.state))
 
     def map(self, at: float) -> ReturnMap:
         """The return map at a value of the parameter [SI]."""
@@ -126,9 +124,7 @@ class Follower:
             column = self.column(state, float(place[-1] * self.span), back, returns)
             return np.vstack([np.column_stack([flow, column]), normal])
 
-        found = zero_near(
-            mismatch, derivatives, first, None if like is None else np.vstack([like.slopes, normal])
-        )
+        found = zero_near(mismatch, derivatives, first, None if like is None else np.vstack([like.slopes, normal]))
         if found is None:
             return None
         at, (returns, state, back) = float(found.place[-1] * self.span), found.what

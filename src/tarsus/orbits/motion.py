@@ -70,10 +70,7 @@ Motion = SettledMotion | FromRest
 
 
 def motion_asked(
-    slowest: float,
-    starts: int | None = None,
-    duration: float | None = None,
-    from_rest: float | None = None,
+    slowest: float, starts: int | None = None, duration: float | None = None, from_rest: float | None = None
 ) -> Motion:
     """What is asked for by these words, of drive periods of at most ``slowest`` [s]: a settled motion from so many
     starts, or an episode.

@@ -22,13 +22,7 @@ from tarsus.files.library import SceneLike, as_scene
 from tarsus.model.structure.walker import Walker
 from tarsus.orbits.differences import NOISE
 from tarsus.orbits.newton import CLOSED, zero_near
-from tarsus.orbits.returns import (
-    FINE,
-    Returned,
-    ReturnMap,
-    drive_period,
-    return_map,
-)
+from tarsus.orbits.returns import FINE, Returned, ReturnMap, drive_period, return_map
 from tarsus.orbits.sequence import ACCUMULATED, kept_events, sequence_of
 from tarsus.orbits.walking import WalkMap, walk_map
 from tarsus.solve import Contacts, ResultCode, Run, simulate
@@ -108,9 +102,7 @@ class Orbit:
     def travel_multiplier(self) -> float | None:
         """Multiplier of a walker's place along the way, 1 but for rounding, which is none of `multipliers`; None of
         anything else."""
-        return (
-            self.map.travel_multiplier(self.state, self.multiple) if isinstance(self.map, WalkMap) else None
-        )
+        return self.map.travel_multiplier(self.state, self.multiple) if isinstance(self.map, WalkMap) else None
 
     @property
     def stable(self) -> bool:
@@ -182,12 +174,15 @@ class Orbit:
     def table(self) -> Table:
         """The motion's period, impacts, flights and multipliers, and its events."""
         numbers: list[tuple[str, object, str]] = [
-            ("period", self.period, "s"), ("drive periods", self.multiple, "1"), ("impacts", self.impacts, "1"),
-            ("hardest impact", self.hardest_impact, "m/s"), ("highest flight", self.highest_flight, "m"),
+            ("period", self.period, "s"),
+            ("drive periods", self.multiple, "1"),
+            ("impacts", self.impacts, "1"),
+            ("hardest impact", self.hardest_impact, "m/s"),
+            ("highest flight", self.highest_flight, "m"),
             *([("travel", self.travel, "m")] if isinstance(self.map, WalkMap) else []),
             ("largest |multiplier|", max(map(abs, self.multipliers.tolist()), default=None), "1"),
             ("mismatch", self.mismatch, "1"),
-        ]  # fmt: skip
+        ]
         feet = list(self.scene.robot.feet)
         events = [(float(e["time"]), feet[e["foot"]], EVENT_WORDS[int(e["kind"])]) for e in self.events]
         return Table(
@@ -222,9 +217,7 @@ class Orbit:
         }
 
 
-def periodic(
-    scene: SceneLike, *, multiple: int | None = None, values: Mapping[str, float] | None = None
-) -> Orbit:
+def periodic(scene: SceneLike, *, multiple: int | None = None, values: Mapping[str, float] | None = None) -> Orbit:
     """The periodic motion that a scene settles to; a walker's modulo its travel, so that it is a gait.
 
     Parameters
@@ -260,14 +253,14 @@ def periodic(
         if found is not None and (found.stable or multiple is not None):
             return _smallest(found)
     raise InputError(
-        [f"{scene.name}: no stable motion of period up to {max(wanted)} of the drive was found after {TRANSIENTS[-1]} "
-         "periods; it is chaotic, quasi-periodic or has a longer period"]
-    )  # fmt: skip
+        [
+            f"{scene.name}: no stable motion of period up to {max(wanted)} of the drive was found after "
+            f"{TRANSIENTS[-1]} periods; it is chaotic, quasi-periodic or has a longer period"
+        ]
+    )
 
 
-def orbit_after(
-    scene: Scene, count: int, wanted: tuple[int, ...], *, free: bool, near: float = np.inf
-) -> Orbit | None:
+def orbit_after(scene: Scene, count: int, wanted: tuple[int, ...], *, free: bool, near: float = np.inf) -> Orbit | None:
     """The orbit near the motion that a scene has after ``count`` drive periods, a stable one of the smallest multiple
     first; None where none is near.
 
@@ -353,9 +346,7 @@ def converge(scene: Scene, returns: ReturnMap, start: Floats, multiple: int) -> 
         return (back, (back.state - state) / scale) if returns.goes_on(back) else None
 
     def derivatives(place: Floats, back: Returned) -> Floats:
-        flow = returns.derivative(start + directions @ place, multiple, back, fine=False) * returns.sizes(
-            start
-        )
+        flow = returns.derivative(start + directions @ place, multiple, back, fine=False) * returns.sizes(start)
         return (flow - directions) / scale[:, None]
 
     found = zero_near(mismatch, derivatives, np.zeros(directions.shape[1]))

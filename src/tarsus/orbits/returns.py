@@ -24,16 +24,7 @@ from tarsus.orbits.sequence import sequence_of
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.rows import Rows, rows_of
 from tarsus.plan.slots import rows_for, slot
-from tarsus.solve import (
-    Accuracy,
-    Contacts,
-    Engine,
-    ResultCode,
-    Shared,
-    Window,
-    WindowStart,
-    simulate_windows,
-)
+from tarsus.solve import Accuracy, Contacts, Engine, ResultCode, Shared, Window, WindowStart, simulate_windows
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
@@ -67,9 +58,11 @@ def drive_period(scene: Scene) -> float:
         if all(abs(share - round(share)) <= ALIKE * share for share in shares):
             return multiple * longest
     raise InputError(
-        [f"signals: the drives' periods {', '.join(f'{one:g} s' for one in periods)} have no common multiple "
-         f"below {MOST_COMMON} of the longest"]
-    )  # fmt: skip
+        [
+            f"signals: the drives' periods {', '.join(f'{one:g} s' for one in periods)} have no common multiple "
+            f"below {MOST_COMMON} of the longest"
+        ]
+    )
 
 
 MOST_COMMON = 100
@@ -166,9 +159,7 @@ class ReturnMap:
         """What states become after ``multiple`` periods, by one call of the engine."""
         end, n2 = self.start + multiple * self.period, 2 * len(self.plan.system.mass)
         starts = [WindowStart(one[:n2], self.start, [end], self.contacts_at(one)) for one in states]
-        windows = simulate_windows(
-            self.plan, starts, rows=self.rows, shared=self.tables, accuracy=self.accuracy
-        )
+        windows = simulate_windows(self.plan, starts, rows=self.rows, shared=self.tables, accuracy=self.accuracy)
         return [self.returned(one, window) for one, window in zip(states, windows, strict=True)]
 
     def returned(self, state: Floats, window: Window) -> Returned:
@@ -189,13 +180,9 @@ class ReturnMap:
 
     def _window(self, state: Floats, times: ArrayLike, contacts: Contacts) -> Window:
         starts = [WindowStart(state, self.start, times, contacts)]
-        return simulate_windows(
-            self.plan, starts, rows=self.rows, shared=self.tables, accuracy=self.accuracy
-        )[0]
+        return simulate_windows(self.plan, starts, rows=self.rows, shared=self.tables, accuracy=self.accuracy)[0]
 
-    def derivative(
-        self, state: Floats, multiple: int = 1, own: Returned | None = None, *, fine: bool = True
-    ) -> Floats:
+    def derivative(self, state: Floats, multiple: int = 1, own: Returned | None = None, *, fine: bool = True) -> Floats:
         """dP/ds (2n, r) along the free directions, by differences; own: the return of the state, where it is known;
         fine: to 1e-9 rather than to 1e-8, by twice as many returns."""
         sizes = self.sizes(state)
@@ -230,7 +217,7 @@ class ReturnMap:
         since = None if contacts.since is None else [start + (one - self.start) for one in contacts.since]
         return replace(
             self, rows=rows, period=period, start=start, contacts=Contacts(contacts.held, since, contacts.leaving)
-        )  # fmt: skip
+        )
 
     def propagated(self, state: Floats, periods: int) -> tuple[ReturnMap, Floats] | None:
         """What a state becomes after so many periods: the state at a section in the middle of what is then the longest
@@ -282,9 +269,7 @@ def check_memory(plan: Plan) -> None:
     """Raise InputError where feet remember their contacts (a law with `remaining`): what they bring along is no
     part of a map's state; and where volts command what they hold: maps follow the strength by age alone."""
     if plan.laws.remembers:
-        raise InputError(
-            "there is no return map where feet remember their contacts: that memory is not in its state"
-        )
+        raise InputError("there is no return map where feet remember their contacts: that memory is not in its state")
     if any(law.by_volts() for law in plan.laws.acting.values() if law.hook == "strength"):
         raise InputError("there is no return map where volts command how strongly feet adhere")
 

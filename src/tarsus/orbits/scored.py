@@ -102,9 +102,7 @@ def _placed_robots(box: Box, vary: Mapping[str, Floats], starts: int) -> tuple[S
     count = len(next(iter(vary.values()), [0]))
     every = {path: np.repeat(one, starts) for path, one in vary.items()}
     points = np.tile(box.drawn(starts, 0), (count, 1))
-    along = {
-        axis: low + (high - low) * points[:, i] for i, (axis, (low, high)) in enumerate(box.ends.items())
-    }
+    along = {axis: low + (high - low) * points[:, i] for i, (axis, (low, high)) in enumerate(box.ends.items())}
     deepest = np.zeros(len(points))
     for path, gaps in every.items():
         if _GAP.fullmatch(path):
@@ -115,12 +113,7 @@ def _placed_robots(box: Box, vary: Mapping[str, Floats], starts: int) -> tuple[S
 
 
 def _of_robots(
-    starts: int,
-    code: list[ResultCode],
-    settled: NDArray[np.bool_],
-    value: Floats,
-    spread: Floats,
-    feet: Floats,
+    starts: int, code: list[ResultCode], settled: NDArray[np.bool_], value: Floats, spread: Floats, feet: Floats
 ) -> Scored:
     """Of all starts of each robot the mean, and spreads; nothing of a robot that failed from one of them."""
     each = [code[i : i + starts] for i in range(0, len(code), starts)]

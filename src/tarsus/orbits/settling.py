@@ -75,11 +75,7 @@ class Settling:
                 self.multiple[r] = self._multiple(r)
             if progress is not None:
                 settled = int((self.multiple > 0).sum())
-                progress(
-                    settled,
-                    len(self.runs),
-                    f"starts that have settled after {int(self.passed.max())} periods",
-                )
+                progress(settled, len(self.runs), f"starts that have settled after {int(self.passed.max())} periods")
 
     def go(self, chosen: NDArray[np.intp]) -> None:
         """Let some runs go on for `ROUND` periods."""
@@ -137,9 +133,7 @@ class Settling:
         if not len(chosen):
             return np.zeros(0, dtype=bool)
         pair = np.concatenate([chosen, chosen])
-        both = Settling(
-            self.runs.of_runs(pair), self.periods[pair], self.offset[pair], self.walks, self.threads
-        )
+        both = Settling(self.runs.of_runs(pair), self.periods[pair], self.offset[pair], self.walks, self.threads)
         both.passed[:] = self.passed[pair]
         for i in range(len(chosen)):
             both.runs.state[i] += self._perturbation(int(chosen[i]))

@@ -75,9 +75,7 @@ def crossings(follower: Follower, now: Point, ahead: Point) -> list[Special]:
     return [one for _, one in sorted(found, key=lambda pair: pair[0])]
 
 
-def _crossing(
-    at: Callable[[float], Point | None], test: Callable[[Point], float], ahead: Point
-) -> tuple[float, Point]:
+def _crossing(at: Callable[[float], Point | None], test: Callable[[Point], float], ahead: Point) -> tuple[float, Point]:
     """Where a test function is zero: part of the step, and the point."""
     seen: dict[float, Point] = {}
 
@@ -211,10 +209,7 @@ def _difference(before: Point, after: Point) -> tuple[str, str]:
     if held[0] != held[1]:
         return "sticking", "a contact begins to be held" if held[1] > held[0] else "a held contact ends"
     if hits[0] != hits[1]:
-        return (
-            "capture",
-            f"a foot stays on the ground after one impact {'more' if hits[1] > hits[0] else 'less'}",
-        )
+        return ("capture", f"a foot stays on the ground after one impact {'more' if hits[1] > hits[0] else 'less'}")
     return "events", "a contact ends or slides otherwise than before"
 
 

@@ -62,9 +62,10 @@ class Box:
         plan = lower_scene(scene)
         displacement, velocity = np.split(np.asarray(plan.initial, dtype=float), 2)
         initial = Initial(
-            displacement=tuple(displacement.tolist()), velocity=tuple(velocity.tolist()),
+            displacement=tuple(displacement.tolist()),
+            velocity=tuple(velocity.tolist()),
             lifted=scene.ground.profile is not None,
-        )  # fmt: skip
+        )
         explicit = scene.model_copy(update={"initial": initial})
         lift = _lift(plan)
         if over is None:
@@ -92,10 +93,7 @@ class Box:
     def values(self, points: Floats) -> dict[str, Floats]:
         """Values (nr,) [SI] by path of the starts at points (nr, d) of the unit cube."""
         return self.placed(
-            {
-                path: low + (high - low) * points[:, i]
-                for i, (path, (low, high)) in enumerate(self.ends.items())
-            }
+            {path: low + (high - low) * points[:, i] for i, (path, (low, high)) in enumerate(self.ends.items())}
         )
 
     def placed(self, along: Mapping[str, Floats]) -> dict[str, Floats]:
@@ -158,10 +156,7 @@ def _ahead(scene: Scene, phase: Floats) -> dict[str, Floats]:
         if isinstance(wave, Periodic)
     }
     if isinstance(scene.gait, CustomGait):
-        out |= {
-            f"gait.phases.{leg}": late - scene.gait.frequency * turns
-            for leg, late in scene.gait.phases.items()
-        }
+        out |= {f"gait.phases.{leg}": late - scene.gait.frequency * turns for leg, late in scene.gait.phases.items()}
     return out
 
 
@@ -171,9 +166,7 @@ def _lift(plan: Plan) -> Floats:
     Where feet face each other so that no lift is one of all, it is that of the first.
     """
     system = plan.system
-    mass, stiffness, feet = (
-        np.asarray(one, dtype=float) for one in (system.mass, system.stiffness, system.normals)
-    )
+    mass, stiffness, feet = (np.asarray(one, dtype=float) for one in (system.mass, system.stiffness, system.normals))
     if np.abs(feet.sum(axis=1)).max(initial=0.0) <= RIGID * np.abs(feet).max(initial=0.0):
         feet = feet[:, :1]
     up = -np.linalg.solve(mass, np.asarray(system.weight[:, 0], dtype=float))
@@ -204,9 +197,7 @@ def _usual(scene: Scene, plan: Plan, lift: Floats) -> dict[str, tuple[float, flo
     if height <= plan.length:  # it stays on the ground: as high as a flight of one period
         height = max(weight / mass * period**2 / 8.0, plan.length)
     raised = lift @ np.asarray(system.normals, dtype=float)[:, : plan.feet]
-    start = (
-        np.asarray(system.sources)[: plan.feet] + plan.initial[: len(lift)] @ system.normals[:, : plan.feet]
-    )
+    start = np.asarray(system.sources)[: plan.feet] + plan.initial[: len(lift)] @ system.normals[:, : plan.feet]
     height = float(np.min(np.maximum(start, 0.0)[raised < 0.0] / -raised[raised < 0.0], initial=height))
     work = height**2 * float(lift @ system.stiffness @ lift) + 2.0 * height * weight
     speed = math.sqrt(max(work, 0.0) / mass) or height / period
@@ -220,8 +211,12 @@ def _number(scene: Scene, path: str, given: Any) -> float:
     known = [*UNITS, *(one for one in float_paths(scene) if _starts(one))]
     if path not in known:
         told = "is no part of a start" if path in float_paths(scene) else "unknown path"
-        raise InputError([f"{path}: {told} (a start is {HEIGHT}, {SPEED}, {PHASE} of the drives, initial.*, a "
-                          f"drive's history){nearest(path, known)}"])  # fmt: skip
+        raise InputError(
+            [
+                f"{path}: {told} (a start is {HEIGHT}, {SPEED}, {PHASE} of the drives, initial.*, a "
+                f"drive's history){nearest(path, known)}"
+            ]
+        )
     return float(get_value(with_values(scene, {path: given}), path))
 
 

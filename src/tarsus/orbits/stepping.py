@@ -130,9 +130,7 @@ class Stepper:
         along = self._to(target) * now.tangent
         part = parts[:, None]
         try:
-            return self.follower.returns_at(
-                now.place + part * along + part**2 * (target.place - now.place - along)
-            )
+            return self.follower.returns_at(now.place + part * along + part**2 * (target.place - now.place - along))
         except InputError:
             return [None] * len(parts)
 

@@ -17,14 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.events import EventKind
-from tarsus.orbits.returns import (
-    HORIZON,
-    Returned,
-    ReturnMap,
-    check_memory,
-    drive_period,
-    end_of,
-)
+from tarsus.orbits.returns import HORIZON, Returned, ReturnMap, check_memory, drive_period, end_of
 from tarsus.plan.lowering import Plan, level_only, lower_scene
 from tarsus.plan.rows import rows_of
 from tarsus.solve import Contacts, Engine, ResultCode, Window

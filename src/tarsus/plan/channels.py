@@ -45,9 +45,7 @@ def felt(path: str) -> bool:
     return not path.endswith((".capacitance", ".recovery"))
 
 
-def drive_courses(
-    scene: Scene, values: Mapping[str, Floats], charged: Collection[str]
-) -> dict[str, DriveRuns]:
+def drive_courses(scene: Scene, values: Mapping[str, Floats], charged: Collection[str]) -> dict[str, DriveRuns]:
     """What drives do, by name, of which numbers (nr,) vary from run to run, given by their paths in the scene;
     charged: those whose volts are asked for.
 
@@ -79,9 +77,7 @@ def _course(drive: Drive, wave: Signal, own: Columns, of_drive: Columns, charged
 Columns = Mapping[str, Any]
 
 
-def _varied(
-    scene: Scene, values: Mapping[str, Any]
-) -> dict[str, tuple[Signal, dict[str, Any], dict[str, Any]]]:
+def _varied(scene: Scene, values: Mapping[str, Any]) -> dict[str, tuple[Signal, dict[str, Any], dict[str, Any]]]:
     """Of every drive that numbers have a part in: its signal, and the numbers of that and of the drive, by their
     paths in these. Those of a gait are numbers of the square waves that it gives to its drives."""
     gait = {path.removeprefix("gait."): of for path, of in values.items() if path.startswith("gait.")}
@@ -91,9 +87,7 @@ def _varied(
         signal, drive = f"signals.{name}.", f"robot.drives.{name}."
         own = {path.removeprefix(signal): of for path, of in values.items() if path.startswith(signal)}
         of_drive = {
-            path.removeprefix(drive): of
-            for path, of in values.items()
-            if path.startswith(drive) and felt(path)
+            path.removeprefix(drive): of for path, of in values.items() if path.startswith(drive) and felt(path)
         }
         wave = scene.waveforms.get(name) or Constant(level=0.0)
         check_columns(f"signals.{name}", wave, own)
@@ -117,9 +111,7 @@ def gait_waves(scene: Scene, gait: Columns) -> dict[str, dict[str, Any]]:
     waves = {name: wave for name, wave in many.waveforms(layout).items() if name not in scene.signals}
     names = ("amplitude", "frequency", "phase", "offset", "duty")
     return {
-        name: {
-            key: of + 0.0 * like for key in names if np.ndim(of := getattr(wave, key)) or key == "amplitude"
-        }
+        name: {key: of + 0.0 * like for key in names if np.ndim(of := getattr(wave, key)) or key == "amplitude"}
         for name, wave in waves.items()
     }
 
@@ -136,9 +128,7 @@ def with_columns(of: Any, columns: Columns) -> Any:
     if not parts:
         return of
     if isinstance(of, Description):
-        return of.model_copy(
-            update={key: with_columns(getattr(of, key), rest) for key, rest in parts.items()}
-        )
+        return of.model_copy(update={key: with_columns(getattr(of, key), rest) for key, rest in parts.items()})
     if isinstance(of, tuple):
         return tuple(with_columns(one, parts.get(str(k), {})) for k, one in enumerate(of))
     return type(of)({**of, **{key: with_columns(of[key], rest) for key, rest in parts.items()}})

@@ -186,15 +186,16 @@ class Plan:
         """The same as the engine takes it, by name."""
         system, stance = self.system, self.stance
         out = {
-            name: np.ascontiguousarray(getattr(system, name))
-            for name in ("normals", "stiffness", "weight", "loads")
+            name: np.ascontiguousarray(getattr(system, name)) for name in ("normals", "stiffness", "weight", "loads")
         }
         none = np.zeros(0, dtype=np.int64)
         return out | {
-            "feet": self.feet, "drives": self.drives, "driven": int(stance is not None and stance.driven),
+            "feet": self.feet,
+            "drives": self.drives,
+            "driven": int(stance is not None and stance.driven),
             "stance": np.zeros(0) if stance is None else stance.per_source,
             **{name: none if stance is None else getattr(stance, name) for name in ("heights", "ways", "loose")},
-        }  # fmt: skip
+        }
 
 
 def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lower) -> Plan:
@@ -236,14 +237,29 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
         initial[n:] -= velocities_at_start(scene, waves)[0]
     lift = scene.robot.structure.vertical() if scene.initial.lifted else None
     plan = Plan(
-        system, laws, channels, tuple(used), initial, np.array(periods), math.nan, math.nan, _rate(system),
-        lower_legs(scene, system), lower_stance(scene, system), lower_profile(scene.ground, scene.across),
+        system,
+        laws,
+        channels,
+        tuple(used),
+        initial,
+        np.array(periods),
+        math.nan,
+        math.nan,
+        _rate(system),
+        lower_legs(scene, system),
+        lower_stance(scene, system),
+        lower_profile(scene.ground, scene.across),
         np.zeros(0) if lift is None else np.asarray(lift),
-    )  # fmt: skip
+    )
     row: Any = SimpleNamespace(
-        signals=plan.signals, parameters=laws.parameters[None], initial=initial[None], sources=system.sources[None],
-        scales=np.zeros((1, 3)), channels=np.arange(len(channels))[None], profile=plan.profile[None],
-    )  # fmt: skip
+        signals=plan.signals,
+        parameters=laws.parameters[None],
+        initial=initial[None],
+        sources=system.sources[None],
+        scales=np.zeros((1, 3)),
+        channels=np.arange(len(channels))[None],
+        profile=plan.profile[None],
+    )
     own, ((length, force, _),) = started(plan, row, idle_forces(scene, plan.drives)[None], list(scene.robot.feet))
     # what the engine has made of the plan by now does not depend on these three, and stays
     plan.__dict__.update(initial=own.ravel(), length=float(length), force=float(force))
@@ -299,10 +315,18 @@ def lower_system(scene: Scene) -> LinearSystem:
         if ahead is not None:
             weight[:, 1] = -product(matrices.mass, ahead)
     return LinearSystem(
-        np.ascontiguousarray(matrices.mass, dtype=float), matrices.damping, matrices.stiffness, normals,
-        np.array([foot.gap for foot in feet], dtype=float), loads, weight, gravity_on(*scene.ground.falling),
-        _directions(scene, matrices, normals), _alone(scene), _tangents(scene),
-    )  # fmt: skip
+        np.ascontiguousarray(matrices.mass, dtype=float),
+        matrices.damping,
+        matrices.stiffness,
+        normals,
+        np.array([foot.gap for foot in feet], dtype=float),
+        loads,
+        weight,
+        gravity_on(*scene.ground.falling),
+        _directions(scene, matrices, normals),
+        _alone(scene),
+        _tangents(scene),
+    )
 
 
 def gravity_on(acceleration: ArrayLike, incline: ArrayLike) -> Floats:
@@ -323,9 +347,7 @@ def lines_below(body: LeggedBody, profiles: Floats) -> Iterator[tuple[Floats, bo
     """Of each line of uneven ground of runs its points (nr, np, 2) [m], whether it repeats, and which feet go along it;
     profiles (nr, .): as `lower_profile`."""
     first = 0
-    for number, (count, repeats, patched) in enumerate(
-        zip(body.points, body.periodic, body.patched, strict=True)
-    ):
+    for number, (count, repeats, patched) in enumerate(zip(body.points, body.periodic, body.patched, strict=True)):
         points = profiles[:, first : first + 2 * count].reshape(len(profiles), -1, 2)
         yield points, bool(repeats), np.flatnonzero(body.line == number)
         first += 2 * count + 3 * (count - 1) * patched
@@ -352,9 +374,7 @@ def ahead_only(plan: Plan, what: str) -> None:
     """Raise InputError for legs that move across the way, where some part of the library, named, knows motion in one
     plane alone."""
     if plan.legs is not None and plan.legs.sways:
-        text = (
-            f"{what} with legs that move upward and along the way alone: leave out stiffness_t and damping_t"
-        )
+        text = f"{what} with legs that move upward and along the way alone: leave out stiffness_t and damping_t"
         raise InputError([f"robot.structure.legs: {text}"])
 
 
@@ -379,33 +399,42 @@ def lower_legs(scene: Scene, system: LinearSystem) -> Legs | None:
     hip = np.array([[*walker.above(leg)[::-1], walker.hip_row_y(leg)][:ways] for leg in names])
     damping, stiffness = walker.within()
     # what moves a hip or a foot, and a coordinate within the body by itself
-    moves = np.abs([*hip.reshape(-1, nb), *map(walker.hip_row_z, names), *map(walker.hip_row_x, names)]).max(
-        axis=0
-    )
+    moves = np.abs([*hip.reshape(-1, nb), *map(walker.hip_row_z, names), *map(walker.hip_row_x, names)]).max(axis=0)
     lever = np.maximum(moves, np.where(np.arange(nb) < walker.rigid_size, 1e-300, 1.0))
     leg = np.array([names.index(one.point) for one in robot.feet.values()], dtype=np.int64)
     foot, gap = np.full(nl, -1, dtype=np.int64), np.zeros(nl)
     foot[leg], gap[leg] = np.arange(len(leg)), system.rest_gap
     plane, sideways = np.split(system.loads[nb:], [2 * nl])
     # upward, along the way, and across it
-    onto = np.concatenate(
-        [plane.reshape(nl, 2, nd)[:, ::-1], sideways.reshape(nl, walker.directions - 2, nd)], axis=1
-    )
+    onto = np.concatenate([plane.reshape(nl, 2, nd)[:, ::-1], sideways.reshape(nl, walker.directions - 2, nd)], axis=1)
     touched = np.any(onto != 0.0, axis=1)
     of_leg, driven_by = np.nonzero(touched)
     body = LeggedBody(
-        body_mass=walker.body_mass(), body_weight=-system.weight[:nb], body_stiffness=stiffness, body_damping=damping,
-        lever=lever, mass=values[:, 0, 0].copy(), stiffness=values[:, :, 1].copy(), damping=values[:, :, 2].copy(),
-        hip=hip, gap=gap, foot=foot, leg=leg, kind=kind.reshape(nl, ways).astype(np.int64),
+        body_mass=walker.body_mass(),
+        body_weight=-system.weight[:nb],
+        body_stiffness=stiffness,
+        body_damping=damping,
+        lever=lever,
+        mass=values[:, 0, 0].copy(),
+        stiffness=values[:, :, 1].copy(),
+        damping=values[:, :, 2].copy(),
+        hip=hip,
+        gap=gap,
+        foot=foot,
+        leg=leg,
+        kind=kind.reshape(nl, ways).astype(np.int64),
         weight=-system.weight[nb + 1 : nb + 2 * nl : 2, 0],
-        first=np.concatenate([[0], np.cumsum(touched.sum(axis=1))]).astype(np.int64), drive=driven_by,
-        gain=onto[of_leg, :, driven_by].reshape(-1, ways), body_load=np.ascontiguousarray(system.loads[:nb].T),
+        first=np.concatenate([[0], np.cumsum(touched.sum(axis=1))]).astype(np.int64),
+        drive=driven_by,
+        gain=onto[of_leg, :, driven_by].reshape(-1, ways),
+        body_load=np.ascontiguousarray(system.loads[:nb].T),
         place=np.array([one.x for one in walker.legs.values()]),
         points=np.array([len(one.points) for one in lines], dtype=np.int64),
         periodic=np.array([one.repeats for one in lines], dtype=np.int64),
         patched=np.array([len(one.patches) > 0 for one in lines], dtype=np.int64),
-        line=np.array(line, dtype=np.int64), directions=ways,
-    )  # fmt: skip
+        line=np.array(line, dtype=np.int64),
+        directions=ways,
+    )
     return Legs(body, blocks)
 
 
@@ -415,9 +444,7 @@ def _tangents(scene: Scene) -> np.ndarray | None:
     if not scene.slides or isinstance(scene.robot.structure, Walker):
         return None
     row, feet = scene.robot.structure.row, scene.robot.feet.values()
-    return np.stack(
-        [row(foot.along) if foot.along else np.zeros_like(row(foot.point)) for foot in feet], axis=1
-    )
+    return np.stack([row(foot.along) if foot.along else np.zeros_like(row(foot.point)) for foot in feet], axis=1)
 
 
 def _alone(scene: Scene) -> np.ndarray | None:
@@ -462,17 +489,20 @@ def lower_laws(scene: Scene) -> FootLaws:
                 flags[-1] |= _native.FLAGS["uses_rate"]
     m = len(own)
     return FootLaws(
-        np.array(flags[:m], dtype=np.int64), np.array(rows, dtype=float).reshape(len(rows), -1),
-        np.full(m, -1, dtype=np.int64), acting, columns, *_terms(acting, columns, switched), switched,
-    )  # fmt: skip
+        np.array(flags[:m], dtype=np.int64),
+        np.array(rows, dtype=float).reshape(len(rows), -1),
+        np.full(m, -1, dtype=np.int64),
+        acting,
+        columns,
+        *_terms(acting, columns, switched),
+        switched,
+    )
 
 
 def _switched(scene: Scene) -> frozenset[str]:
     """Names of the laws that do not act on all feet."""
     grounds = scene.foot_grounds if scene.grounds else ()
-    return frozenset(
-        name for name in scene.ground.acting_laws if any(name not in one.acting_laws for one in grounds)
-    )
+    return frozenset(name for name in scene.ground.acting_laws if any(name not in one.acting_laws for one in grounds))
 
 
 def _terms(
@@ -638,9 +668,7 @@ def started(plan: Plan, rows: Rows, idle: Floats, feet: Sequence[str]) -> tuple[
     if plan.legs is not None and len(plan.legs.body.points):
         initial, scales, refused = _started_above(plan, rows, idle, initial)
     if len(refused):
-        raise InputError(
-            [_refusal(int(run), int(fault), feet, int(foot), by) for run, fault, foot, by in refused]
-        )
+        raise InputError([_refusal(int(run), int(fault), feet, int(foot), by) for run, fault, foot, by in refused])
     return initial, scales
 
 
@@ -660,9 +688,7 @@ def _started_above(plan: Plan, rows: Rows, idle: Floats, initial: Floats) -> tup
         level = rows.sources.copy()
         ground = np.zeros_like(below)
         for points, repeats, feet in lines:
-            ground[:, feet] = [
-                heights_of(own, repeats, x) for own, x in zip(points, below[:, feet], strict=True)
-            ]
+            ground[:, feet] = [heights_of(own, repeats, x) for own, x in zip(points, below[:, feet], strict=True)]
         level[:, :m] -= ground
         size = np.abs(ground) + largest + np.abs(below)
         level[:, :m][np.abs(level[:, :m]) < _SUM * size] = 0.0

@@ -77,10 +77,15 @@ def rows_of(plan: Plan, count: int = 1, period: float = math.inf) -> Rows:
         return np.repeat(np.asarray(row, dtype=float)[None], count, axis=0)
 
     return Rows(
-        plan.channels, plan.signals, each(plan.laws.parameters), each(plan.initial), each(plan.system.sources),
-        each([plan.length, plan.force, period]), np.repeat(np.arange(channels)[None], count, axis=0),
+        plan.channels,
+        plan.signals,
+        each(plan.laws.parameters),
+        each(plan.initial),
+        each(plan.system.sources),
+        each([plan.length, plan.force, period]),
+        np.repeat(np.arange(channels)[None], count, axis=0),
         each(plan.profile),
-    )  # fmt: skip
+    )
 
 
 def marked_period(periods: Floats, duration: float) -> Floats:

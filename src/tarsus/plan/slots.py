@@ -20,17 +20,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, float_paths, get_value, with_values
 from tarsus.model.drive.pieces import Channels
 from tarsus.plan.channels import DriveRuns, check_columns, drive_courses, with_columns
-from tarsus.plan.lowering import (
-    Kind,
-    Place,
-    Plan,
-    distinct,
-    gravity_on,
-    idle_forces,
-    lower_profile,
-    slot,
-    started,
-)
+from tarsus.plan.lowering import Kind, Place, Plan, distinct, gravity_on, idle_forces, lower_profile, slot, started
 from tarsus.plan.moving import GroundForce, ground_forces, refuse_jumps, shifts_of, velocities_at_start
 from tarsus.plan.rows import Rows, marked_period, marked_rows, pack, rows_of
 
@@ -75,11 +65,7 @@ def unit_of(path: str, plan: Plan | None) -> float:
         return plan.length * plan.rate**told
     if plan is not None and keys[:2] == ["robot", "drives"] and "law" in keys:
         return plan.force
-    if (
-        plan is not None
-        and keys[:2] == ["robot", "structure"]
-        and keys[2] in ("mass", "damping", "stiffness")
-    ):
+    if plan is not None and keys[:2] == ["robot", "structure"] and keys[2] in ("mass", "damping", "stiffness"):
         return float(np.abs(getattr(plan.system, keys[2])).max()) or 1.0
     plain = {"restitution", "adhesion", "friction", "rising"}
     shaped = keys[:2] == ["ground", "profile"] and not plain.intersection(keys[-2:])
@@ -162,18 +148,14 @@ def rows_for(
     refuse_jumps(scene, duration, _waves(scene, by_kind))
     rows = _driven(scene, plan, by_kind, base, duration, courses)
     initial, scales = started(plan, rows, _idle(scene, values, len(rows), plan.drives), list(scene.robot.feet))
-    return replace(
-        rows, initial=initial.reshape(rows.initial.shape), scales=scales if scaled else rows.scales
-    )
+    return replace(rows, initial=initial.reshape(rows.initial.shape), scales=scales if scaled else rows.scales)
 
 
 def _profiles(scene: Scene, values: Mapping[str, Floats]) -> Floats:
     """The profiles (nr, .) of the grounds of runs that differ in numbers of their shape."""
     rows, which = distinct(np.stack(list(values.values()), axis=1))
     own = [
-        with_values(
-            scene.ground, dict(zip((path.removeprefix("ground.") for path in values), row, strict=True))
-        )
+        with_values(scene.ground, dict(zip((path.removeprefix("ground.") for path in values), row, strict=True)))
         for row in rows.tolist()
     ]
     return np.array([lower_profile(one, scene.across) for one in own])[which]
@@ -260,9 +242,7 @@ def _shaken(
         yield one, waves.get(one.direction)
 
 
-def _start_in_laboratory(
-    scene: Scene, by_kind: Mapping[Kind, Mapping[str, tuple[int, Floats]]], base: Rows
-) -> None:
+def _start_in_laboratory(scene: Scene, by_kind: Mapping[Kind, Mapping[str, tuple[int, Floats]]], base: Rows) -> None:
     """Velocities (nr, n) at the start that are given in the laboratory, as ones against the ground."""
     if not scene.initial.in_laboratory:
         return

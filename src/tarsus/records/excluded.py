@@ -37,9 +37,7 @@ def evenly(items: Sequence[Item], most: int) -> list[Item]:
     return [items[k] for k in np.linspace(0, len(items) - 1, most).round().astype(int).tolist()]
 
 
-def enough(
-    items: Sequence[Item], most: int, what: str, file: str, channel: str
-) -> tuple[list[Item], list[Excluded]]:
+def enough(items: Sequence[Item], most: int, what: str, file: str, channel: str) -> tuple[list[Item], list[Excluded]]:
     """At most so many of some items, evenly from all, and that the others are not used."""
     count = max(len(items) - most, 0)
     text = f"{count} of {len(items)} {what}, evenly from all: {most} are enough"

@@ -205,9 +205,7 @@ class FrequencyResponse:
         coherence = None if self.coherence is None else np.array(self.coherence, dtype=float)
         shape = (len(self.outputs), len(self.inputs), frequency.size)
         if frequency.ndim != 1 or values.shape != shape:
-            raise InputError(
-                f"expected values of shape (outputs, inputs, frequencies) = {shape}, got {values.shape}"
-            )
+            raise InputError(f"expected values of shape (outputs, inputs, frequencies) = {shape}, got {values.shape}")
         problems = _frequency_problems(frequency) + _twice(self.outputs) + _twice(self.inputs)
         if 0 in shape[:2]:
             problems.append("expected at least one output and one input")
@@ -232,9 +230,7 @@ class FrequencyResponse:
     @property
     def unit(self) -> tuple[tuple[str, ...], ...]:
         """SI unit of each response, by output and input, such as ``"m/s^2 / N"``."""
-        return tuple(
-            tuple(f"{o.quantity.unit} / {i.quantity.unit}" for i in self.inputs) for o in self.outputs
-        )
+        return tuple(tuple(f"{o.quantity.unit} / {i.quantity.unit}" for i in self.inputs) for o in self.outputs)
 
     def between(self, low: float, high: float) -> FrequencyResponse:
         """The lines from ``low`` to ``high`` [Hz], both included.
@@ -251,9 +247,7 @@ class FrequencyResponse:
                 f"{self.frequency[0]:g} Hz to {self.frequency[-1]:g} Hz"
             )
         coherence = None if self.coherence is None else self.coherence[..., inside]
-        return replace(
-            self, frequency=self.frequency[inside], values=self.values[..., inside], coherence=coherence
-        )
+        return replace(self, frequency=self.frequency[inside], values=self.values[..., inside], coherence=coherence)
 
     def deviation(self, averages: int) -> Floats:
         """Random standard deviation of each value (no, ni, nf), as its magnitude, from coherence and averages.
@@ -282,9 +276,7 @@ def _frequency_problems(frequency: Floats) -> list[str]:
     if frequency.size < 2:
         return [f"expected at least 2 frequencies, got {frequency.size}"]
     if not np.all(np.isfinite(frequency)):
-        return [
-            f"the frequency at line {int(np.flatnonzero(~np.isfinite(frequency))[0])} is no finite number"
-        ]
+        return [f"the frequency at line {int(np.flatnonzero(~np.isfinite(frequency))[0])} is no finite number"]
     if frequency[0] < 0.0 or np.any(np.diff(frequency) <= 0.0):
         return ["expected frequencies that increase, from 0 Hz or above"]
     return []
@@ -305,9 +297,7 @@ def _rows(channels: Sequence[Channel], values: ArrayLike | Sequence[ArrayLike]) 
             f"expected values of shape (channels, samples) = ({len(channels)}, ...), got {rows.shape}: "
             "they look transposed"
         )
-    raise InputError(
-        f"expected values of shape (channels, samples) = ({len(channels)}, ...), got {rows.shape}"
-    )
+    raise InputError(f"expected values of shape (channels, samples) = ({len(channels)}, ...), got {rows.shape}")
 
 
 def _channel_problems(channels: Sequence[Channel], values: Floats) -> list[str]:

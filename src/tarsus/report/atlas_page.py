@@ -35,8 +35,7 @@ def atlas_html(found: Atlas) -> str:
 def _ranges(found: Atlas) -> str:
     """What the map is over."""
     ends = [
-        f"{one.path} from {amount(one.low, one.unit)} to {amount(one.high, one.unit)}"
-        for one in (found.x, found.y)
+        f"{one.path} from {amount(one.low, one.unit)} to {amount(one.high, one.unit)}" for one in (found.x, found.y)
     ]
     return f"{', '.join(ends)}."
 
@@ -64,16 +63,24 @@ def page_data(found: Atlas) -> dict[str, Any]:
     own = np.array([number.setdefault(int(code), len(number)) for code in found.code[order]], dtype=np.uint8)
     return {
         "axes": [axis.to_dict() | {"name": axis.path} for axis in (found.x, found.y)],
-        "size": len(known), "coarse": _coarse(known), "known": _text(np.packbits(known)), "own": _text(own),
+        "size": len(known),
+        "coarse": _coarse(known),
+        "known": _text(np.packbits(known)),
+        "own": _text(own),
         "classes": [{"name": words(code), "open": code < 0, "share": found.share(code)} for code in kinds],
         "measures": [
-            {"name": spaced(name), "unit": MEASURES[name][0], "about": MEASURES[name][1],
-             **packed(found.measures[name][order][None], bits, gaps=True)}
+            {
+                "name": spaced(name),
+                "unit": MEASURES[name][0],
+                "about": MEASURES[name][1],
+                **packed(found.measures[name][order][None], bits, gaps=True),
+            }
             for name in names
         ],
         "overlays": [_drawn(one, found) for one in found.overlays],
-        "period": _period(found), "paths": [found.x.path, found.y.path],
-    }  # fmt: skip
+        "period": _period(found),
+        "paths": [found.x.path, found.y.path],
+    }
 
 
 def _coarse(known: np.ndarray) -> int:
@@ -94,9 +101,7 @@ def _period(found: Atlas) -> float | None:
 
 def _drawn(one: Overlay, found: Atlas) -> dict[str, Any]:
     """An overlay in shares of the axes."""
-    lines = [
-        np.column_stack([found.x.share(places[:, 0]), found.y.share(places[:, 1])]) for places in one.lines
-    ]
+    lines = [np.column_stack([found.x.share(places[:, 0]), found.y.share(places[:, 1])]) for places in one.lines]
     kept = [line[np.isfinite(line).all(axis=1)].round(6).tolist() for line in lines]
     return {"name": one.name, "marks": one.marks, "lines": kept}
 

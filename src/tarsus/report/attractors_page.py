@@ -35,9 +35,7 @@ def attractors_html(found: Attractors, *, linked: bool = False) -> str:
         "<p>Run by itself: {}; its file attractor-1.toml is a device for <code>tarsus simulate</code>.</p>"
     ).format(Markup(", ").join(map(link.format, names)))
     sections = [
-        Section(
-            "What it settles to", table.bare(), *([alone, _motion(found), measures] if len(found) else [])
-        ),
+        Section("What it settles to", table.bare(), *([alone, _motion(found), measures] if len(found) else [])),
         Section("Which starts lead where", _basins(found)),
         Section("Edges of basins", edges) if edges else None,
     ]

@@ -13,24 +13,19 @@ from tarsus.base.arrays import Floats
 from tarsus.orbits.branches import Branches
 from tarsus.report.pages import Plate, Section, sections_page, sentence_case
 from tarsus.report.sheet import few_ticks, name_axes, panel, panels, shade
-from tarsus.report.style import (
-    BLUE,
-    GREEN,
-    INK,
-    MUTED,
-    ORANGE,
-    PURPLE,
-    RULE,
-    SKY,
-    VERMILION,
-    level_limits,
-)
+from tarsus.report.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, RULE, SKY, VERMILION, level_limits
 from tarsus.tables.numbers import amount, number, spaced
 
 MARKS = {
-    "fold": ("s", VERMILION), "flip": ("D", PURPLE), "neimark-sacker": ("^", GREEN), "grazing": ("o", ORANGE),
-    "sticking": ("v", INK), "capture": ("<", SKY), "simultaneous": ("P", MUTED), "events": ("X", MUTED),
-}  # fmt: skip
+    "fold": ("s", VERMILION),
+    "flip": ("D", PURPLE),
+    "neimark-sacker": ("^", GREEN),
+    "grazing": ("o", ORANGE),
+    "sticking": ("v", INK),
+    "capture": ("<", SKY),
+    "simultaneous": ("P", MUTED),
+    "events": ("X", MUTED),
+}
 """What happens along a branch: its sign on paper, and its colour."""
 
 SMALLEST = 1e-4
@@ -49,8 +44,11 @@ def branch_html(found: Branches) -> str:
     branches, several, orbits = whole.parts
     listed = orbits.bare(max(1, -(-len(orbits.rows) // MOST_LISTED)))
     sizes = _sizes(found)
-    known = f"of every motion that {found.starts} starts at either end settle to" if found.starts else (
-        "of the scene's own motion alone")  # fmt: skip
+    known = (
+        f"of every motion that {found.starts} starts at either end settle to"
+        if found.starts
+        else ("of the scene's own motion alone")
+    )
     about = (
         f"Periodic motion along {found.path} from {amount(found.ends[0], found.unit)} to "
         f"{amount(found.ends[1], found.unit)}: {len(found)} branch{'es' * (len(found) != 1)}, {known}."
@@ -61,9 +59,7 @@ def branch_html(found: Branches) -> str:
         else f"None: {found.alone}."
     )
     nothing = "Nothing: the same events in the same order all along, and no change of stability."
-    small = (
-        f"All multipliers are below {number(SMALLEST)}: less than that of a deviation is left after a period."
-    )
+    small = f"All multipliers are below {number(SMALLEST)}: less than that of a deviation is left after a period."
     sections = [
         Section("Motion", _motion(found)),
         Section("Branches", branches.bare(), *map(sentence_case, found.others)),
@@ -170,9 +166,10 @@ def _sizes(found: Branches) -> Plate | None:
 
     def draw(axes: Axes) -> None:
         for row, kept, color, word in (
-            (0, drawn[0] & ~pair, BLUE, "largest"), (0, drawn[0] & pair, GREEN, "largest two, a pair"),
+            (0, drawn[0] & ~pair, BLUE, "largest"),
+            (0, drawn[0] & pair, GREEN, "largest two, a pair"),
             (1, drawn[1] & ~pair, ORANGE, "second"),
-        ):  # fmt: skip
+        ):
             if kept.any():
                 axes.plot(at[kept], sizes[row, kept], "o", ms=2.5, mew=0.0, color=color, label=word)
         axes.axhline(1.0, color=MUTED, lw=0.7)
@@ -182,12 +179,8 @@ def _sizes(found: Branches) -> Plate | None:
         axes.set_ylim(10.0 ** np.floor(np.log10(least)), 2.0 * max(1.0, float(sizes.max())))
 
     left = int((sizes[0] < SMALLEST).sum())
-    small = (
-        f" At {left} of {len(points)} orbits all are below {number(SMALLEST)}, and not drawn." if left else ""
-    )
-    return panel(
-        2.3, draw, f"The two largest multipliers along the branches. Above the line deviations grow.{small}"
-    )
+    small = f" At {left} of {len(points)} orbits all are below {number(SMALLEST)}, and not drawn." if left else ""
+    return panel(2.3, draw, f"The two largest multipliers along the branches. Above the line deviations grow.{small}")
 
 
 def _plane(found: Branches) -> Plate:

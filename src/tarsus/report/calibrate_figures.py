@@ -11,11 +11,7 @@ from tarsus.report.pages import Plate
 from tarsus.report.rows_figure import RowMarks, RowPanel, rows_figure
 from tarsus.report.style import BLUE, CYCLE, INK, ORANGE
 
-_KINDS = {
-    "training": ("fitted", ORANGE),
-    "left_out": ("excluded", BLUE),
-    "predicted": ("predicted", BLUE),
-}
+_KINDS = {"training": ("fitted", ORANGE), "left_out": ("excluded", BLUE), "predicted": ("predicted", BLUE)}
 """Kinds of predictions: their words and colours."""
 
 
@@ -48,9 +44,7 @@ def ranges(branches: Sequence[Mapping[str, Any]]) -> Plate:
     names = list(branches[0]["unknowns"])
     marks = []
     for b, branch in enumerate(branches):
-        places = (
-            [_place(one, one[key]) for key in ("best", "low", "high")] for one in branch["unknowns"].values()
-        )
+        places = ([_place(one, one[key]) for key in ("best", "low", "high")] for one in branch["unknowns"].values())
         numbers = [(n, best, low, high) for n, (best, low, high) in enumerate(places)]
         marks.append(RowMarks(options_word(branch), CYCLE[b % len(CYCLE)], numbers))
     return rows_figure(

@@ -6,13 +6,7 @@ from collections.abc import Mapping, Sequence
 from itertools import starmap
 from typing import Any
 
-from tarsus.calibrate.results import (
-    calibration_table,
-    errors_table,
-    found_sentence,
-    options_word,
-    unknowns_table,
-)
+from tarsus.calibrate.results import calibration_table, errors_table, found_sentence, options_word, unknowns_table
 from tarsus.report import calibrate_figures
 from tarsus.report.calibrate_figures import row_name
 from tarsus.report.pages import Markup, Section, bullets, marked, sections_page
@@ -123,12 +117,7 @@ def _rows(result: Mapping[str, Any], names: list[str]) -> Table:
             fitted = (row.get("training") or {}).get(name)
             new = (row.get("left_out") or row.get("predicted") or {}).get(name)
             shown: Mapping[str, Any] = new or fitted or {}
-            cells += [
-                shown.get("observed"),
-                fitted and fitted["median"],
-                new and new["median"],
-                _interval(shown),
-            ]
+            cells += [shown.get("observed"), fitted and fitted["median"], new and new["median"], _interval(shown)]
             flagged += [(len(body), len(cells) - 1)] * (shown.get("holds") is False)
         body.append(cells)
     return Table("", columns, body, flagged=flagged)

@@ -93,9 +93,7 @@ class RobotView:
         rest = np.array([[one.x for one in self.points], [one.z for one in self.points]])
         factors = np.array([along, up]).reshape(2, *(1,) * channels.ndim)
         moved = self._moved
-        return rest.reshape(*rest.shape, *(1,) * (channels.ndim - 1)) + factors * (
-            moved @ channels[: moved.shape[-1]]
-        )
+        return rest.reshape(*rest.shape, *(1,) * (channels.ndim - 1)) + factors * (moved @ channels[: moved.shape[-1]])
 
 
 @dataclass(frozen=True)
@@ -157,12 +155,18 @@ class Drawing:
         views = {"side": self.side, "above": self.above}
         return {
             **{name: None if one is None else _plain(one) for name, one in views.items()},
-            "box": _numbers(self.box), "true": self.true, "length": self.length, "leg": self.leg, "up": self.up,
-            "along": self.along, "force": self.force, "back": self.back, "wide": self.wide, "level": self.level,
-            "pieces": [
-                [one.line, one.point, *_numbers((one.x, one.z, one.shift)), one.paint] for one in self.pieces
-            ],
-        }  # fmt: skip
+            "box": _numbers(self.box),
+            "true": self.true,
+            "length": self.length,
+            "leg": self.leg,
+            "up": self.up,
+            "along": self.along,
+            "force": self.force,
+            "back": self.back,
+            "wide": self.wide,
+            "level": self.level,
+            "pieces": [[one.line, one.point, *_numbers((one.x, one.z, one.shift)), one.paint] for one in self.pieces],
+        }
 
 
 def drawing_of(motion: Motion) -> Drawing:
@@ -271,9 +275,7 @@ class _Plan:
             forward, upward = self.depth(y)
             corners = [(x, top) for top in (0.0, self.thick) for x in self.ends[:: -1 if top else 1]]
             return [
-                sketch.point(
-                    x + forward, self.leg + top + upward, {SURGE: 1.0}, {HEAVE: 1.0, ROLL: y, PITCH: -x}
-                )
+                sketch.point(x + forward, self.leg + top + upward, {SURGE: 1.0}, {HEAVE: 1.0, ROLL: y, PITCH: -x})
                 for x, top in corners
             ]
 
@@ -367,9 +369,7 @@ def _camera(motion: Motion, along: float, up: float) -> Floats:
     return np.stack([-along * motion.coordinate("surge"), up * motion.ground_shift[1]])
 
 
-def _box(
-    view: RobotView, motion: Motion, along: float, up: float, wide: float
-) -> tuple[float, float, float, float]:
+def _box(view: RobotView, motion: Motion, along: float, up: float, wide: float) -> tuple[float, float, float, float]:
     """Ends of all that is drawn over all times, at least so wide."""
     at = view.placed(motion.channels, along, up) + _camera(motion, along, up)[:, None, :]
     (left, low), (right, high) = at.min(axis=(1, 2)).tolist(), at.max(axis=(1, 2)).tolist()
@@ -419,15 +419,17 @@ def _plain(view: RobotView) -> dict[str, Any]:
     [leg, point]."""
     return {
         "points": [
-            [*_numbers((one.x, one.z)), *([[at, *_numbers((weight,))] for at, weight in moved.items()]
-                                          for moved in (one.along, one.up))]
+            [
+                *_numbers((one.x, one.z)),
+                *([[at, *_numbers((weight,))] for at, weight in moved.items()] for moved in (one.along, one.up)),
+            ]
             for one in view.points
         ],
         "parts": [
             [one.leg, one.point] if isinstance(one, FootMark) else [list(one.points), one.edge, one.width, one.fill]
             for one in view.parts
         ],
-    }  # fmt: skip
+    }
 
 
 def _numbers(values: Sequence[float]) -> list[float]:

@@ -129,9 +129,7 @@ def _ranges(scene: Scene, over: Ranges | FilePath | None) -> dict[str, tuple[flo
             continue
         low, high = (parse_quantity(end, infos[path].unit) for end in ends)
         if not low < high:
-            faults.append(
-                f"{path}: expected a range from its lower to its upper end, got {ends[0]} to {ends[1]}"
-            )
+            faults.append(f"{path}: expected a range from its lower to its upper end, got {ends[0]} to {ends[1]}")
         found[path] = low, high
     if faults:
         raise InputError(faults)
@@ -178,23 +176,23 @@ class Explorer:
             return None
         paths = Markup(" ").join(Markup("<code>{}</code>").format(path) for path in left)
         said = f"<code>tarsus explore {scene} -o explore.html --drive PATH</code>"
-        return Section(
-            "Other numbers", marked(OTHERS, Markup(said)), Fold(f"{len(left)} numbers", marked("{}", paths))
-        )
+        return Section("Other numbers", marked(OTHERS, Markup(said)), Fold(f"{len(left)} numbers", marked("{}", paths)))
 
     def fragment(self, *, small: bool = False) -> Markup:
         """The explorer as a part of a page. small: of one that shows more below."""
         wasm = compiled_engine()
         shown = Shown(self.explored)
         return rendered(
-            "explorer.html", player=shown.player(on_paper=not small),
+            "explorer.html",
+            player=shown.player(on_paper=not small),
             charts=shown.charts,
-            info=script_text(self.info(shown, small=small)), wasm=_compressed(wasm),
+            info=script_text(self.info(shown, small=small)),
+            wasm=_compressed(wasm),
             packet=_compressed(self.explored.packet),
             worker=Markup(asset("engine.js", "page", "tarsus.core") + asset("explorer_worker.js")),
             heading="h3" if small else "h2",
             listed=not small,
-        )  # fmt: skip
+        )
 
     def write(self, output: str | os.PathLike[str]) -> Path:
         """Write the page and return its path. Raises InputError where it cannot be written."""
@@ -223,21 +221,36 @@ class Explorer:
         command = f'tarsus simulate {self.name or "SCENE"} --duration "{one.seconds!r} s"'
         counted = Counting.of(float(one.rows.periods[0])).words()
         return {
-            "sliders": [_slider(each) for each in one.sliders], "seconds": one.seconds,
+            "sliders": [_slider(each) for each in one.sliders],
+            "seconds": one.seconds,
             "feet": list(one.scene.robot.feet),
-            "drives": list(one.scene.robot.drives), "legs": shown.legs, "tracks": shown.tracks, "panels": shown.panels,
-            "body": list(shown.coordinates), "columns": one.columns, "points": shown.points, "plays": not small,
+            "drives": list(one.scene.robot.drives),
+            "legs": shown.legs,
+            "tracks": shown.tracks,
+            "panels": shown.panels,
+            "body": list(shown.coordinates),
+            "columns": one.columns,
+            "points": shown.points,
+            "plays": not small,
             "kinds": [EVENT_WORDS.get(kind, "") for kind in range(max(EventKind) + 1)],
             "impacts": [int(kind) for kind in IMPACTS],
-            "codes": list(one.sentences), "faults": [REFUSALS[word] for word in one.faults],
+            "codes": list(one.sentences),
+            "faults": [REFUSALS[word] for word in one.faults],
             "measures": [
-                {"name": name, "words": spaced(name), "unit": of.unit,
-                 "definition": of.words.format(span="drive period", **counted)}
+                {
+                    "name": name,
+                    "words": spaced(name),
+                    "unit": of.unit,
+                    "definition": of.words.format(span="drive period", **counted),
+                }
                 for name, of in one.definitions.items()
             ],
             "falling": list(one.scene.ground.falling),
-            "command": command, "words": dict(self.words), "load": load, "given": given,
-        }  # fmt: skip
+            "command": command,
+            "words": dict(self.words),
+            "load": load,
+            "given": given,
+        }
 
     def _loaded(self) -> tuple[str, dict[str, float]]:
         """How Python has the scene: an expression, and the numbers that differ from it."""
@@ -249,9 +262,7 @@ class Explorer:
         except InputError:  # with laws of the user
             return "scene", {}
         own = {path: of.value for path, of in float_paths(base).items()}
-        given = {
-            path: of.value for path, of in float_paths(scene).items() if own.get(path, of.value) != of.value
-        }
+        given = {path: of.value for path, of in float_paths(scene).items() if own.get(path, of.value) != of.value}
         if given and with_values(base, given).robot != scene.robot:
             return "scene", {}
         return f'ts.load_scene("{self.name}")', given
@@ -270,22 +281,24 @@ def small_explorer(run: Any) -> Markup:
 
 def _slider(one: Any) -> dict[str, Any]:
     about = {
-        "paths": one.paths, "name": _name(one.paths), "group": _group(one.paths[0]), "value": one.value,
+        "paths": one.paths,
+        "name": _name(one.paths),
+        "group": _group(one.paths[0]),
+        "value": one.value,
         "unit": one.unit,
-        "doc": one.doc, "low": one.low, "high": one.high, "log": one.log, "array": one.array, "places": one.at,
-    }  # fmt: skip
-    return (
-        about
-        | ({"stops": one.stops} if one.stops else {})
-        | ({} if one.turned is None else {"turned": one.turned})
-    )
+        "doc": one.doc,
+        "low": one.low,
+        "high": one.high,
+        "log": one.log,
+        "array": one.array,
+        "places": one.at,
+    }
+    return about | ({"stops": one.stops} if one.stops else {}) | ({} if one.turned is None else {"turned": one.turned})
 
 
 def _name(paths: Sequence[str]) -> str:
     """A slider's name: of several alike numbers without the name of whom they belong to."""
-    keys = [
-        key for k, key in enumerate(paths[0].split(".")) if k > 0 and key not in ("feet", "drives", "laws")
-    ]
+    keys = [key for k, key in enumerate(paths[0].split(".")) if k > 0 and key not in ("feet", "drives", "laws")]
     if len(paths) > 1 and len(keys) > 1:
         return f"{spaced(keys[-1])} of {len(paths)}"
     return spaced(" ".join(keys))
@@ -347,14 +360,20 @@ class Shown:
             return np.stack([series[foot] if foot >= 0 else none for foot in self.legs])
 
         return Motion(
-            time=seen["time"], body=dict(zip(self.coordinates, seen["body"], strict=True)),
-            legs=tuple(self.leg_names), hips=places,
-            foot_x=of_legs(seen["foot_x"]) + places[:, :1], foot_z=of_legs(seen["gap"]),
+            time=seen["time"],
+            body=dict(zip(self.coordinates, seen["body"], strict=True)),
+            legs=tuple(self.leg_names),
+            hips=places,
+            foot_x=of_legs(seen["foot_x"]) + places[:, :1],
+            foot_z=of_legs(seen["gap"]),
             state=of_legs(seen["contact"]).astype(np.uint8),
-            normal=of_legs(seen["contact_force"]), friction=of_legs(seen["friction_force"]),
-            drives=tuple(one.scene.robot.drives), volts=seen["volts"],
-            period=period if repeats else None, held=Held.LEGS if self.walks else Held.SPRINGS,
-        )  # fmt: skip
+            normal=of_legs(seen["contact_force"]),
+            friction=of_legs(seen["friction_force"]),
+            drives=tuple(one.scene.robot.drives),
+            volts=seen["volts"],
+            period=period if repeats else None,
+            held=Held.LEGS if self.walks else Held.SPRINGS,
+        )
 
     @cached_property
     def tracks(self) -> list[int]:
@@ -375,9 +394,7 @@ class Shown:
         def panel(height: float, words: str, of_unit: str, lines: Sequence[_Drawn], **others: Any) -> None:
             drawn = []
             for of, k, label, color, frozen in lines:
-                values = (
-                    np.full(len(seen["time"]), np.nan) if frozen else seen[of] if k is None else seen[of][k]
-                )
+                values = np.full(len(seen["time"]), np.nan) if frozen else seen[of] if k is None else seen[of][k]
                 drawn.append(DrawnLine(seen["time"], values, color, label, 1.0, GROUND if frozen else ()))
             made.append(TimePanel(height, words, self.explored.unit(of_unit), drawn, **others))
             self.panels.append({"lines": [[of, k, frozen] for of, k, _, _, frozen in lines]})
@@ -396,15 +413,11 @@ class Shown:
         forces: list[_Drawn] = [("contact_force", k, name, color, False) for k, name, color in named]
         panel(0.9, "force of ground", "contact_force", forces)
         energies = (
-            ("kinetic_energy", "kinetic", VERMILION), ("elastic_energy", "elastic", GREEN),
+            ("kinetic_energy", "kinetic", VERMILION),
+            ("elastic_energy", "elastic", GREEN),
             ("lost", "lost at impacts", PURPLE),
-        )  # fmt: skip
-        panel(
-            1.0,
-            "energy",
-            "kinetic_energy",
-            [(of, None, label, color, False) for of, label, color in energies],
         )
+        panel(1.0, "energy", "kinetic_energy", [(of, None, label, color, False) for of, label, color in energies])
         return panels_html(made, "Volts, gaps, forces and energies over time", (0.0, end))
 
 

@@ -37,10 +37,14 @@ def motion(series: RunSeries, window: Window) -> Plate:
         values = series["displacement"][series.points.index(name)]
         lines.append(DrawnLine(series.time, values, CYCLE[order % len(CYCLE)], words, width))
     moved = TimePanel(
-        2.3, "displacement", "m", lines, series.contacts[0] if shaded else (),
+        2.3,
+        "displacement",
+        "m",
+        lines,
+        series.contacts[0] if shaded else (),
         levels=[Level(level, INK, GROUND) for level in sorted(set(series.ground_levels))],
         signs=[Sign("contact", CONTACT, area=True)] * shaded + [Sign("ground")] * bool(series.feet),
-    )  # fmt: skip
+    )
     panels = [*([_volts(series)] if driven else []), moved]
     if several:
         bars = [Bars(one, row - 0.35, row + 0.35, MUTED) for row, one in enumerate(series.contacts)]
@@ -73,17 +77,13 @@ def turns(series: RunSeries) -> Plate | None:
     if not traces:
         return None
     shown = traces[:MOST_FEET]
-    drive = DrawnLine(
-        series.time / shown[0].period - shown[0].last_periods(TURNS)[1] + 1, shown[0].volts, MUTED
-    )
+    drive = DrawnLine(series.time / shown[0].period - shown[0].last_periods(TURNS)[1] + 1, shown[0].volts, MUTED)
     panels = [TimePanel(0.3, "drive", "V", [drive])]
     for trace in shown:
         *older, newest = turns_of(trace)
         lines = [*(DrawnLine(*one, SKY, width=0.6) for one in older), DrawnLine(*newest, BLUE, width=1.3)]
         words = f"height, {trace.title}" if len(shown) > 1 else "height"
-        panels.append(
-            TimePanel(1.0, words, "m", lines, last_contacts(trace), levels=[Level(0.0, INK, GROUND)])
-        )
+        panels.append(TimePanel(1.0, words, "m", lines, last_contacts(trace), levels=[Level(0.0, INK, GROUND)]))
     caption = turns_caption(shown)
     if len(traces) > len(shown):
         caption += f" Shown are the first {MOST_FEET} of {len(traces)} feet."
@@ -153,9 +153,7 @@ def forces(series: RunSeries, window: Window, foot: int = 0) -> Plate:
     if rubbed:
         caption += " Friction acts along the ground, positive forward."
     if held:
-        caption += (
-            " While it sticks, adhesion holds (contact force below zero) until the pull-off limit is reached."
-        )
+        caption += " While it sticks, adhesion holds (contact force below zero) until the pull-off limit is reached."
     if absent:
         caption += f" No {' or '.join(absent)} force acts in this stretch."
     return panels_plate(panels, caption, window)
@@ -167,13 +165,9 @@ def energies(series: RunSeries, companion: RunSeries | None, window: Window) -> 
     panels = []
     for kind in ("kinetic", "elastic"):
         name = f"{kind}_energy"
-        lines = [
-            DrawnLine(series.time, series[name], BLUE, "with adhesion" if companion is not None else "", 1.2)
-        ]
+        lines = [DrawnLine(series.time, series[name], BLUE, "with adhesion" if companion is not None else "", 1.2)]
         if companion is not None:
-            lines.append(
-                DrawnLine(companion.time, companion[name], VERMILION, "without adhesion", 0.9, (4, 1.5))
-            )
+            lines.append(DrawnLine(companion.time, companion[name], VERMILION, "without adhesion", 0.9, (4, 1.5)))
         least = 0.0 if min(np.nanmin(one.y) for one in lines) >= 0.0 else None
         contact = series.contacts[0] if one_foot else ()
         panels.append(TimePanel(0.95, spaced(name), "J", lines, contact, limits=(least, None)))
@@ -181,11 +175,7 @@ def energies(series: RunSeries, companion: RunSeries | None, window: Window) -> 
     if companion is not None:
         caption += ", as simulated and for the same scene with adhesion switched off"
     if one_foot and series.contacts[0]:
-        caption += (
-            "; shading marks contact of the run with adhesion"
-            if companion is not None
-            else ", contact shaded"
-        )
+        caption += "; shading marks contact of the run with adhesion" if companion is not None else ", contact shaded"
     return panels_plate(panels, f"{caption}.", window)
 
 

@@ -64,11 +64,7 @@ def gait_html(design: Design, *, linked: bool = False) -> str:
     )
     scene = request.scene.name
     return sections_page(
-        f"{noun.capitalize()}s: {scene}",
-        [*about, _lasting(design)],
-        sections,
-        footer,
-        head=f"{scene} – {noun}s",
+        f"{noun.capitalize()}s: {scene}", [*about, _lasting(design)], sections, footer, head=f"{scene} – {noun}s"
     )
 
 
@@ -115,10 +111,13 @@ def _judged(design: Design) -> list[str]:
     if design.verdict:
         told.append(said(design.verdict))
     if np.isfinite(design.gap):
-        told.append(said(
-            f"The last attack found none worse by more than {number(100 * design.gap, 2)} % than on the "
-            f"{len(design.grounds)} grounds and starts that it was judged on", failed=design.gap > CLOSED,
-        ))  # fmt: skip
+        told.append(
+            said(
+                f"The last attack found none worse by more than {number(100 * design.gap, 2)} % than on the "
+                f"{len(design.grounds)} grounds and starts that it was judged on",
+                failed=design.gap > CLOSED,
+            )
+        )
     if (drawn := design.certificate) is not None:
         told.append(
             f"Every one shown was put on {drawn.grounds} grounds and starts drawn by chance. At most {drawn.worse} of "
@@ -213,8 +212,10 @@ def adapt_html(design: AdaptiveGait) -> str:
         ("the best single gait", design.fixed_regret, None),
         ("always the best of these gaits", design.choice_regret, None),
     ]
-    gaits = [(f"{i} (probe)" if i in design.probes else str(i), values_in_words(own, units) or None)
-             for i, own in enumerate(design.gaits)]  # fmt: skip
+    gaits = [
+        (f"{i} (probe)" if i in design.probes else str(i), values_in_words(own, units) or None)
+        for i, own in enumerate(design.gaits)
+    ]
     against = "lost against the gait that knows the ground"
     request, scene = design.request, design.request.scene.name
     sections = [
@@ -233,9 +234,7 @@ def adapt_html(design: AdaptiveGait) -> str:
         f"over {', '.join(design.grounds.names)}."
     )
     episode = ": an episode from one start, not the settled motion" if request.starts is None else ""
-    judged = (
-        f"Gaits are judged by {request.motion}{episode}. Probes are sensed in the first steps from a stand."
-    )
+    judged = f"Gaits are judged by {request.motion}{episode}. Probes are sensed in the first steps from a stand."
     footer = "All numbers are in adapt.json, the hidden grounds in hidden.csv."
     return sections_page(
         f"Adaptive gait: {scene}", [about, said(judged)], sections, footer, head=f"{scene} – adaptive gait"
@@ -255,7 +254,5 @@ def _hidden_figure(design: AdaptiveGait) -> Plate:
         name_axes(axes, (f"{one.name} of the gait that knows the ground", one.unit), ("reached", one.unit))
 
     return panel(
-        2.5,
-        draw,
-        f"{one.name.capitalize()} on the hidden grounds, over that of the gait that knows the ground.",
+        2.5, draw, f"{one.name.capitalize()} on the hidden grounds, over that of the gait that knows the ground."
     )

@@ -70,9 +70,7 @@ def correlations(judged: Assessment) -> Plate:
     labels = [path_end(name) for name in judged.names]
     shown = np.where(np.tri(count, k=-1, dtype=bool), judged.correlation, np.nan)
 
-    pairs = sorted(
-        np.argwhere(np.abs(np.nan_to_num(shown)) >= _TOLD).tolist(), key=lambda ij: -abs(shown[*ij])
-    )
+    pairs = sorted(np.argwhere(np.abs(np.nan_to_num(shown)) >= _TOLD).tolist(), key=lambda ij: -abs(shown[*ij]))
 
     def draw(sheet: Sheet) -> None:
         (axes,) = sheet.grid(1, min(4.2, 0.24 * count), width=7.4)
@@ -99,12 +97,8 @@ def _last_period(one: Comparison) -> Panel:
     span = float(one.panel.curves[0].x[-1]) / max(one.periods, 1)
     for curve in one.panel.curves:
         part = curve.x >= curve.x[-1] - PERIODS * span
-        curves.append(
-            Curve(curve.label, curve.x[part] - curve.x[part][0], curve.y[part], curve.label != "measured")
-        )
-    return Panel(
-        one.name, one.panel.x_label, one.panel.x_unit, one.panel.y_label, one.panel.y_unit, tuple(curves)
-    )
+        curves.append(Curve(curve.label, curve.x[part] - curve.x[part][0], curve.y[part], curve.label != "measured"))
+    return Panel(one.name, one.panel.x_label, one.panel.x_unit, one.panel.y_label, one.panel.y_unit, tuple(curves))
 
 
 def _draw(axes: Axes, panel: Panel) -> None:

@@ -53,10 +53,7 @@ def _step(found: Identification, step: StepResult) -> Foldable:
     if step.name == "resonances" and found.resonances is not None:
         fit = found.resonances.fit
         shown, few, below = modal_figures.synthesis(fit), True, [modal_figures.nyquist(fit)]
-    words = (
-        f"{step.about} Used: {'; '.join(map(str, step.used))}. {tables.residual_line(step)}",
-        *step.notes,
-    )
+    words = (f"{step.about} Used: {'; '.join(map(str, step.used))}. {tables.residual_line(step)}", *step.notes)
     return Foldable(step.name.capitalize(), *([[words, shown]] if few else [*words, shown]), *below)
 
 
@@ -65,10 +62,7 @@ def _account(found: Identification) -> list[Any]:
     judged, checks = assessed(found), tables.checks_table(tables.checks_of(found)).bare()
     zero = _zero(found)
     notes = sorted({note for one in found.readings if one.record is not None for note in one.record.notes})
-    passed, files = (
-        len(checks.rows) - len(checks.flagged),
-        f"{found.files_used} of {len(found.readings)} files used",
-    )
+    passed, files = (len(checks.rows) - len(checks.flagged), f"{found.files_used} of {len(found.readings)} files used")
     return [
         Fold(f"Checks of the model: {passed} of {len(checks.rows)} passed", checks) if checks.rows else None,
         Fold("Landing rules that were tried", bullets(found.landing.sentences())) if found.landing else None,
@@ -76,14 +70,16 @@ def _account(found: Identification) -> list[Any]:
         if judged and len(judged.names) > 1
         else None,
         Fold(
-            f"Files and events: {files}", _purposes(found), Markup('<div class="account">{}</div>').format(
-                tables.account_table(found).bare()), bullets(notes) if notes else None,
+            f"Files and events: {files}",
+            _purposes(found),
+            Markup('<div class="account">{}</div>').format(tables.account_table(found).bare()),
+            bullets(notes) if notes else None,
             "identification.json lists every excluded file and event with its reason.",
         ),
         Fold(f"Another zero position: {len(zero.rows)} numbers of the ground again", ZERO, zero)
         if found.shifts
         else None,
-    ]  # fmt: skip
+    ]
 
 
 ZERO = """The identification as if the zero position were another (Table 2.2 of the source). Heights count from the

@@ -41,9 +41,7 @@ class DesignPair:
         self.drive = list(request.scene.robot.drives).index(request.drive)
         periods = design.settle + SHOWN
         plain = with_values(design.scene, {f"signals.{request.drive}": design.plain_signal})
-        self.runs: tuple[Run, Run] = tuple(
-            simulate(scene, periods * step.period) for scene in (plain, design.scene)
-        )  # pyright: ignore[reportAttributeAccessIssue]
+        self.runs: tuple[Run, Run] = tuple(simulate(scene, periods * step.period) for scene in (plain, design.scene))  # pyright: ignore[reportAttributeAccessIssue]
         self.series: tuple[RunSeries, RunSeries] = tuple(last_turns(run, SHOWN, SAMPLES) for run in self.runs)  # pyright: ignore[reportAttributeAccessIssue]
 
     def touchdowns(self, which: int, span: float | None = None) -> list[tuple[float, float]]:
@@ -51,9 +49,7 @@ class DesignPair:
         those so long after the second landing edge, counted from that."""
         events = self.runs[which].events
         since = float(self.series[which].time[0]) + (0.0 if span is None else self.period)
-        found = events[
-            np.isin(events["kind"], IMPACTS) & (events["foot"] == self.foot) & (events["time"] >= since)
-        ]
+        found = events[np.isin(events["kind"], IMPACTS) & (events["foot"] == self.foot) & (events["time"] >= since)]
         hits = [(float(one["time"]) - since, abs(float(one["speed_before"]))) for one in found]
         return hits if span is None else [one for one in hits if one[0] <= span]
 
@@ -174,9 +170,7 @@ def on_grounds(design: LandingDesign) -> Plate:
 def front(design: LandingDesign) -> Plate:
     """Speed against energy: what a softer landing costs."""
     known = np.isfinite([one.energy for one in design.front]).all()
-    plain = np.array(
-        [one.energy if known else period_rises(np.array([one.signal.levels]))[0] for one in design.front]
-    )
+    plain = np.array([one.energy if known else period_rises(np.array([one.signal.levels]))[0] for one in design.front])
     speeds, pairs = (np.array([getattr(one, name) for one in design.front]) for name in ("speed", "pairs"))
     order = np.argsort(plain, kind="stable")
 
@@ -211,7 +205,5 @@ def learning(design: LandingDesign) -> Plate:
         axes.set_ylim(bottom=0.0)
 
     return panel(
-        1.6,
-        draw,
-        f"Learning on {len(found.grounds)} hidden grounds: median and middle 80 % of the touchdown speeds.",
+        1.6, draw, f"Learning on {len(found.grounds)} hidden grounds: median and middle 80 % of the touchdown speeds."
     )

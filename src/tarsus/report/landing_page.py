@@ -31,11 +31,11 @@ def landing_html(design: LandingDesign) -> str:
         else None,
         Section("What one percent costs", _percents(design), design.percents.table()),
         Section("Speed against energy", landing_figures.front(design), _front(design)),
-        None if design.learning is None else Section(
-            "Learning on hidden grounds", _learned(design.learning), landing_figures.learning(design)
-        ),
+        None
+        if design.learning is None
+        else Section("Learning on hidden grounds", _learned(design.learning), landing_figures.learning(design)),
         Section("landing.h", Markup('<pre tabindex="0">{}</pre>').format(header_text(design))),
-    ]  # fmt: skip
+    ]
     footer = (
         f"{design.runs} runs; a run takes {design.settle} periods, of which the last is looked at: "
         f"{design.settle - 1} settle the motion, by measurement. Digest {digest(design.signal)}."
@@ -53,10 +53,7 @@ def _about(design: LandingDesign) -> str:
         f"counts; the motion is {design.regime.words}. Volts are {design.volts}."
     )
     if len(design.put_down):
-        told += (
-            f" From other starts, {design.as_stated[0]} of {len(design.put_down)} settle to touchdowns no "
-            "harder."
-        )
+        told += f" From other starts, {design.as_stated[0]} of {len(design.put_down)} settle to touchdowns no harder."
     if math.isfinite(design.worst):
         told += f" On the worst ground found it strikes at {amount(design.worst, 'm/s', 3)}."
     return told
@@ -124,18 +121,23 @@ def _learned(found: Learning) -> str:
 
 def _compared(design: LandingDesign) -> Table:
     names = (
-        ("hardest touchdown", "speed", "m/s"), ("touchdowns a step", "touchdowns", "1"),
+        ("hardest touchdown", "speed", "m/s"),
+        ("touchdowns a step", "touchdowns", "1"),
         ("largest impulse", "impulse", "N s"),
-        ("contact a period", "contact", "s"), ("highest gap", "peak", "m"), ("mean gap in the air", "lifted", "m"),
-    )  # fmt: skip
+        ("contact a period", "contact", "s"),
+        ("highest gap", "peak", "m"),
+        ("mean gap in the air", "lifted", "m"),
+    )
     rows = [
         (title, *(getattr(one, name)[0, 0] for one in (design.before, design.after)), unit)
         for title, name, unit in names
     ]
     for title, before, after in zip(
         ("energy a period, plain on-off", "energy a period, charge recovered"),
-        energy_of(design.request.actuator, design.plain_signal), design.energies, strict=True,
-    ):  # fmt: skip
+        energy_of(design.request.actuator, design.plain_signal),
+        design.energies,
+        strict=True,
+    ):
         rows.append((title, before, after, "J"))
     columns = ("", Column("before", ROW), Column("after", ROW))
     return Table("", columns, [row[:3] for row in rows], units=[row[3] for row in rows])
@@ -155,27 +157,13 @@ def _grounds(design: LandingDesign) -> Table:
     after = design.on_grounds
     speeds = (Column("before", "m/s", 3), Column("after", "m/s", 3), Column("touchdowns", digits=3))
     found = (design.before_on_grounds.speed[0], after.speed[0], after.touchdowns[0])
-    return Table(
-        "", (*(Column(p, known[p].unit) for p in paths), *speeds), list(zip(*values, *found, strict=True))
-    )
+    return Table("", (*(Column(p, known[p].unit) for p in paths), *speeds), list(zip(*values, *found, strict=True)))
 
 
 def _front(design: LandingDesign) -> Table:
     rows = [
-        (
-            one.pairs,
-            one.speed,
-            one.energy,
-            one.recovered,
-            ", ".join(number(level, 3) for level in one.signal.levels),
-        )
+        (one.pairs, one.speed, one.energy, one.recovered, ", ".join(number(level, 3) for level in one.signal.levels))
         for one in design.front
     ]
-    columns = (
-        "pairs",
-        Column("speed", "m/s", 3),
-        Column("energy", "J", 3),
-        Column("recovered", "J", 3),
-        "levels (V)",
-    )
+    columns = ("pairs", Column("speed", "m/s", 3), Column("energy", "J", 3), Column("recovered", "J", 3), "levels (V)")
     return Table("", columns, rows)

@@ -34,10 +34,7 @@ def stabilisation(fit: ModalFit) -> Plate:
     def draw(axes: Axes) -> None:
         x, grey = decimate(frequency, height * top)
         axes.fill_between(x, 0.0, grey, color=MUTED, alpha=0.3, lw=0.0)
-        for chosen, color, label in (
-            (pole.real >= 0.0, MUTED, "growing"),
-            (pole.real < 0.0, BLUE, "decaying"),
-        ):
+        for chosen, color, label in ((pole.real >= 0.0, MUTED, "growing"), (pole.real < 0.0, BLUE, "decaying")):
             hertz = pole[inside & chosen].imag / (2.0 * np.pi)
             axes.plot(hertz, order[inside & chosen], "o", ms=2.0, mew=0.0, color=color, label=label)
         for verdict, color, label in ((True, VERMILION, "mode"), (False, ORANGE, "mode, not determined")):
@@ -110,14 +107,7 @@ def likeness(fit: ModalFit) -> Plate:
         mac = fit.mac()
         axes.imshow(mac, cmap="Blues", vmin=0.0, vmax=1.0)
         for (row, column), value in np.ndenumerate(mac if len(names) <= MOST_NUMBERED else mac[:0]):
-            axes.text(
-                column,
-                row,
-                f"{value:.2f}",
-                ha="center",
-                va="center",
-                color=ON_DARK if value > 0.5 else ON_LIGHT,
-            )
+            axes.text(column, row, f"{value:.2f}", ha="center", va="center", color=ON_DARK if value > 0.5 else ON_LIGHT)
         axes.set_xticks(range(len(names)), names, rotation=90)
         axes.set_yticks(range(len(names)), names)
         axes.set(xlabel="mode (Hz)", ylabel="mode (Hz)")

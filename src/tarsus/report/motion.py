@@ -96,9 +96,7 @@ class Motion:
             for name, values in self.body.items()
             if np.shape(values) != (nt,)
         ]
-        faults += [
-            f"body.{name}: expected one of {', '.join(RIGID)}" for name in self.body if name not in RIGID
-        ]
+        faults += [f"body.{name}: expected one of {', '.join(RIGID)}" for name in self.body if name not in RIGID]
         if nt < 2 or nl < 1:
             faults.append(f"a motion needs two times and one leg, got {nt} and {nl}")
         if faults:
@@ -123,9 +121,7 @@ class Motion:
     @property
     def hip_shift_x(self) -> np.ndarray:
         """Displacement of the hips along the way (nl, nt) [m]."""
-        turned = np.outer(self.hips[:, 2], self.coordinate("pitch")) - np.outer(
-            self.hips[:, 1], self.coordinate("yaw")
-        )
+        turned = np.outer(self.hips[:, 2], self.coordinate("pitch")) - np.outer(self.hips[:, 1], self.coordinate("yaw"))
         return self.coordinate("surge") + turned
 
     @property

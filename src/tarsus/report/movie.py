@@ -151,12 +151,36 @@ def _film(frames: list[Image.Image], file: Path) -> None:
     width, height = frames[0].size
     done = subprocess.run(
         [
-            "ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}",
-            "-r", f"{1000 / PACE_MS:g}", "-i", "-", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libvpx-vp9",
-            "-crf", "32", "-b:v", "0", "-pix_fmt", "yuv420p", str(file),
+            "ffmpeg",
+            "-y",
+            "-loglevel",
+            "error",
+            "-f",
+            "rawvideo",
+            "-pix_fmt",
+            "rgb24",
+            "-s",
+            f"{width}x{height}",
+            "-r",
+            f"{1000 / PACE_MS:g}",
+            "-i",
+            "-",
+            "-vf",
+            "pad=ceil(iw/2)*2:ceil(ih/2)*2",
+            "-c:v",
+            "libvpx-vp9",
+            "-crf",
+            "32",
+            "-b:v",
+            "0",
+            "-pix_fmt",
+            "yuv420p",
+            str(file),
         ],
-        input=b"".join(frame.tobytes() for frame in frames), capture_output=True, check=False,
-    )  # fmt: skip
+        input=b"".join(frame.tobytes() for frame in frames),
+        capture_output=True,
+        check=False,
+    )
     if done.returncode:
         said = done.stderr.decode(errors="replace").strip().splitlines() or ["it says nothing"]
         raise InputError(f"{file.name}: ffmpeg could not write it: {said[-1]}")
@@ -201,10 +225,7 @@ def _frames(motion: Motion, drawing: Drawing, width: int) -> Iterator[Image.Imag
     axes.set(xlim=(left, right), ylim=(bottom, top), autoscale_on=False)
     figure.text(8 / width, 1.0 - 6 / height, caption, color=MUTED, va="top")
     clock = figure.text(1.0 - 8 / width, 1.0 - 6 / height, "", color=INK, va="top", ha="right")
-    places, way = (
-        drawing.seen(motion),
-        drawing.along * (motion.coordinate("surge") - motion.coordinate("surge")[0]),
-    )
+    places, way = (drawing.seen(motion), drawing.along * (motion.coordinate("surge") - motion.coordinate("surge")[0]))
     apart, risen = _apart(drawing, float(way[-1])), drawing.up * motion.ground_shift[1]
     for frame in range(len(motion.time)):
         for old in [*axes.lines, *axes.patches]:

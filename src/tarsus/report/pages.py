@@ -28,9 +28,24 @@ if TYPE_CHECKING:
     from jinja2 import Environment
 
 __all__ = [
-    "Fold", "Foldable", "Markup", "Plate", "Section", "asset", "bullets", "marked", "page", "rendered", "said",
-    "sections_page", "sentence_case", "sources", "terms", "whole", "write_page",
-]  # fmt: skip
+    "Fold",
+    "Foldable",
+    "Markup",
+    "Plate",
+    "Section",
+    "asset",
+    "bullets",
+    "marked",
+    "page",
+    "rendered",
+    "said",
+    "sections_page",
+    "sentence_case",
+    "sources",
+    "terms",
+    "whole",
+    "write_page",
+]
 
 UPLOT = "vendor/uplot-1.6.32"
 """Where the library that draws series lies, as published."""
@@ -132,9 +147,7 @@ def page(title: str, body: str) -> str:
 
     parts = _SCRIPT.split(body)
     seen = [_MICRO.sub("µ", _HEADING.sub(marked, one)) for one in parts[::2]]
-    charts, plays = (
-        any(mark in one for one in seen) for mark in ('<div class="charts"', '<figure class="walk"')
-    )
+    charts, plays = (any(mark in one for one in seen) for mark in ('<div class="charts"', '<figure class="walk"'))
     parts[::2] = seen
     body = Markup("".join(parts))
     first = body.find('<h2 id="part-1">')
@@ -181,7 +194,10 @@ def _environment() -> Environment:
         paragraph=lambda one: isinstance(one, str) and bool(one) and not isinstance(one, Markup),
     )
     environment.globals.update(
-        asset=lambda *place: Markup(asset(*place)), vendor=UPLOT, figure=figure, version=package_version(),
+        asset=lambda *place: Markup(asset(*place)),
+        vendor=UPLOT,
+        figure=figure,
+        version=package_version(),
         missing=MISSING,
-    )  # fmt: skip
+    )
     return environment

@@ -15,16 +15,7 @@ from markupsafe import Markup
 from tarsus.base.arrays import Floats
 from tarsus.report.packing import packed, packed_times, script_text
 from tarsus.report.pages import Plate, rendered
-from tarsus.report.style import (
-    INK,
-    AxisScale,
-    level_limits,
-    paint_of,
-    samples_inside,
-    scale_of,
-    thinned,
-    upright,
-)
+from tarsus.report.style import INK, AxisScale, level_limits, paint_of, samples_inside, scale_of, thinned, upright
 from tarsus.tables.numbers import number
 
 Window = tuple[float, float]
@@ -135,23 +126,36 @@ class TimePanel:
         least = SHORTEST * (window[1] - window[0])
         shaded = [(a, max(b, a + least)) for a, b in self.shaded]
         return {
-            "x": where, "step": scale.step, "limits": limits, "names": self.names, "apart": _apart(lines),
+            "x": where,
+            "step": scale.step,
+            "limits": limits,
+            "names": self.names,
+            "apart": _apart(lines),
             "shaded": _inside(shaded, window, step),
             "series": [
-                {"stroke": paint_of(one.color), "width": one.width, "dash": _pixels(one.dash, one.width),
-                 "dots": one.dots, "values": packed(row, 16, gaps=True)}
+                {
+                    "stroke": paint_of(one.color),
+                    "width": one.width,
+                    "dash": _pixels(one.dash, one.width),
+                    "dots": one.dots,
+                    "values": packed(row, 16, gaps=True),
+                }
                 for one, row in zip(lines, rows, strict=True)
             ],
             "bars": [
-                {"color": paint_of(one.color), "low": one.low / scale.step, "high": one.high / scale.step,
-                 "spans": _inside(one.stretches, window, step)}
+                {
+                    "color": paint_of(one.color),
+                    "low": one.low / scale.step,
+                    "high": one.high / scale.step,
+                    "spans": _inside(one.stretches, window, step),
+                }
                 for one in self.bars
             ],
             "levels": [
                 {"at": float(one.y) / scale.step, "color": paint_of(one.color), "dash": _pixels(one.dash, 0.7)}
                 for one in self.levels
             ],
-        }  # fmt: skip
+        }
 
     def head(self, window: Window) -> dict[str, Any]:
         """What stands above the panel: what its numbers are, names of lines with the places in `options` of all that
@@ -161,16 +165,14 @@ class TimePanel:
         for place, line in enumerate(lines, 1):
             named.setdefault(line.name or f"\0{place}", []).append(place)
         parts = {" ".join(map(str, own)): [lines[place - 1] for place in own] for own in named.values()}
-        known = [
-            (part[0].name, np.concatenate([one.y for one in part]) / scale.step) for part in parts.values()
-        ]
+        known = [(part[0].name, np.concatenate([one.y for one in part]) / scale.step) for part in parts.values()]
         finite = [(name, y[np.isfinite(y)]) for name, y in known]
         return {
             "label": scale.axis(self.words),
             "signs": [(one.name, one.area, f"var(--{paint_of(one.color)})") for one in self.signs],
             "lines": [(part[0], f"var(--{paint_of(part[0].color)})", own) for own, part in parts.items()],
             "ends": [(name, number(float(y.min())), number(float(y.max()))) for name, y in finite if len(y)],
-        }  # fmt: skip
+        }
 
 
 def _pixels(dash: Dash, width: float) -> list[float]:
@@ -207,17 +209,20 @@ def _beside(lines: Sequence[DrawnLine]) -> tuple[Floats, Floats]:
     """Dots and lines at the places of all, each with numbers at its own alone; lines go on over the others'."""
     places = np.concatenate([line.x for line in lines])
     own = np.repeat(np.arange(len(lines)), [len(line.x) for line in lines])
-    values = np.where(
-        own == np.arange(len(lines))[:, None], np.concatenate([line.y for line in lines]), np.nan
-    )
+    values = np.where(own == np.arange(len(lines))[:, None], np.concatenate([line.y for line in lines]), np.nan)
     order = np.argsort(places, kind="stable")
     return places[order], values[:, order]
 
 
 def panels_html(
-    panels: Sequence[TimePanel], label: str, window: Window | None = None, *, across: str = "time", unit: str = "s",
+    panels: Sequence[TimePanel],
+    label: str,
+    window: Window | None = None,
+    *,
+    across: str = "time",
+    unit: str = "s",
     log: bool = False,
-) -> Markup:  # fmt: skip
+) -> Markup:
     """Panels with one horizontal axis for a page; ``label`` tells those who do not see them what they show.
 
     across, unit: what that axis is, and the SI unit of its numbers; window: its stretch that is shown, all without;
@@ -233,17 +238,17 @@ def panels_html(
     heights[-1] += round(AXIS)
     data = script_text(
         {
-            "x": [packed_times(one) for one in places], "window": [end / scale.step for end in window],
-            "step": scale.step, "log": log,
+            "x": [packed_times(one) for one in places],
+            "window": [end / scale.step for end in window],
+            "step": scale.step,
+            "log": log,
             "panels": [one | {"height": height} for one, height in zip(options, heights, strict=True)],
         }
-    )  # fmt: skip
+    )
     heads = zip((panel.head(window) for panel in panels), heights, strict=True)
     return rendered("charts.html", panels=list(heads), across=scale.axis(across), label=label, data=data)
 
 
-def panels_plate(
-    panels: Sequence[TimePanel], caption: str, window: Window | None = None, **axis: Any
-) -> Plate:
+def panels_plate(panels: Sequence[TimePanel], caption: str, window: Window | None = None, **axis: Any) -> Plate:
     """Panels as a figure; axis: as of `panels_html`."""
     return Plate(panels_html(panels, caption, window, **axis), caption)

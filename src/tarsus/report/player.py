@@ -48,9 +48,7 @@ def walk_section(motion: Motion, index: int | None = None, *, on_paper: bool = T
     )
 
 
-def payload(
-    motion: Motion, drawing: Drawing, drives: Sequence[tuple[Sequence[str], int]] = ()
-) -> dict[str, Any]:
+def payload(motion: Motion, drawing: Drawing, drives: Sequence[tuple[Sequence[str], int]] = ()) -> dict[str, Any]:
     """A motion and its drawing as plain data for the player: names, numbers [SI], and series packed by `packed`, None
     where they are zero at all times.
 

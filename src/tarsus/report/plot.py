@@ -43,9 +43,7 @@ def motion(run: Run, points: Sequence[str] | None = None, *, axes: Axes | None =
     names = [str(one) for one in data["point"].values]
     feet = list(dict.fromkeys(foot.point for foot in run.scene.robot.feet.values()))
     asked = list(points) if points is not None else [*feet, *(n for n in names if n not in feet)][:MOST_LINES]
-    if unknown := [
-        f"points: there is no point '{one}'{nearest(one, names)}" for one in asked if one not in names
-    ]:
+    if unknown := [f"points: there is no point '{one}'{nearest(one, names)}" for one in asked if one not in names]:
         raise InputError(unknown)
     axes = _on(axes)
     draw_series(axes, data["displacement"], asked)
@@ -98,11 +96,16 @@ def ledger(run: Run, *, axes: Axes | None = None) -> Axes:
     """Where the work of the drives went: a bar for each entry of the energy account."""
     account = run.ledger
     entries = {
-        "work of the drives": account.work_in, "work of the ground": account.ground,
-        "kinetic": -account.kinetic, "elastic": -account.elastic,
-        "damping": -account.damping, "friction": -account.friction, "impacts": -account.impacts,
-        "adhesion": -account.adhesion, **{spaced(name): work for name, work in account.laws.items()},
-    }  # fmt: skip
+        "work of the drives": account.work_in,
+        "work of the ground": account.ground,
+        "kinetic": -account.kinetic,
+        "elastic": -account.elastic,
+        "damping": -account.damping,
+        "friction": -account.friction,
+        "impacts": -account.impacts,
+        "adhesion": -account.adhesion,
+        **{spaced(name): work for name, work in account.laws.items()},
+    }
     shown = {name: value for name, value in entries.items() if value != 0.0}
     axes = _on(axes)
     colors = [CYCLE[0] if value > 0.0 else CYCLE[1] for value in shown.values()]
@@ -123,9 +126,7 @@ def measure(batch: Batch, name: str, *, axes: Axes | None = None) -> Axes:
 
     over = list(batch.axes or batch.vary)
     if len(over) not in (1, 2) or (len(over) == 2 and not batch.axes):
-        raise InputError(
-            f"a figure is of one number that varies, or of a grid of two; here vary {', '.join(over)}"
-        )
+        raise InputError(f"a figure is of one number that varies, or of a grid of two; here vary {', '.join(over)}")
     data = batch.to_dataset([name])
     axes = _on(axes)
     axes.set_title(batch.scene.name)

@@ -98,9 +98,7 @@ def drawn(
         return name or known[0], figure_of(data, name or known[0], over=over, only=only)
 
 
-def _of_run(
-    folder: Path, name: str, over: str | None, only: Sequence[str] | None, laws: Mapping[str, Any]
-) -> Axes:
+def _of_run(folder: Path, name: str, over: str | None, only: Sequence[str] | None, laws: Mapping[str, Any]) -> Axes:
     if over is not None:
         raise InputError("--over is for batches and sweeps: a run is drawn over time")
     return _figure(load_run(folder, laws), name, only)
@@ -119,9 +117,7 @@ def _figure(run: Run, name: str, only: Sequence[str] | None) -> Axes:
 def _opened(file: Path) -> xarray.Dataset:
     """A NetCDF file; `InputError` where it is none."""
     if not file.is_file():
-        raise InputError(
-            f"there is no '{file}': name a folder that `simulate` or `sweep` wrote, or a .nc file"
-        )
+        raise InputError(f"there is no '{file}': name a folder that `simulate` or `sweep` wrote, or a .nc file")
     try:
         return xarray.open_dataset(file, engine="h5netcdf", phony_dims="access")  # dimensions of plain HDF5
     except (OSError, ValueError) as error:

@@ -55,9 +55,7 @@ class RowPanel:
         if self.unit == "s":
             axes.set_xscale("asinh", linear_width=THOUSANDTH)
             most = max(axes.dataLim.x1, 10.0 * THOUSANDTH)
-            axes.set_xticks(
-                [0.0, *10.0 ** np.arange(np.log10(THOUSANDTH), np.log10(most) + 0.1)], minor=False
-            )
+            axes.set_xticks([0.0, *10.0 ** np.arange(np.log10(THOUSANDTH), np.log10(most) + 0.1)], minor=False)
         else:
             few_ticks(axes, x=5)
         if self.ends is not None:

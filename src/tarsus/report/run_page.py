@@ -50,9 +50,8 @@ EVENT_FIELDS = {kind: _LANDING if kind in IMPACTS else _HOLDING for kind in EVEN
 
 
 def write_report(
-    run: Run, path: str | Path, companion: Run | None = None, others: Attractors | None = None, *,
-    static: bool = False,
-) -> Path:  # fmt: skip
+    run: Run, path: str | Path, companion: Run | None = None, others: Attractors | None = None, *, static: bool = False
+) -> Path:
     """Write the report of a run as one self-contained HTML file and return its path.
 
     `companion` is a run of the same scene with adhesion off, for the energy comparison (Fig. 2.12), `others` what
@@ -170,8 +169,13 @@ def _signals(scene: Any) -> str:
         if not drive.amplifier.ideal:
             amplifiers.setdefault(_signal(drive.amplifier), []).append(name)
     for words, names in amplifiers.items():
-        whose = f"{names[0]}'s" if len(names) == 1 else "every" if len(names) == len(scene.robot.drives) else (
-            f"{len(names)} drives', from {names[0]} to {names[-1]},")  # fmt: skip
+        whose = (
+            f"{names[0]}'s"
+            if len(names) == 1
+            else "every"
+            if len(names) == len(scene.robot.drives)
+            else (f"{len(names)} drives', from {names[0]} to {names[-1]},")
+        )
         parts.append(f"{whose} {words}")
     return "; ".join(parts)
 
@@ -218,18 +222,23 @@ def _events(run: Run) -> list[Any]:
     columns = [Column("time", "s", 8, shared=True), "foot", "event"] + [
         Column(name, unit, shared=True)
         for name, unit in (
-            ("arrives", "m/s"), ("leaves", "m/s"), ("pull", "N"), ("strength", "N"), ("energy lost", "J"),
+            ("arrives", "m/s"),
+            ("leaves", "m/s"),
+            ("pull", "N"),
+            ("strength", "N"),
+            ("energy lost", "J"),
             ("apex before", "m"),
         )
-    ]  # fmt: skip
+    ]
     rows = [
         (
-            event["time"], str(run.foot_names[event["foot"]]),
+            event["time"],
+            str(run.foot_names[event["foot"]]),
             EVENT_WORDS[int(event["kind"])].replace(" ", "\N{NO-BREAK SPACE}"),
             *(event[name] if name in EVENT_FIELDS[int(event["kind"])] else None for name in _LANDING),
         )
         for event in events[:MOST_EVENTS]
-    ]  # fmt: skip
+    ]
     kinds, counts = np.unique(events["kind"], return_counts=True)
     told = [f"{joined([f'{n} × {EVENT_WORDS[int(kind)]}' for kind, n in zip(kinds, counts, strict=True)])}."]
     if len(events) > len(rows):

@@ -41,9 +41,7 @@ def blank() -> Axes:
     return Figure(figsize=(7.0, 3.4), layout="constrained").subplots()
 
 
-def figure_of(
-    data: xarray.Dataset, name: str, *, over: str | None = None, only: Sequence[str] | None = None
-) -> Axes:
+def figure_of(data: xarray.Dataset, name: str, *, over: str | None = None, only: Sequence[str] | None = None) -> Axes:
     """A series over time, or a measure over one number that varies, as a map over two where they are a grid.
 
     data: as Tarsus writes them; name: one of `offered`; over: path of the number on the horizontal axis, the first that

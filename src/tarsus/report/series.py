@@ -81,9 +81,7 @@ def _series(run: Any, variables: Variables) -> RunSeries:
     scene = run.scene
     feet = tuple(str(name) for name in run.foot_names)
     time = np.asarray(variables["time"].values, dtype=float)
-    values = {
-        name: np.asarray(found) for name, (dims, found, _) in variables.items() if dims[-1:] == ("time",)
-    }
+    values = {name: np.asarray(found) for name, (dims, found, _) in variables.items() if dims[-1:] == ("time",)}
     specs = [scene.robot.feet[name] for name in feet]
     return RunSeries(
         time=time,

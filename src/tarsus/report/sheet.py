@@ -42,16 +42,42 @@ LETTER, HANDLE = 0.062, 0.42
 """Of a legend [inch]: width of a letter, and of a sign with its gaps."""
 
 _RC: dict[Any, Any] = {
-    "svg.fonttype": "none", "font.family": "sans-serif", "font.sans-serif": ["DejaVu Sans"], "font.size": 8.0,
-    "axes.labelsize": 8.0, "axes.titlesize": 8.0, "axes.titlelocation": "left", "axes.edgecolor": MUTED,
-    "axes.labelcolor": INK, "axes.linewidth": 0.6, "axes.spines.top": False, "axes.spines.right": False,
-    "axes.unicode_minus": True, "axes.formatter.useoffset": False, "xtick.color": MUTED, "ytick.color": MUTED,
-    "xtick.labelcolor": INK, "ytick.labelcolor": INK, "xtick.major.width": 0.6, "ytick.major.width": 0.6,
-    "xtick.major.size": 3.0, "ytick.major.size": 3.0, "lines.linewidth": 1.1, "lines.solid_joinstyle": "round",
-    "legend.frameon": False, "legend.fontsize": 8.0, "legend.handlelength": 1.6, "path.simplify": True,
-    "path.simplify_threshold": 0.2, "text.color": INK, "figure.facecolor": "none", "axes.facecolor": "none",
-    "mathtext.default": "regular", "figure.constrained_layout.h_pad": 0.03, "figure.constrained_layout.w_pad": 0.03,
-}  # fmt: skip
+    "svg.fonttype": "none",
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 8.0,
+    "axes.labelsize": 8.0,
+    "axes.titlesize": 8.0,
+    "axes.titlelocation": "left",
+    "axes.edgecolor": MUTED,
+    "axes.labelcolor": INK,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.unicode_minus": True,
+    "axes.formatter.useoffset": False,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.major.size": 3.0,
+    "ytick.major.size": 3.0,
+    "lines.linewidth": 1.1,
+    "lines.solid_joinstyle": "round",
+    "legend.frameon": False,
+    "legend.fontsize": 8.0,
+    "legend.handlelength": 1.6,
+    "path.simplify": True,
+    "path.simplify_threshold": 0.2,
+    "text.color": INK,
+    "figure.facecolor": "none",
+    "axes.facecolor": "none",
+    "mathtext.default": "regular",
+    "figure.constrained_layout.h_pad": 0.03,
+    "figure.constrained_layout.w_pad": 0.03,
+}
 
 
 Shown = TypeVar("Shown")
@@ -79,9 +105,7 @@ def name_axes(axes: Axes, x: tuple[str, str] | None = None, y: tuple[str, str] |
 
 
 def _tick(value: float, _: float, *, step: float) -> str:
-    shown = float(
-        f"{value / step:.9g}"
-    )  # ticks are sums: none has more digits, and one that is all rounding is 0
+    shown = float(f"{value / step:.9g}")  # ticks are sums: none has more digits, and one that is all rounding is 0
     return number(shown if abs(shown) > 1e-12 else 0.0, 6)
 
 
@@ -106,9 +130,16 @@ def shade(axes: Axes, stretches: Iterable[tuple[float, float]], label: str = "")
 
 
 def intervals(
-    axes: Axes, at: npt.ArrayLike, values: npt.ArrayLike, low: npt.ArrayLike, high: npt.ArrayLike, *,
-    color: str, label: str = "", across: bool = False,
-) -> None:  # fmt: skip
+    axes: Axes,
+    at: npt.ArrayLike,
+    values: npt.ArrayLike,
+    low: npt.ArrayLike,
+    high: npt.ArrayLike,
+    *,
+    color: str,
+    label: str = "",
+    across: bool = False,
+) -> None:
     """Dots at values (n,), each with a line from low to high if these are numbers. across: values go to the right."""
     values = np.asarray(values, dtype=float)
     ends = np.abs(np.nan_to_num(np.stack([values - low, np.asarray(high, dtype=float) - values])))
@@ -159,9 +190,15 @@ class Sheet:
         columns = min(len(labels), max(1, int(figure.get_figwidth() / column)))
         figure.set_figheight(figure.get_figheight() + LEGEND_ROW * -(-len(labels) // columns))
         figure.legend(
-            handles, labels, loc="outside upper left", ncols=columns, borderaxespad=0.1, columnspacing=1.2,
-            handletextpad=0.5, **look,
-        )  # fmt: skip
+            handles,
+            labels,
+            loc="outside upper left",
+            ncols=columns,
+            borderaxespad=0.1,
+            columnspacing=1.2,
+            handletextpad=0.5,
+            **look,
+        )
 
 
 def plate(draw: Callable[[Sheet], object], caption: str) -> Plate:
@@ -179,12 +216,7 @@ def plate(draw: Callable[[Sheet], object], caption: str) -> Plate:
 
 
 def panels(
-    shown: Iterable[Shown],
-    height: float,
-    draw: Callable[[Axes, Shown], object],
-    caption: str,
-    *,
-    width: float = WIDTH,
+    shown: Iterable[Shown], height: float, draw: Callable[[Axes, Shown], object], caption: str, *, width: float = WIDTH
 ) -> Plate:
     """A figure of a panel of a height [inch] for each thing that is shown, with the names of what it shows above it."""
     things = list(shown)
@@ -206,9 +238,7 @@ def _read_powers(figure: Figure) -> None:
     """Powers of ten on logarithmic axes in raised letters, which are larger than matplotlib's raised numbers."""
     for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
         if isinstance(axis.get_major_formatter(), LogFormatter):
-            axis.set_major_formatter(
-                lambda value, _: set_power(f"{value:.0e}").replace("1·", "") if value else "0"
-            )
+            axis.set_major_formatter(lambda value, _: set_power(f"{value:.0e}").replace("1·", "") if value else "0")
             axis.set_minor_formatter(NullFormatter())
 
 

@@ -18,8 +18,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 PAINTS = {
-    "leg": BLUE, "far-leg": "#9fb4c6", "near": "#b9c3cf", "far": "#d9dee5", "muted": MUTED, "ink": INK, "rule": RULE,
-}  # fmt: skip
+    "leg": BLUE,
+    "far-leg": "#9fb4c6",
+    "near": "#b9c3cf",
+    "far": "#d9dee5",
+    "muted": MUTED,
+    "ink": INK,
+    "rule": RULE,
+}
 """Colours of a drawing on paper, by their names."""
 
 _MARKS = {AIR: ("o", "#ffffff", MUTED), STUCK: ("o", INK, INK), SLIPPING: ("^", "#ffffff", VERMILION)}
@@ -34,33 +40,18 @@ ARROW = 0.5
 MOMENTS = 4
 
 
-def paint(
-    axes: Axes, drawing: Drawing, motion: Motion, at: Floats, frame: int, *, forces: bool = True
-) -> None:
+def paint(axes: Axes, drawing: Drawing, motion: Motion, at: Floats, frame: int, *, forces: bool = True) -> None:
     """A moment of a motion in axes of metres, its points at (2, n): shapes, feet by their state, forces on them."""
-    groups = groupby(
-        drawing.side.parts, lambda one: one if isinstance(one, Shape) and one.fill else _look(one)
-    )
+    groups = groupby(drawing.side.parts, lambda one: one if isinstance(one, Shape) and one.fill else _look(one))
     for order, (look, parts) in enumerate(groups, 1):
         if isinstance(look, Shape):
             shape = at[:, list(look.points)]
-            axes.fill(
-                *shape, fc=PAINTS[look.fill], ec=PAINTS[look.edge], lw=POINTS * look.width, zorder=order
-            )
+            axes.fill(*shape, fc=PAINTS[look.fill], ec=PAINTS[look.edge], lw=POINTS * look.width, zorder=order)
         elif look:
             lines = _broken([at[:, list(one.points)] for one in parts if isinstance(one, Shape)])
             axes.plot(*lines, color=PAINTS[look[0]], lw=POINTS * look[1], zorder=order)
         else:
-            _feet(
-                axes,
-                drawing,
-                motion,
-                at,
-                frame,
-                [one for one in parts if isinstance(one, FootMark)],
-                forces,
-                order,
-            )
+            _feet(axes, drawing, motion, at, frame, [one for one in parts if isinstance(one, FootMark)], forces, order)
 
 
 def _look(part: Shape | FootMark) -> tuple[str, float] | None:
@@ -69,14 +60,7 @@ def _look(part: Shape | FootMark) -> tuple[str, float] | None:
 
 
 def _feet(
-    axes: Axes,
-    drawing: Drawing,
-    motion: Motion,
-    at: Floats,
-    frame: int,
-    feet: list[FootMark],
-    forces: bool,
-    order: int,
+    axes: Axes, drawing: Drawing, motion: Motion, at: Floats, frame: int, feet: list[FootMark], forces: bool, order: int
 ) -> None:
     """Feet at a moment, as open circles in the air, full ones stuck, triangles slipping."""
     size = float(np.clip(60.0 / len(motion.legs), 1.6, 4.5))
@@ -90,18 +74,14 @@ def _feet(
     reach = ARROW * drawing.leg / drawing.force
     for values, way, color in ((motion.normal, (0.0, 1.0), GREEN), (motion.friction, (1.0, 0.0), PURPLE)):
         arrows = np.clip(values[legs, frame] * reach, -drawing.leg, drawing.leg)
-        pressed = [
-            (point, arrow) for point, arrow, now in zip(points, arrows, state, strict=True) if now != AIR
-        ]
+        pressed = [(point, arrow) for point, arrow, now in zip(points, arrows, state, strict=True) if now != AIR]
         lines = [at[:, [point, point]] + np.outer(way, (0.0, arrow)) for point, arrow in pressed]
         axes.plot(*_broken(lines), color=color, lw=1.2, zorder=order + 0.4)
 
 
 def _broken(lines: list[Floats]) -> Floats:
     """Lines, each (2, n), as one that is broken between them."""
-    return np.concatenate(
-        [part for one in lines for part in (one, np.full((2, 1), np.nan))] or [np.zeros((2, 0))], 1
-    )
+    return np.concatenate([part for one in lines for part in (one, np.full((2, 1), np.nan))] or [np.zeros((2, 0))], 1)
 
 
 def paint_ground(

@@ -30,10 +30,21 @@ MOST_LINES = len(CYCLE)
 """Points or feet that are drawn unless others are asked for: as many as there are colours told apart."""
 
 PAINTS = {
-    INK: "ink", MUTED: "muted", RULE: "rule", CONTACT: "contact", BLUE: "c-blue", VERMILION: "c-vermilion",
-    GREEN: "c-green", PURPLE: "c-purple", ORANGE: "c-orange", SKY: "c-sky", "#ffffff": "paper",
-    "#d9dee5": "body-far", "#b9c3cf": "body-near", "#9fb4c6": "leg-far",
-}  # fmt: skip
+    INK: "ink",
+    MUTED: "muted",
+    RULE: "rule",
+    CONTACT: "contact",
+    BLUE: "c-blue",
+    VERMILION: "c-vermilion",
+    GREEN: "c-green",
+    PURPLE: "c-purple",
+    ORANGE: "c-orange",
+    SKY: "c-sky",
+    "#ffffff": "paper",
+    "#d9dee5": "body-far",
+    "#b9c3cf": "body-near",
+    "#9fb4c6": "leg-far",
+}
 """What each colour is called in the page's style, which has others for a dark page."""
 
 

@@ -76,10 +76,7 @@ def sweep_html(sweep: Sweep, collected: str | Path) -> str:
     failures = _failures(found, units)
     sections = [
         Section(
-            "Measures",
-            _table(found, units, kinds),
-            _settled(found),
-            Fold("What each measure is", terms(definitions)),
+            "Measures", _table(found, units, kinds), _settled(found), Fold("What each measure is", terms(definitions))
         ),
         *(
             Section(spaced(name).capitalize(), *_figures(sweep, found, name, units, kinds[name]))
@@ -91,9 +88,7 @@ def sweep_html(sweep: Sweep, collected: str | Path) -> str:
         f"{amount(sweep.runs, '1', 8)} runs of {sweep.scene.name}: {sweep.motion}.",
         *(f"{name}: {_span(found.points[name], units[name])}" for name in sweep.vary),
         _ended(found),
-        marked("This page is made of one run in {}; all are in sweep.nc.", found.every)
-        if found.every > 1
-        else None,
+        marked("This page is made of one run in {}; all are in sweep.nc.", found.every) if found.every > 1 else None,
     ]
     footer = "All values of all runs are in sweep.nc, the study in study.toml."
     return sections_page(f"Sweep: {sweep.name}", about, sections, footer, head=f"{sweep.name} – sweep")
@@ -150,10 +145,17 @@ def _table(found: _Scored, units: Mapping[str, str], kinds: Mapping[str, str]) -
             continue
         low, high = (int(known[pick(values[known])]) for pick in (np.argmin, np.argmax))
         rows.append(
-            (spaced(name), len(known), values[low], np.median(values[known]), values[high],
-             *((float(np.nanmedian(found.between[name])),) if found.between else ()), _where(found, low, units),
-             _where(found, high, units))
-        )  # fmt: skip
+            (
+                spaced(name),
+                len(known),
+                values[low],
+                np.median(values[known]),
+                values[high],
+                *((float(np.nanmedian(found.between[name])),) if found.between else ()),
+                _where(found, low, units),
+                _where(found, high, units),
+            )
+        )
     columns = (
         "measure",
         "runs",
@@ -166,14 +168,10 @@ def _table(found: _Scored, units: Mapping[str, str], kinds: Mapping[str, str]) -
 
 
 def _where(found: _Scored, run: int, units: Mapping[str, str]) -> str:
-    return ", ".join(
-        f"{path_end(name)} {amount(float(one[run]), units[name])}" for name, one in found.points.items()
-    )
+    return ", ".join(f"{path_end(name)} {amount(float(one[run]), units[name])}" for name, one in found.points.items())
 
 
-def _figures(
-    sweep: Sweep, found: _Scored, measure: str, units: Mapping[str, str], unit: str
-) -> list[list[Plate]]:
+def _figures(sweep: Sweep, found: _Scored, measure: str, units: Mapping[str, str], unit: str) -> list[list[Plate]]:
     """Of one measure, its figures against every swept value, two in a row."""
     plates = [
         _against(found, name, units[name], measure, unit, isinstance(sweep.vary[name], Logspace))
@@ -258,11 +256,7 @@ def _failures(found: _Scored, units: Mapping[str, str]) -> Table | None:
     kinds, counts = np.unique(found.code[failed], return_counts=True)
     columns = ["run", *(Column(name, units[name]) for name in found.points), "how it ended"]
     rows = [
-        (
-            int(run) * found.every,
-            *(one[run] for one in found.points.values()),
-            sentences[int(found.code[run])],
-        )
+        (int(run) * found.every, *(one[run] for one in found.points.values()), sentences[int(found.code[run])])
         for run in failed[:MOST_FAILURES]
     ]
     tally = [(n, sentences[int(kind)]) for kind, n in zip(kinds, counts, strict=True)]

@@ -50,7 +50,5 @@ def _numbers(series: Tracking) -> Plate:
         few_ticks(axes, y=4)
         axes.set_xticks(at + 1)
 
-    caption = (
-        "Estimates with 95 % intervals in the order of the campaigns; red from where a number has moved."
-    )
+    caption = "Estimates with 95 % intervals in the order of the campaigns; red from where a number has moved."
     return panels(order, 0.95, draw, caption, width=QUARTER)

@@ -46,9 +46,7 @@ def agreement(found: Validation, column: str) -> Plate:
         name_axes(axes, ("measured", measured.si), ("computed", measured.si))
 
     shaded = "" if band is None else f" Shaded: {percent(band)} to either side."
-    return panel(
-        2.8, draw, f"{measured.words.capitalize()}: computed against measured; the line is equality.{shaded}"
-    )
+    return panel(2.8, draw, f"{measured.words.capitalize()}: computed against measured; the line is equality.{shaded}")
 
 
 def errors_over_columns(found: Validation, column: str) -> Plate | None:
@@ -61,21 +59,15 @@ def errors_over_columns(found: Validation, column: str) -> Plate | None:
 
     def draw(sheet: Sheet) -> None:
         for name, axes in zip(names, sheet.grid(len(names), 1.9), strict=True):
-            _draw_errors(
-                axes, found, [one for one in rows if isinstance(one.row.get(name), float)], name, band
-            )
+            _draw_errors(axes, found, [one for one in rows if isinstance(one.row.get(name), float)], name, band)
             sheet.legend(axes) if name == names[0] else None
 
     words = found.experiment.claims.measured[column].words
-    caption = (
-        f"{words.capitalize()}: errors over the columns of the rows; open marks lie beyond {percent(MOST)}."
-    )
+    caption = f"{words.capitalize()}: errors over the columns of the rows; open marks lie beyond {percent(MOST)}."
     return plate(draw, caption)
 
 
-def _draw_errors(
-    axes: Axes, found: Validation, rows: Sequence[Compared], name: str, band: float | None
-) -> None:
+def _draw_errors(axes: Axes, found: Validation, rows: Sequence[Compared], name: str, band: float | None) -> None:
     if band is not None:
         axes.axhspan(-100.0 * band, 100.0 * band, color=RULE, lw=0.0)
     axes.axhline(0.0, color=MUTED, lw=0.7)

@@ -21,10 +21,7 @@ def validation_html(found: Validation) -> str:
         Section("Rows outside the bands", found.rows_table(outside) if outside else "None."),
         Section(
             "Parameters",
-            *(
-                marked("Fitted to these rows: <code>{}</code>.", words)
-                for words in one.claims.parameters.fitted
-            ),
+            *(marked("Fitted to these rows: <code>{}</code>.", words) for words in one.claims.parameters.fitted),
             *(f"Chosen: {words}." for words in one.claims.parameters.chosen),
             parameters_table(one.device),
         ),
@@ -74,9 +71,7 @@ def _about(found: Validation) -> str:
 
 def _claim(verdict: ClaimVerdict) -> Markup:
     """Which rows a claim is about, and its note."""
-    rows = (
-        Markup("rows where <code>{}</code>").format(verdict.claim.rows) if verdict.claim.rows else "all rows"
-    )
+    rows = Markup("rows where <code>{}</code>").format(verdict.claim.rows) if verdict.claim.rows else "all rows"
     return Markup("<b>{}</b>: {}. {}").format(spaced(verdict.name), rows, verdict.claim.note)
 
 
@@ -105,9 +100,7 @@ def parameters_table(device: Scene) -> Table:
         rows.append((said[0], path, info.value, info.unit, said[1]))
     order = {source: place for place, source in enumerate(Source)}
     rows.sort(key=lambda row: order.get(row[0], len(order)))
-    cells = [
-        (path, value, source.value if source else "not stated", note) for source, path, value, _, note in rows
-    ]
+    cells = [(path, value, source.value if source else "not stated", note) for source, path, value, _, note in rows]
     columns = ("number", Column("value", ROW), "where from", "note")
     return Table("", columns, cells, units=[unit for *_, unit, _ in rows])
 

@@ -76,9 +76,7 @@ def _map_page(
 
     if not (folder / REQUEST).is_file():
         raise InputError(f"{folder}: holds no atlas; draw and branch draw over its map")
-    return write_page(
-        atlas_html(read_atlas(folder, laws).overlaid(*draw, branch=branch)), folder / REPORT_FILE
-    )
+    return write_page(atlas_html(read_atlas(folder, laws).overlaid(*draw, branch=branch)), folder / REPORT_FILE)
 
 
 def _sweep_page(folder: Path) -> Path:

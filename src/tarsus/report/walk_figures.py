@@ -22,10 +22,13 @@ BODIES, POINTS = 7, 500
 """Moments at which the body is drawn along its path, and points of the path: about one for every pixel."""
 
 _WORDS = {
-    "surge": "travel of the body's centre along the way", "heave": "its height above that at rest",
-    "sway": "its sway to the left", "roll": "its roll about x", "pitch": "its pitch about y",
+    "surge": "travel of the body's centre along the way",
+    "heave": "its height above that at rest",
+    "sway": "its sway to the left",
+    "roll": "its roll about x",
+    "pitch": "its pitch about y",
     "yaw": "its yaw about z, its heading",
-}  # fmt: skip
+}
 
 RESOLVED = 1e-6
 """Share of the body's motion below which a turn or sway that a run gives is none: steps are exact to 1e-8 of the
@@ -41,9 +44,7 @@ def travel(motion: Motion) -> Plate:
     for name in shown:
         height = {"surge": 1.05, "heave": 0.7}.get(name, 0.55)
         unit, factor = ("mrad", 1e3) if name in _ANGLES else ("m", 1.0)
-        panels.append(
-            TimePanel(height, name, unit, [DrawnLine(motion.time, factor * motion.body[name], BLUE)])
-        )
+        panels.append(TimePanel(height, name, unit, [DrawnLine(motion.time, factor * motion.body[name], BLUE)]))
     caption = ", ".join(_WORDS[name] for name in shown)
     said = "".join(
         f" Its {name} stays within {amount(float(np.ptp(motion.body[name])), _ANGLES.get(name, 'm'), 2)}, which the "
@@ -75,12 +76,13 @@ def footfalls(motion: Motion, window: Window) -> Plate:
         for row in range(count)
     ]
     panel = TimePanel(
-        max(_row(count) * count, 0.5), bars=bars, signs=[Sign(name, color, area=True) for _, color, _, name in kinds],
-        limits=(count - 0.4, -0.8), names=motion.legs,
-    )  # fmt: skip
-    return panels_plate(
-        [panel], "Footfalls: bars where a foot is on the ground, narrow ones where it slips.", window
+        max(_row(count) * count, 0.5),
+        bars=bars,
+        signs=[Sign(name, color, area=True) for _, color, _, name in kinds],
+        limits=(count - 0.4, -0.8),
+        names=motion.legs,
     )
+    return panels_plate([panel], "Footfalls: bars where a foot is on the ground, narrow ones where it slips.", window)
 
 
 USUAL, CUT = 0.95, 1.5
@@ -106,10 +108,12 @@ def ground_forces(motion: Motion, window: Window) -> Plate:
         for values, color, label in zip(forces, (GREEN, PURPLE), ("upward", "friction, forward"), strict=True)
     ]
     panel = TimePanel(
-        min(0.8 * count, 1.0 + 2.0 * _row(count) * count), lines=lines, names=motion.legs,
+        min(0.8 * count, 1.0 + 2.0 * _row(count) * count),
+        lines=lines,
+        names=motion.legs,
         levels=[Level(row, RULE) for row in range(count)],
         limits=(count - 0.95 - low / step, -high / step - 0.05),
-    )  # fmt: skip
+    )
     caption = (
         f"Force of the ground on every foot in contact; from one line to the next is {step / scale.step:g} "
         f"{scale.label}. Upward, below its line while adhesion holds the foot back, and friction, positive forward."

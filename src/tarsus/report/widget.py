@@ -40,9 +40,7 @@ class ExplorerWidget(anywidget.AnyWidget):
                 raise traitlets.TraitError(f"{path}: there is no such slider")
             _, low, high = sliders[path]
             if not low <= value <= high:
-                raise traitlets.TraitError(
-                    f"{path}: expected a value from {low:g} to {high:g}, got {value:g}"
-                )
+                raise traitlets.TraitError(f"{path}: expected a value from {low:g} to {high:g}, got {value:g}")
         try:
             self.explorer.explored.place(values)
         except InputError as error:

@@ -47,9 +47,7 @@ def yield_html(found: Yield) -> str:
     sections = [
         Section("What comes out of the workshop", _distributions(found)),
         Section("Yield against requirement", _curves(found), whole_table.bare()),
-        Section("Dead legs", _dead(found), _dead_table(found), worst if costs else "", costs)
-        if dead
-        else None,
+        Section("Dead legs", _dead(found), _dead_table(found), worst if costs else "", costs) if dead else None,
         Section("Whose scatter matters", _indices(found), indexed, _index_table(found)) if indices else None,
         Section("What was scattered", _scatter(found)),
         Section("How the runs ended", whole_table.parts[0]),
@@ -112,11 +110,7 @@ def _costs(found: Yield) -> Table | None:
     known = [(leg, *one) for leg, one in found.cost.items() if np.isfinite(one[0])]
     known.sort(key=lambda one: one[1], reverse=found.curves[first].less)
     unit = found.units[first]
-    return (
-        Table("", ("leg", Column("difference", unit), Column("standard error", unit)), known)
-        if known
-        else None
-    )
+    return Table("", ("leg", Column("difference", unit), Column("standard error", unit)), known) if known else None
 
 
 def _indices(found: Yield) -> Plate:
@@ -127,16 +121,7 @@ def _indices(found: Yield) -> Plate:
         places = np.arange(len(ranked))
         for shift, word, color in ((-0.15, "total", BLUE), (0.15, "first", ORANGE)):
             index, error = (np.array([one[key] for _, one in ranked]) for key in (word, f"{word}_error"))
-            intervals(
-                axes,
-                places + shift,
-                index,
-                index - error,
-                index + error,
-                color=color,
-                label=word,
-                across=True,
-            )
+            intervals(axes, places + shift, index, index - error, index + error, color=color, label=word, across=True)
         axes.axvline(0.0, color=MUTED, lw=0.7)
         axes.set_yticks(places, [path_end(group) for group, _ in ranked])
         axes.invert_yaxis()

@@ -13,9 +13,7 @@ def _homes(stub: str) -> dict[str, str]:
     return {name: module for _, module, _, *words in lines for name in words[::3]}
 
 
-_PUBLIC, _, _ROOMS = (
-    Path(__file__).with_name("__init__.pyi").read_text(encoding="utf-8").partition("# What the rooms")
-)
+_PUBLIC, _, _ROOMS = Path(__file__).with_name("__init__.pyi").read_text(encoding="utf-8").partition("# What the rooms")
 _HOMES = _homes(_PUBLIC + _ROOMS)
 __all__ = sorted(_homes(_PUBLIC))  # pyright: ignore[reportUnsupportedDunderAll]
 

@@ -44,19 +44,22 @@ class RunChannel(NamedTuple):
 Q = Quantity
 CHANNELS = (
     RunChannel("volts", "V", "V", DRIVE, "drive voltage", None, Q.VOLTAGE, lambda r, at: r.volts(at)),
-    RunChannel(
-        "command", "V", "V_c", DRIVE, "voltage that the amplifier is commanded to give", lambda s: s.command
-    ),
+    RunChannel("command", "V", "V_c", DRIVE, "voltage that the amplifier is commanded to give", lambda s: s.command),
     RunChannel("drive_force", "N", "F", DRIVE, "drive force", lambda s: s.force, Q.FORCE, lambda r, at: r.force(at)),
     RunChannel(
-        "charge", "C", "q", DRIVE, "electric charge on a drive's actuator", None, Q.CHARGE,
-        lambda r, at: r.charge(at),
+        "charge", "C", "q", DRIVE, "electric charge on a drive's actuator", None, Q.CHARGE, lambda r, at: r.charge(at)
     ),
     RunChannel(
         "current", "A", "i", DRIVE, "current into a drive's actuator", None, Q.CURRENT, lambda r, at: r.current(at)
     ),
     RunChannel(
-        "displacement", "m", "x", POINT, "displacement of a point along +z", None, Q.DISPLACEMENT,
+        "displacement",
+        "m",
+        "x",
+        POINT,
+        "displacement of a point along +z",
+        None,
+        Q.DISPLACEMENT,
         lambda r, at: r.place(at),
     ),
     RunChannel(
@@ -71,16 +74,22 @@ CHANNELS = (
     RunChannel("adhesion_strength", "N", "f_a", FOOT, "pull that the contact would hold", lambda s: s.strength),
     RunChannel("{}_force", "N", "", FOOT, "force of the {} on the foot along the normal", lambda s: s.laws),
     RunChannel(
-        "contact_force", "N", "N", FOOT, "reaction of the ground on a held foot, below 0 when it holds back",
+        "contact_force",
+        "N",
+        "N",
+        FOOT,
+        "reaction of the ground on a held foot, below 0 when it holds back",
         lambda s: s.contact,
     ),
     RunChannel("kinetic_energy", "J", "T", "", "kinetic energy", lambda s: s.kinetic),
     RunChannel("elastic_energy", "J", "U", "", "elastic energy", lambda s: s.elastic),
+    RunChannel("work_in", "J", "W", "", "work of drives and weight, from the start", lambda s: s.cumulative["work_in"]),
     RunChannel(
-        "work_in", "J", "W", "", "work of drives and weight, from the start", lambda s: s.cumulative["work_in"]
-    ),
-    RunChannel(
-        "ground_work", "J", "W_s", "", "work of moving ground, in its own frame, from the start",
+        "ground_work",
+        "J",
+        "W_s",
+        "",
+        "work of moving ground, in its own frame, from the start",
         lambda s: s.cumulative["ground"] if s.ground else None,
     ),
     RunChannel(
@@ -90,65 +99,125 @@ CHANNELS = (
         "ground_along", "m", "s_x", "", "displacement of the ground along the way", lambda s: s.ground.get("along")
     ),
     RunChannel(
-        "damping_loss", "J", "", "", "energy lost to structural damping, from the start",
+        "damping_loss",
+        "J",
+        "",
+        "",
+        "energy lost to structural damping, from the start",
         lambda s: s.cumulative["damping"],
     ),
+    RunChannel("impact_loss", "J", "", "", "energy lost in impacts, from the start", lambda s: s.cumulative["impacts"]),
     RunChannel(
-        "impact_loss", "J", "", "", "energy lost in impacts, from the start", lambda s: s.cumulative["impacts"]
-    ),
-    RunChannel(
-        "adhesion_loss", "J", "", "", "kinetic energy taken by adhesive capture, from the start",
+        "adhesion_loss",
+        "J",
+        "",
+        "",
+        "kinetic energy taken by adhesive capture, from the start",
         lambda s: s.cumulative["adhesion"],
     ),
     RunChannel("{}_work", "J", "", "", "work of the {} on the structure, from the start", lambda s: s.works),
     RunChannel("body", "m, rad", "", BODY, "coordinates of the body", lambda s: s.body),
     RunChannel(
-        "path_x", "m", "", "", "place of the body in the world, forward of its start",
+        "path_x",
+        "m",
+        "",
+        "",
+        "place of the body in the world, forward of its start",
         lambda s: None if s.path is None else s.path[0],
     ),
     RunChannel(
-        "path_y", "m", "", "", "place of the body in the world, to the left of its start",
+        "path_y",
+        "m",
+        "",
+        "",
+        "place of the body in the world, to the left of its start",
         lambda s: None if s.path is None else s.path[1],
     ),
     RunChannel("foot_x", "m", "", FOOT, "displacement of a foot along the way", lambda s: s.foot_x),
     RunChannel("slipping", "1", "", FOOT, "foot in contact that slides", lambda s: s.slipping),
     RunChannel("friction_force", "N", "F_t", FOOT, "friction on a foot, positive forward", lambda s: s.friction),
     RunChannel(
-        "friction_loss", "J", "", "", "energy lost to friction along the ground, from the start",
+        "friction_loss",
+        "J",
+        "",
+        "",
+        "energy lost to friction along the ground, from the start",
         lambda s: None if s.foot_x is None else s.cumulative["friction"],
     ),
     RunChannel("foot_y", "m", "", FOOT, "displacement of a foot across the way, to the left", lambda s: s.foot_y),
     RunChannel(
-        "friction_across", "N", "", FOOT, "friction on a foot across the way, positive to the left",
+        "friction_across",
+        "N",
+        "",
+        FOOT,
+        "friction on a foot across the way, positive to the left",
         lambda s: s.friction_across,
     ),
     RunChannel(TIME, "s", "t", "", "time", lambda s: s.time),
     # what instruments see beside: no series hold it
     RunChannel(
-        "acceleration", "m/s^2", "a", POINT, "acceleration of a point along +z", None, Q.ACCELERATION,
-        lambda r, at: r.acceleration(at), kept=False,
+        "acceleration",
+        "m/s^2",
+        "a",
+        POINT,
+        "acceleration of a point along +z",
+        None,
+        Q.ACCELERATION,
+        lambda r, at: r.acceleration(at),
+        kept=False,
     ),
     RunChannel("angle", "rad", "", BODY, "angle of the body", None, Q.ANGLE, lambda r, at: r.place(at), kept=False),
     RunChannel(
-        "angular_velocity", "rad/s", "", BODY, "rate of an angle of the body", None, Q.ANGULAR_VELOCITY,
-        lambda r, at: r.speed(at), kept=False,
+        "angular_velocity",
+        "rad/s",
+        "",
+        BODY,
+        "rate of an angle of the body",
+        None,
+        Q.ANGULAR_VELOCITY,
+        lambda r, at: r.speed(at),
+        kept=False,
     ),
     RunChannel(
-        "motional_charge", "C", "q_m", DRIVE, "charge of an actuator by motion alone, behind a bridge", None,
-        Q.CHARGE, lambda r, at: r.charge(at, motional=True), motional=True, kept=False,
+        "motional_charge",
+        "C",
+        "q_m",
+        DRIVE,
+        "charge of an actuator by motion alone, behind a bridge",
+        None,
+        Q.CHARGE,
+        lambda r, at: r.charge(at, motional=True),
+        motional=True,
+        kept=False,
     ),
     RunChannel(
-        "motional_current", "A", "i_m", DRIVE, "current of an actuator by motion alone, behind a bridge", None,
-        Q.CURRENT, lambda r, at: r.current(at, motional=True), motional=True, kept=False,
+        "motional_current",
+        "A",
+        "i_m",
+        DRIVE,
+        "current of an actuator by motion alone, behind a bridge",
+        None,
+        Q.CURRENT,
+        lambda r, at: r.current(at, motional=True),
+        motional=True,
+        kept=False,
     ),
-)  # fmt: skip
+)
 """All of them."""
 
 
 ON_A_PAGE = (
-    "time", "volts", "gap", "contact_force", "friction_force", "contact", "foot_x", "body", "kinetic_energy",
+    "time",
+    "volts",
+    "gap",
+    "contact_force",
+    "friction_force",
+    "contact",
+    "foot_x",
+    "body",
+    "kinetic_energy",
     "elastic_energy",
-)  # fmt: skip
+)
 """Those that the engine of a page gives, in the order of native/packet/sights.hpp: of ``contact`` what feet do
 (`tarsus.base.events.FootState`)."""
 

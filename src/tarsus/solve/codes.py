@@ -17,13 +17,9 @@ class ResultCode(Enum):
 
     DONE = "The run reached its end."
     STALLED = "The run stopped: events crowd one instant (contacts repeat without time passing)."
-    TOO_STIFF = (
-        "The run stopped: a ground law changes too fast for the shortest step; its length scale is too small."
-    )
+    TOO_STIFF = "The run stopped: a ground law changes too fast for the shortest step; its length scale is too small."
     STEP_LIMIT = "The run stopped: it needed more steps than allowed (Accuracy.steps)."
-    NOT_FINITE = (
-        "The run stopped: a number became infinite or undefined; a law or the structure is unbounded."
-    )
+    NOT_FINITE = "The run stopped: a number became infinite or undefined; a law or the structure is unbounded."
     JAMMED = (
         "The run stopped: friction presses a sliding foot to the ground harder than the ground bears it, so that rigid "
         "feet have no motion, or two; a lower coefficient of friction or a more yielding structure has one."
@@ -50,9 +46,7 @@ class ResultCode(Enum):
     def number(self) -> int:
         """The kernel's return code for it: that of its end where its account is open, one of those of motion that grew
         without bound."""
-        own = {ResultCode.LEDGER_OPEN: ResultCode.DONE, ResultCode.DIVERGED: ResultCode.NOT_FINITE}.get(
-            self, self
-        )
+        own = {ResultCode.LEDGER_OPEN: ResultCode.DONE, ResultCode.DIVERGED: ResultCode.NOT_FINITE}.get(self, self)
         return next(code for code, result in _CODES.items() if result is own)
 
 
@@ -72,9 +66,19 @@ SENTENCES = tuple(_CODES[code].value for code in sorted(_CODES))
 """What each of the engine's codes says, in their order."""
 
 _FIELDS = {
-    "time": "f8", "foot": "i4", "kind": "i1", "speed_before": "f8", "speed_after": "f8", "pull": "f8", "strength": "f8",
-    "energy": "f8", "adhesion_energy": "f8", "apex": "f8", "apex_time": "f8", "gap_integral": "f8",
-}  # fmt: skip
+    "time": "f8",
+    "foot": "i4",
+    "kind": "i1",
+    "speed_before": "f8",
+    "speed_after": "f8",
+    "pull": "f8",
+    "strength": "f8",
+    "energy": "f8",
+    "adhesion_energy": "f8",
+    "apex": "f8",
+    "apex_time": "f8",
+    "gap_integral": "f8",
+}
 # every field where its number lies in a row of the engine, so that rows need no copying field by field
 EVENT_TYPE = np.dtype(
     {
@@ -109,11 +113,7 @@ def apex_rows(foot: np.ndarray, kind: np.ndarray, apex: np.ndarray) -> np.ndarra
     if not len(foot):
         return np.zeros(0, dtype=np.intp)
     order = np.argsort(foot, kind="stable")
-    foot, ends, apex = (
-        foot[order],
-        kind[order] != EventKind.PERIOD_MARK,
-        np.nan_to_num(apex[order], nan=-np.inf),
-    )
+    foot, ends, apex = (foot[order], kind[order] != EventKind.PERIOD_MARK, np.nan_to_num(apex[order], nan=-np.inf))
     begin = np.flatnonzero(np.concatenate([[True], ends[:-1] | (np.diff(foot) != 0)]))
     length = np.diff(begin, append=len(apex))
     top = np.repeat(np.maximum.reduceat(apex, begin), length)
@@ -176,9 +176,15 @@ def structured_marks(rows: np.ndarray, feet: int) -> np.ndarray:
     slipped (m,) place along the way and path slid in contact so far [m]; lowest, highest: heave since the last mark.
     """
     kind = np.dtype(
-        [("time", "f8"), ("body", "f8", (rows.shape[1] - 3 - 2 * feet,)), ("foot_x", "f8", (feet,)),
-         ("slipped", "f8", (feet,)), ("lowest", "f8"), ("highest", "f8")]
-    )  # fmt: skip
+        [
+            ("time", "f8"),
+            ("body", "f8", (rows.shape[1] - 3 - 2 * feet,)),
+            ("foot_x", "f8", (feet,)),
+            ("slipped", "f8", (feet,)),
+            ("lowest", "f8"),
+            ("highest", "f8"),
+        ]
+    )
     return np.ascontiguousarray(rows).view(kind).reshape(len(rows))
 
 

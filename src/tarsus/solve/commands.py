@@ -83,9 +83,7 @@ class Command:
         given, since = self.given, time - self.begun[self.which]
         return np.array(
             [
-                drive.law.late(
-                    given.picked(np.array([c])), tuple(self.past[c]), self.late[c], float(since[r])
-                )
+                drive.law.late(given.picked(np.array([c])), tuple(self.past[c]), self.late[c], float(since[r]))
                 for r, c in enumerate(self.which.tolist())
             ]
         )
@@ -171,9 +169,7 @@ class Command:
                 for name in ("asked", "given")
             )
             tracks = asked, given
-        return cls(
-            arrays["which"], arrays["begun"], arrays["past"], arrays.get("level"), tracks, arrays.get("late")
-        )
+        return cls(arrays["which"], arrays["begun"], arrays["past"], arrays.get("level"), tracks, arrays.get("late"))
 
 
 def held(

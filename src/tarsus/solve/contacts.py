@@ -13,9 +13,25 @@ from tarsus.base.events import CONTACT_BEGINS, EventKind, FootState
 Floats = npt.NDArray[np.float64]
 
 CARRIED = (
-    "contact", "since", "aged", "parted", "left", "rose", "low", "start", "slide", "sense", "place", "slipped", "apex",
-    "apex_time", "integral", "due", "facet", "wedged",
-)  # fmt: skip
+    "contact",
+    "since",
+    "aged",
+    "parted",
+    "left",
+    "rose",
+    "low",
+    "start",
+    "slide",
+    "sense",
+    "place",
+    "slipped",
+    "apex",
+    "apex_time",
+    "integral",
+    "due",
+    "facet",
+    "wedged",
+)
 """What a foot carries on from one part of its run to the next, the columns of a row: `tarsus.base.events.FootState`;
 [s] when its contact began, or would have begun had it aged all along, its age when it last left the ground, and when it
 did; [s] when its pull last exceeded its contact and when it last came to the ground or left it, and flights too low to
@@ -89,14 +105,10 @@ class Contacts:
             for i in numbers
             if not 0 <= i < feet
         ]
-        problems += [
-            f"foot {i} cannot be held and be leaving" for i in sorted(set(self.held) & set(self.leaving))
-        ]
+        problems += [f"foot {i} cannot be held and be leaving" for i in sorted(set(self.held) & set(self.leaving))]
         if self.since is not None:
             if len(self.since) != len(self.held):
-                problems.append(
-                    f"since: expected a time for each of {len(self.held)} held feet, got {len(self.since)}"
-                )
+                problems.append(f"since: expected a time for each of {len(self.held)} held feet, got {len(self.since)}")
             elif not all(one <= start for one in self.since):
                 problems.append(f"since: a contact held at {start:g} s has begun by then")
         return problems
@@ -134,9 +146,7 @@ class Contacts:
 
     def earlier(self, by: float) -> Contacts:
         """The same so long [s] before, as where a motion repeats."""
-        return Contacts(
-            self.held, None if self.since is None else [one - by for one in self.since], self.leaving
-        )
+        return Contacts(self.held, None if self.since is None else [one - by for one in self.since], self.leaving)
 
 
 _BEGINS = frozenset(map(int, CONTACT_BEGINS))

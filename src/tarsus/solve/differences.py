@@ -60,9 +60,7 @@ def directions_of(scene: Scene, gradients: Sequence[str] | Mapping[str, Directio
     found: dict[str, Direction] = {}
     for name, direction in given.items():
         try:
-            found[name] = {
-                path: w for one, w in direction.items() if w != 0.0 for path in number_paths(scene, one)
-            }
+            found[name] = {path: w for one, w in direction.items() if w != 0.0 for path in number_paths(scene, one)}
         except InputError as error:
             problems += error.problems
             continue
@@ -175,13 +173,7 @@ def cut_off(size: Floats, change: Floats, bent: Floats | float, places: Floats) 
 
 
 def slopes_of(
-    places: Floats,
-    step: float,
-    bent: float,
-    own: Floats,
-    finer: Floats,
-    beside: Sequence[Floats],
-    scale: float = 0.0,
+    places: Floats, step: float, bent: float, own: Floats, finer: Floats, beside: Sequence[Floats], scale: float = 0.0
 ) -> Slopes:
     """Derivatives of values of a run from those of its two copies at places in steps, and of the run in other steps.
 
@@ -314,9 +306,7 @@ class Differences:
         if self.values.of_events:
             size, noise = self.values.so_far(np.abs(self.slope)), self.off
         else:
-            size, noise = (
-                self.values.rows(one) / self.values.weights[:, None] for one in (self.scale, self.noise)
-            )
+            size, noise = (self.values.rows(one) / self.values.weights[:, None] for one in (self.scale, self.noise))
         return (self.change > np.maximum(BENT * size, SURE * noise)) & ~self.same
 
     @cached_property

@@ -274,27 +274,33 @@ class RawRuns(Log):
     gap_range: Floats | None = None
 
 
-def settings_of(
-    plan: Plan, duration: float, accuracy: Accuracy | None, *, track: bool = True
-) -> _native.Settings:
+def settings_of(plan: Plan, duration: float, accuracy: Accuracy | None, *, track: bool = True) -> _native.Settings:
     """Settings of runs of a plan over ``duration`` [s]: relative tolerances as absolute ones for a length and a force
     of one, which the engine multiplies by a run's; whether apexes are found."""
     return _native.Settings(settings_arrays(plan, duration, accuracy, track=track))
 
 
-def settings_arrays(
-    plan: Plan, duration: float, accuracy: Accuracy | None, *, track: bool = True
-) -> dict[str, Any]:
+def settings_arrays(plan: Plan, duration: float, accuracy: Accuracy | None, *, track: bool = True) -> dict[str, Any]:
     """The same as the engine takes them, by name."""
     accuracy = accuracy or Accuracy()
     low, least = (FLIGHT, LEAST_FLIGHT) if accuracy.flight is None else (0.0, accuracy.flight)
     first = 0 if plan.legs is None else int(np.searchsorted(-step_lengths(duration), -0.5 / plan.rate))
     return {
-        "end": duration, "period": math.inf, "gap": accuracy.gap, "drive": accuracy.drive, "gap_zero": 1e-14,
-        "force_zero": 1e-13, "speed_zero": 1e-13 * plan.rate, "rest_height": low, "least_flight": least,
-        "least_progress": 1e-10 / plan.rate, "probe": 1e-7, "most_steps": accuracy.steps, "first_class": first,
+        "end": duration,
+        "period": math.inf,
+        "gap": accuracy.gap,
+        "drive": accuracy.drive,
+        "gap_zero": 1e-14,
+        "force_zero": 1e-13,
+        "speed_zero": 1e-13 * plan.rate,
+        "rest_height": low,
+        "least_flight": least,
+        "least_progress": 1e-10 / plan.rate,
+        "probe": 1e-7,
+        "most_steps": accuracy.steps,
+        "first_class": first,
         "track": int(track),
-    }  # fmt: skip
+    }
 
 
 @dataclass(frozen=True)
@@ -354,6 +360,4 @@ class Engine:
             system = plan.system.at(rows.sources[0])
             last = contact_mode(system, mask_of(found.feet[-1])).at_rest_there(system.tangents, last)
         energies = found.energies[-1] if account else None
-        return RawRuns(
-            *found.log, samples=found.samples, last=last, energies=energies, gap_range=found.gap_range
-        )
+        return RawRuns(*found.log, samples=found.samples, last=last, energies=energies, gap_range=found.gap_range)

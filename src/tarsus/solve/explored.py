@@ -110,9 +110,7 @@ class Explored:
             "measure.worst": np.array(worst, dtype=np.int64),
         }
         arrays |= {"seen.mass": system.mass, "seen.damping": system.damping, "seen.body": self.body}
-        arrays |= {
-            f"lattice.{name}": getattr(lattice, name) for name in ("channels", "shown", "periods", "drawn")
-        }
+        arrays |= {f"lattice.{name}": getattr(lattice, name) for name in ("channels", "shown", "periods", "drawn")}
         return arrays | self.row({})
 
     @cached_property
@@ -125,9 +123,7 @@ class Explored:
         """The engine's words for what a run cannot start with."""
         return tuple(_native.FAULTS)
 
-    def shown(
-        self, times: Floats, values: Mapping[str, float] | None = None
-    ) -> tuple[int, Floats, Floats, Floats]:
+    def shown(self, times: Floats, values: Mapping[str, float] | None = None) -> tuple[int, Floats, Floats, Floats]:
         """As the page's engine runs the packet with values of sliders: code, event rows, rows of what is shown at times
         [s], and measures (nq, 3): value, spread and n of each of `measures`."""
         packet = packed(self.arrays | self.row(values)) if values else self.packet
@@ -138,12 +134,7 @@ class Explored:
     def columns(self) -> list[tuple[str, int, bool]]:
         """Names of the channels that a page shows, how many columns each has in the rows of `shown`, and whether it has
         a row for each of several things."""
-        counts = {
-            "": 1,
-            DRIVE: len(self.scene.robot.drives),
-            FOOT: len(self.scene.robot.feet),
-            BODY: self.body,
-        }
+        counts = {"": 1, DRIVE: len(self.scene.robot.drives), FOOT: len(self.scene.robot.feet), BODY: self.body}
         each = [(name, channel(name).over) for name in ON_A_PAGE]
         return [(name, counts[over], bool(over)) for name, over in each]
 
@@ -171,9 +162,7 @@ class Explored:
             if one.stops:
                 value = next((values[path] for path in one.paths if path in values), one.value)
                 if value not in one.stops:
-                    raise InputError(
-                        f"{one.paths[0]}: {value:g} {one.unit} is none of the values that were lowered"
-                    )
+                    raise InputError(f"{one.paths[0]}: {value:g} {one.unit} is none of the values that were lowered")
                 at = at * len(one.stops) + one.stops.index(value)
         return at
 
@@ -211,12 +200,8 @@ class Explored:
 def _few(sliders: Sequence[Slider]) -> list[Slider]:
     """The five that matter most: of the drives two, of the ground the rest."""
     drives = [one for one in sliders if one.stops]
-    rest = [
-        one for one in sliders if not one.stops and any(word in one.paths[0] for word in ("ground.", ".gap"))
-    ]
-    first = sorted(
-        rest, key=lambda one: next((k for k, word in enumerate(_GROUND) if word in one.paths[0]), 9)
-    )
+    rest = [one for one in sliders if not one.stops and any(word in one.paths[0] for word in ("ground.", ".gap"))]
+    first = sorted(rest, key=lambda one: next((k for k, word in enumerate(_GROUND) if word in one.paths[0]), 9))
     return [*first[: FEW - len(drives)], *drives]
 
 

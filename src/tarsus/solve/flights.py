@@ -128,9 +128,17 @@ class Flow:
         numbers = np.ascontiguousarray(counts, dtype=np.int64)
         for first in range(0, max(q, 1), LANES):
             values, slopes = _native.fly(
-                self, self.step, np.ascontiguousarray(output), launches.part(first), fixed[0], launches.near_step,
-                fixed[1], fixed[2], numbers, SUBSTEPS,
-            )  # fmt: skip
+                self,
+                self.step,
+                np.ascontiguousarray(output),
+                launches.part(first),
+                fixed[0],
+                launches.near_step,
+                fixed[1],
+                fixed[2],
+                numbers,
+                SUBSTEPS,
+            )
             parts.append(slopes.reshape(len(values), channels, LANES))
         return values, np.concatenate(parts, axis=2)[..., :q]
 

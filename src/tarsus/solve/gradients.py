@@ -27,15 +27,7 @@ from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine
 from tarsus.solve.results import Batch
 from tarsus.solve.run import Run, changed_run, increasing
 from tarsus.solve.shared import Shared
-from tarsus.solve.slopes import (
-    Differenced,
-    Lane,
-    LaneSlopes,
-    Wanted,
-    as_states,
-    no_states,
-    weights_of,
-)
+from tarsus.solve.slopes import Differenced, Lane, LaneSlopes, Wanted, as_states, no_states, weights_of
 from tarsus.solve.window_run import Ran
 
 if TYPE_CHECKING:
@@ -135,9 +127,7 @@ class GradientRun(Run):
         for ((number, factor, every), one), both in zip(stencils, runs, strict=True):
             steps, rounded = np.array([one.step]), np.array([ROUNDED / one.part])
             near, far = (ran_of(run, times) for run in both)
-            out.append(
-                Lane(number, factor, every, one.places / one.step, steps, rounded, (near, far), runs=both)
-            )
+            out.append(Lane(number, factor, every, one.places / one.step, steps, rounded, (near, far), runs=both))
         return out
 
     def _runs_at(self, stencils: Sequence[Stencil]) -> list[tuple[Run, ...]]:
@@ -161,15 +151,7 @@ class GradientRun(Run):
         data = rows_for(scene, self.plan, values, self.duration, count=len(rows))
         log = Engine(self.plan, self.duration, self.shared).run(data, self.accuracy, self.track)
         return [
-            Run(
-                scene,
-                self.duration,
-                float(data.periods[i]),
-                log.alone(i),
-                dict(row),
-                self.accuracy,
-                self.track,
-            )
+            Run(scene, self.duration, float(data.periods[i]), log.alone(i), dict(row), self.accuracy, self.track)
             for i, row in enumerate(rows)
         ]
 
@@ -237,10 +219,7 @@ class GradientRun(Run):
         best = list(self._best.values())
         runs: list[Run] = [self, self._finer, *(run for one in best for run in one.lane.runs)]
         own, finer, *copies = np.asarray(numbers(runs), dtype=float)
-        found = [
-            _slopes(one, own, finer, copies[2 * k : 2 * k + 2], self._scale(unit))
-            for k, one in enumerate(best)
-        ]
+        found = [_slopes(one, own, finer, copies[2 * k : 2 * k + 2], self._scale(unit)) for k, one in enumerate(best)]
         nothing = np.zeros((0, *np.shape(own)))
         if not found:
             return Slopes(nothing, nothing, nothing.astype(bool))
@@ -272,8 +251,7 @@ class GradientRun(Run):
                 listed = ", ".join(f"ledger.{one}" for one in known)
                 raise InputError(f"{name}: the ledger has no such term; there are {listed}")
             return self.gradient_of_runs(
-                lambda run: run.ledger.laws[term] if term in run.ledger.laws else getattr(run.ledger, term),
-                "J",
+                lambda run: run.ledger.laws[term] if term in run.ledger.laws else getattr(run.ledger, term), "J"
             )
         if name not in PER_WINDOW and name not in WHOLE_RUN and name not in self.measures:
             raise InputError(no_measure(name, self.measures))
@@ -334,9 +312,7 @@ class GradientRun(Run):
         plain, errors, flags, one_sided = {}, {}, {}, {}
         for p, (path, one) in enumerate(self._best.items()):
             texts = (*said.get(path, ()), *[_KINKED] * bool(found.kinked[p]))
-            plain[path], errors[path] = (
-                np.nan if texts else float(of[p]) for of in (found.value, found.error)
-            )
+            plain[path], errors[path] = (np.nan if texts else float(of[p]) for of in (found.value, found.error))
             if not texts:
                 continue
             flags[path] = texts
@@ -348,9 +324,7 @@ class GradientRun(Run):
         return Gradient(plain, errors, flags, one_sided)
 
 
-def _slopes(
-    best: LaneSlopes, own: Floats, finer: Floats, beside: Sequence[Floats], scale: float = 0.0
-) -> Slopes:
+def _slopes(best: LaneSlopes, own: Floats, finer: Floats, beside: Sequence[Floats], scale: float = 0.0) -> Slopes:
     """Derivatives of what a run, the same in other steps, and the two beside it came to."""
     lane = best.lane
     return slopes_of(lane.places, float(lane.steps[0]), float(best.bent[0]), own, finer, beside, scale)
@@ -359,19 +333,10 @@ def _slopes(
 def ran_of(run: Run, times: Floats) -> Ran:
     """A run as a window, sampled at times (nt,) [s]."""
     rows = event_rows(run.events)
-    states = (
-        run.states(times) if len(times) else no_states(run.scene.robot.structure.size, len(run.foot_names))
-    )
+    states = run.states(times) if len(times) else no_states(run.scene.robot.structure.size, len(run.foot_names))
     nothing = np.zeros((1, 0))
     return Ran(
-        run.log.codes,
-        rows,
-        np.array([0, len(rows)]),
-        states,
-        times,
-        np.array([0, len(times)]),
-        nothing,
-        nothing,
+        run.log.codes, rows, np.array([0, len(rows)]), states, times, np.array([0, len(times)]), nothing, nothing
     )
 
 
@@ -383,11 +348,16 @@ def table_of(runs: Sequence[Run]) -> RunTable:
     events, ways = [run.all_events for run in runs], [run.marks for run in runs]
     marks = [one for one in ways if one is not None]
     return RunTable(
-        np.concatenate(events), np.cumsum([0, *map(len, events)]), runs[0].foot_names,
-        np.array([run.end_time for run in runs]), np.array([run.period for run in runs]), np.arange(len(runs)),
-        lambda r: runs[r].scene, np.concatenate(marks) if marks else None,
+        np.concatenate(events),
+        np.cumsum([0, *map(len, events)]),
+        runs[0].foot_names,
+        np.array([run.end_time for run in runs]),
+        np.array([run.period for run in runs]),
+        np.arange(len(runs)),
+        lambda r: runs[r].scene,
+        np.concatenate(marks) if marks else None,
         np.cumsum([0, *map(len, marks)]) if marks else None,
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True, repr=False)
@@ -401,9 +371,7 @@ class GradientBatch(Batch):
         there is none, see `Gradient` of the run in ``made``."""
         found = [run.gradient(name) for run in self.made]
         paths = self.made[0].paths if self.made else ()
-        return MappingProxyType(
-            {path: np.array([one[path] for one in found]).reshape(self.shape) for path in paths}
-        )
+        return MappingProxyType({path: np.array([one[path] for one in found]).reshape(self.shape) for path in paths})
 
 
 def gradient_run(
@@ -431,6 +399,14 @@ def gradient_run(
     if problems:
         raise InputError(problems)
     return GradientRun(
-        scene, seconds, run.period, run.log, {}, accuracy, kept=run.motion, wall_s=time.perf_counter() - start,
-        stencils=stencils, shared=shared,
-    )  # fmt: skip
+        scene,
+        seconds,
+        run.period,
+        run.log,
+        {},
+        accuracy,
+        kept=run.motion,
+        wall_s=time.perf_counter() - start,
+        stencils=stencils,
+        shared=shared,
+    )

@@ -71,9 +71,7 @@ def _starts(pieces: Pieces, end: float) -> Floats:
         return pieces.start[pieces.start < end]
     own = pieces.start[pieces.loop :]
     rounds = np.arange(max(int(np.ceil((end - own[0]) / (own[-1] - own[0]))), 1))
-    found = np.concatenate(
-        [pieces.start[: pieces.loop], (own[:-1] + rounds[:, None] * (own[-1] - own[0])).ravel()]
-    )
+    found = np.concatenate([pieces.start[: pieces.loop], (own[:-1] + rounds[:, None] * (own[-1] - own[0])).ravel()])
     return np.asarray(found[found < end])
 
 

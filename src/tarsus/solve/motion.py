@@ -45,9 +45,7 @@ def law_slope(law: Law, *arguments: Floats | float) -> Floats:
     return _evaluated(lambda *of: _native.evaluate_slopes(*of)[0], law, arguments)
 
 
-def _evaluated(
-    by: object, law: Law, arguments: tuple[Floats | float, ...], hook: str | None = None
-) -> Floats:
+def _evaluated(by: object, law: Law, arguments: tuple[Floats | float, ...], hook: str | None = None) -> Floats:
     program = program_of(type(law), hook)
     rows = np.broadcast_arrays(*(np.asarray(a, dtype=float) for a in arguments))
     table = np.ascontiguousarray(np.array([row.ravel() for row in rows]))
@@ -179,25 +177,21 @@ def _ground_motion(tangents: Floats | None, state: SampledStates) -> MotionAlong
     along = np.where(state.contact == FootState.STUCK, -state.friction, 0.0)
     none = np.zeros((0, state.x.shape[1]))
     speed, stuck, slips = (
-        np.abs(tangents.T @ state.v), state.contact == FootState.STUCK, state.contact == FootState.SLIPPING
-    )  # fmt: skip
-    return MotionAlongGround(
-        none, Sliding(tangents.T @ state.x, speed, stuck, slips, -np.sign(state.friction), along)
+        np.abs(tangents.T @ state.v),
+        state.contact == FootState.STUCK,
+        state.contact == FootState.SLIPPING,
     )
+    return MotionAlongGround(none, Sliding(tangents.T @ state.x, speed, stuck, slips, -np.sign(state.friction), along))
 
 
-def unpacked(
-    acting: RunLaws, samples: Floats, times: Floats
-) -> tuple[SampledStates, MotionAlongGround, Floats]:
+def unpacked(acting: RunLaws, samples: Floats, times: Floats) -> tuple[SampledStates, MotionAlongGround, Floats]:
     """States of a walker, what it does along the way, and its energies as the engine sums them up, of its samples."""
     plan, sources = acting.plan, acting.rows.sources[0]
     assert plan.legs is not None
     body, m = plan.legs.body, plan.feet
     nt, nl, nb, kinds = len(times), len(body.mass), len(body.body_mass), 5 if len(body.points) else 2
     sideways = 2 * nl + m if plan.legs.sways else 0
-    place, speed, legs, footing, beside, energy = np.split(
-        samples.T, np.cumsum([nb, nb, 4 * nl, kinds * m, sideways])
-    )
+    place, speed, legs, footing, beside, energy = np.split(samples.T, np.cumsum([nb, nb, 4 * nl, kinds * m, sideways]))
     feet = legs.reshape(nl, 2, 2, nt)  # leg; upward, along; displacement, rate
     across = beside[: sideways and 2 * nl].reshape(-1, 2, nt)
     x = np.concatenate([place, feet[:, ::-1, 0].reshape(2 * nl, nt), across[:, 0]])
@@ -260,9 +254,7 @@ class RunMotion:
     def _run(self, times: Floats | None, *, account: bool) -> RawRuns:
         return self.engine.run(self.acting.rows, self.accuracy, self.track, times, account=account)
 
-    def _sampled(
-        self, times: Floats, *, account: bool
-    ) -> tuple[SampledStates, MotionAlongGround | None, Floats]:
+    def _sampled(self, times: Floats, *, account: bool) -> tuple[SampledStates, MotionAlongGround | None, Floats]:
         """States, what feet do along the way and energies up to then, at times [s] in order."""
         plan, samples = self.acting.plan, self._run(times, account=account).samples
         if plan.legs is not None:
@@ -342,9 +334,15 @@ def ledger_of(
     largest = max(map(abs, sizes))
     moved = largest > NOTHING * force * length
     return Ledger(
-        **terms, kinetic=change_k, elastic=change_e, impacts=impacts, adhesion=adhesion, laws=works, residual=residual,
+        **terms,
+        kinetic=change_k,
+        elastic=change_e,
+        impacts=impacts,
+        adhesion=adhesion,
+        laws=works,
+        residual=residual,
         closure=abs(residual) / (resolved * largest) if moved else 0.0,
-    )  # fmt: skip
+    )
 
 
 def electrical_energy(run: Run) -> float:
@@ -367,9 +365,7 @@ def electrical_energy(run: Run) -> float:
     ):
         volts = signal.volts(times)
         gain = polyval(volts, drive.law.small_signal_gain())
-        held = 0.5 * (drive.capacitance or 0.0) * volts**2 + (volts * gain - drive.law.force(volts)) * (
-            ends @ load
-        )
+        held = 0.5 * (drive.capacitance or 0.0) * volts**2 + (volts * gain - drive.law.force(volts)) * (ends @ load)
         taken += float(held[1] - held[0])
     return taken
 

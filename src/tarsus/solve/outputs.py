@@ -121,9 +121,7 @@ class OutputRows:
             return self.tangent @ friction
         lacking = [one.name for one, row in zip(self.outputs, self.tangent, strict=True) if row.any()]
         if lacking:
-            raise InputError(
-                [f"{name}: needs the friction on the feet, which is not known here" for name in lacking]
-            )
+            raise InputError([f"{name}: needs the friction on the feet, which is not known here" for name in lacking])
         return 0.0
 
 
@@ -175,9 +173,15 @@ class Readings:
             return out
 
         return OutputRows(
-            tuple(outputs), whole("x", n), whole("v", n), whole("x_gain", wide), whole("v_gain", wide),
-            whole("normal", m), whole("tangent", m), whole("known", len(self.times)),
-        )  # fmt: skip
+            tuple(outputs),
+            whole("x", n),
+            whole("v", n),
+            whole("x_gain", wide),
+            whole("v_gain", wide),
+            whole("normal", m),
+            whole("tangent", m),
+            whole("known", len(self.times)),
+        )
 
     def place(self, at: str) -> Weights:
         """Displacement of a point, or a coordinate of the body."""
@@ -200,9 +204,12 @@ class Readings:
             assert way is not None  # checked by Scene
             known = known + float(self._row(at) @ way) * shift.at(self.times, 2)
         return Weights(
-            -per_force @ system.stiffness, -per_force @ system.damping, normal=per_force @ system.normals,
-            tangent=per_force @ self._tangents if self.scene.slides else None, known=known,
-        )  # fmt: skip
+            -per_force @ system.stiffness,
+            -per_force @ system.damping,
+            normal=per_force @ system.normals,
+            tangent=per_force @ self._tangents if self.scene.slides else None,
+            known=known,
+        )
 
     def force(self, drive: str) -> Weights:
         """Force of a drive."""
@@ -324,8 +331,13 @@ def output_slopes(
         }
         late = [path for path in direction if path.startswith(("gait.", "signals.")) or ".amplifier." in path]
         if late and not kinematic:
-            raise InputError([f"{path}: charges, currents, forces and accelerations are not differentiated by what "
-                              "moves the jumps of volts" for path in late])  # fmt: skip
+            raise InputError(
+                [
+                    f"{path}: charges, currents, forces and accelerations are not differentiated by what "
+                    "moves the jumps of volts"
+                    for path in late
+                ]
+            )
         which = accelerated if all(path.endswith(_SPRINGS) for path in moved) else every
         if not (moved and which) or late:
             continue
@@ -349,11 +361,7 @@ def _faults(scene: Scene, outputs: Sequence[Output]) -> list[str]:
     structure = scene.robot.structure
     angles = tuple(name for name in structure.body_coordinates if name in TURNS)
     places = tuple(name for name in (*structure.points, *structure.body_coordinates) if name not in angles)
-    known = {
-        DRIVE: (tuple(scene.robot.drives), "drive"),
-        BODY: (angles, "angle of a body"),
-        POINT: (places, "point"),
-    }
+    known = {DRIVE: (tuple(scene.robot.drives), "drive"), BODY: (angles, "angle of a body"), POINT: (places, "point")}
     each = [(one, *known[one.channel.over]) for one in outputs]
     return [
         f"{one.name}: the robot has no {what} '{one.at}'{nearest(one.at, names)}"

@@ -52,9 +52,12 @@ def packet_arrays(scene: Scene, engine: Engine, rows: Rows, accuracy: Accuracy |
     laws = plan.laws.arrays(plan.laws.terms, plan.laws.programs)
     parts = {
         "nodes": {name: value for name, value in vars(nodes).items() if name.isupper() and not name.startswith("_")},
-        "signals": Channels.of(rows.pool).arrays, "laws": laws, "start": plan.start_arrays,
-        "settings": settings_arrays(plan, duration, accuracy), "rows": _row(scene, rows, plan.drives),
-    }  # fmt: skip
+        "signals": Channels.of(rows.pool).arrays,
+        "laws": laws,
+        "start": plan.start_arrays,
+        "settings": settings_arrays(plan, duration, accuracy),
+        "rows": _row(scene, rows, plan.drives),
+    }
     if plan.legs is None:
         book = engine.tables
         assert isinstance(book, ModeBook)

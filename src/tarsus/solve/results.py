@@ -20,14 +20,7 @@ from tarsus.measure.measure import Measured, Measures, measure_name, measure_var
 from tarsus.measure.table import Judgement, RunTable
 from tarsus.measure.walking import measured, measures_of
 from tarsus.plan.slots import Kind, slot
-from tarsus.solve.codes import (
-    EVENT_TYPE,
-    EventColumns,
-    ResultCode,
-    structured_events,
-    structured_marks,
-    without_marks,
-)
+from tarsus.solve.codes import EVENT_TYPE, EventColumns, ResultCode, structured_events, structured_marks, without_marks
 from tarsus.solve.engine import Accuracy, Log, end_to_end
 from tarsus.solve.run import Run, drawn, state_of
 from tarsus.tables.table import ROW, Column, Table
@@ -76,10 +69,16 @@ class Batch(Hinted):
     track: bool = True
 
     _guesses: ClassVar[Mapping[str, str]] = {
-        "runs": "run(i)", "results": "'measured'", "to_dataframe": "to_dataset().to_dataframe()", "ok": "'done'",
-        "code": "'codes'", "ledger": "run(i).ledger", "series": "run(i).series", "gap": "run(i).gap",
+        "runs": "run(i)",
+        "results": "'measured'",
+        "to_dataframe": "to_dataset().to_dataframe()",
+        "ok": "'done'",
+        "code": "'codes'",
+        "ledger": "run(i).ledger",
+        "series": "run(i).series",
+        "gap": "run(i).gap",
         "time": "run(i).time",
-    }  # fmt: skip
+    }
 
     def __len__(self) -> int:
         return len(self.periods)
@@ -166,9 +165,15 @@ class Batch(Hinted):
         part, place = self._at(number)
         values = {path: float(column[number]) for path, column in self.vary.items()}
         return Run(
-            self.scene, self.duration, float(self.periods[number]), part.log.alone(place), values, self.accuracy,
-            self.track, ended_as=self.codes[number],
-        )  # fmt: skip
+            self.scene,
+            self.duration,
+            float(self.periods[number]),
+            part.log.alone(place),
+            values,
+            self.accuracy,
+            self.track,
+            ended_as=self.codes[number],
+        )
 
     def events(self, i: int | tuple[int, ...]) -> np.ndarray:
         """Events of run number ``i``; see `tarsus.solve.codes.EVENT_TYPE`."""
@@ -215,9 +220,7 @@ class Batch(Hinted):
             raise InputError([no_measure(name, known) for name in wrong])
         return joined if names is None else {name: joined[name] for name in names}
 
-    def histories(
-        self, feet: Sequence[int] | None = None
-    ) -> Iterator[tuple[NDArray[np.int64], EventHistories]]:
+    def histories(self, feet: Sequence[int] | None = None) -> Iterator[tuple[NDArray[np.int64], EventHistories]]:
         """What feet did, all or those of these numbers, a number of runs at a time: their numbers, and histories."""
         m = len(self.scene.robot.feet)
         for members, table in self.tables():
@@ -247,11 +250,16 @@ class Batch(Hinted):
         events = end_to_end([np.diff(one.event_end, prepend=0) for one in logs])
         of_marks = [np.diff(one.mark_end, prepend=0) for one in logs if one.mark_end is not None]
         return members, RunTable(
-            EventColumns([one.events for one in logs]), events, feet,
-            np.concatenate([one.finish[:, 0] for one in logs]), self.periods[members], self._variants[0][members],
-            self._variant, structured_marks(np.concatenate(marks), len(feet)) if marks else None,
+            EventColumns([one.events for one in logs]),
+            events,
+            feet,
+            np.concatenate([one.finish[:, 0] for one in logs]),
+            self.periods[members],
+            self._variants[0][members],
+            self._variant,
+            structured_marks(np.concatenate(marks), len(feet)) if marks else None,
             end_to_end(of_marks) if marks else None,
-        )  # fmt: skip
+        )
 
     @cached_property
     def _variants(self) -> tuple[NDArray[np.intp], list[dict[str, float]]]:
@@ -261,9 +269,7 @@ class Batch(Hinted):
         paths = [p for p, at in places.items() if at is None or at.kind not in (Kind.LAW, Kind.INITIAL)]
         if not paths:
             return np.zeros(len(self), dtype=np.intp), [{}]
-        rows, number = np.unique(
-            np.column_stack([self.vary[path] for path in paths]), axis=0, return_inverse=True
-        )
+        rows, number = np.unique(np.column_stack([self.vary[path] for path in paths]), axis=0, return_inverse=True)
         return number.ravel(), [dict(zip(paths, map(float, row), strict=True)) for row in rows]
 
     def _variant(self, number: int) -> Scene:
@@ -284,9 +290,7 @@ class Batch(Hinted):
         from tarsus.files.series import dataset_of
 
         attrs = {"title": self.scene.name, "duration_s": self.duration}
-        return dataset_of(self.variables(names, **options), attrs).set_coords(
-            [] if self.axes else list(self.vary)
-        )
+        return dataset_of(self.variables(names, **options), attrs).set_coords([] if self.axes else list(self.vary))
 
 
 class BatchMeasures(Mapping[str, Measured]):
@@ -343,9 +347,7 @@ def _variables(batch: Batch, found: Mapping[str, Measured]) -> dict[str, Variabl
     out["code"] = outcome_variable(codes, meanings, dims, {})
     for name, one in found.items():
         each = one.per_foot.reshape(*shape, len(feet)) if one.per_foot is not None and len(feet) > 1 else None
-        out |= measure_variables(
-            name, one, dims, one.value.reshape(shape), one.spread.reshape(shape), each, {}
-        )
+        out |= measure_variables(name, one, dims, one.value.reshape(shape), one.spread.reshape(shape), each, {})
     if any("foot" in variable.dims for variable in out.values()):
         out["foot"] = Variable(("foot",), np.array(feet), {})
     return out

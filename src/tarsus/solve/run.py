@@ -30,14 +30,7 @@ from tarsus.plan.lowering import lower_scene
 from tarsus.plan.moving import refuse_jumps
 from tarsus.plan.rows import Rows, marked_rows
 from tarsus.plan.slots import Courses, Floats, rows_for, slot
-from tarsus.solve.codes import (
-    CLOSED,
-    ResultCode,
-    event_rows,
-    structured_events,
-    structured_marks,
-    without_marks,
-)
+from tarsus.solve.codes import CLOSED, ResultCode, event_rows, structured_events, structured_marks, without_marks
 from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, Log
 from tarsus.solve.motion import RunLaws, RunMotion, electrical_energy, ledger_of_run
 from tarsus.solve.shared import Shared
@@ -105,12 +98,23 @@ class Run(Hinted):
     figures: ClassVar[tuple[str, ...]] = ("motion", "impacts", "ledger")
     """Figures that are made of more than one of its series."""
     _guesses: ClassVar[Mapping[str, str]] = {
-        "t": "'time'", "times": "'time'", "gaps": "'gap'", "x": "'states(times).x', or 'to_dataset()'",
-        "displacement": "to_dataset()['displacement']", "velocity": "to_dataset()['velocity']",
-        "energy": "'ledger'", "energies": "'ledger'", "write": "'save'", "to_csv": "'save', which writes all files",
-        "to_dataframe": "to_dataset().to_dataframe()", "data": "'to_dataset'", "dataset": "'to_dataset'",
-        "status": "'code'", "success": "'ok'", "done": "'ok'",
-    }  # fmt: skip
+        "t": "'time'",
+        "times": "'time'",
+        "gaps": "'gap'",
+        "x": "'states(times).x', or 'to_dataset()'",
+        "displacement": "to_dataset()['displacement']",
+        "velocity": "to_dataset()['velocity']",
+        "energy": "'ledger'",
+        "energies": "'ledger'",
+        "write": "'save'",
+        "to_csv": "'save', which writes all files",
+        "to_dataframe": "to_dataset().to_dataframe()",
+        "data": "'to_dataset'",
+        "dataset": "'to_dataset'",
+        "status": "'code'",
+        "success": "'ok'",
+        "done": "'ok'",
+    }
 
     @classmethod
     def of(cls, arrays: RunArrays) -> Run:
@@ -127,9 +131,14 @@ class Run(Hinted):
         log = Log(np.array([code.number]), end, rows, np.array([len(rows)]))
         period, accuracy = scene_period(scene, arrays.duration), arrays.accuracy
         return cls(
-            scene, arrays.duration, period, log, accuracy=Accuracy(**accuracy) if accuracy else None, ended_as=code,
+            scene,
+            arrays.duration,
+            period,
+            log,
+            accuracy=Accuracy(**accuracy) if accuracy else None,
+            ended_as=code,
             stored=arrays,
-        )  # fmt: skip
+        )
 
     @classmethod
     def offered(cls, scene: Scene, duration: float) -> dict[str, Measure]:
@@ -143,9 +152,18 @@ class Run(Hinted):
 
         accuracy = {} if self.accuracy is None else vars(self.accuracy)
         return self.stored or RunArrays(
-            self.scene, self.duration, self.code.name, self.code.value, self.events, self.variables(), self.ledger,
-            self.measures.to_dict(), self.measures.warned, self.electrical_energy, accuracy,
-        )  # fmt: skip
+            self.scene,
+            self.duration,
+            self.code.name,
+            self.code.value,
+            self.events,
+            self.variables(),
+            self.ledger,
+            self.measures.to_dict(),
+            self.measures.warned,
+            self.electrical_energy,
+            accuracy,
+        )
 
     def __getitem__(self, name: object) -> Any:
         raise TypeError(
@@ -401,9 +419,7 @@ class Run(Hinted):
         from tarsus.files.series import dataset_of
 
         attrs = {"title": self.base.name, "result": self.code.value}
-        return dataset_of(
-            self.variables(times), attrs | {"duration_s": self.duration, "period_s": self.period}
-        )
+        return dataset_of(self.variables(times), attrs | {"duration_s": self.duration, "period_s": self.period})
 
 
 def changed_run(

@@ -43,9 +43,7 @@ class Series(Hinted):
     name, from the start (nt,) [J].
     """
 
-    _guesses: ClassVar[Mapping[str, str]] = {
-        "t": "'time'", "gap": "state.gap", "x": "state.x", "v": "state.v",
-    }  # fmt: skip
+    _guesses: ClassVar[Mapping[str, str]] = {"t": "'time'", "gap": "state.gap", "x": "state.x", "v": "state.v"}
 
     def __init__(self, run: Run, time: Floats) -> None:
         self.run, self.time = run, time

@@ -87,8 +87,11 @@ class Session(Hinted):
         self._lock = threading.RLock()
 
     _guesses: ClassVar[Mapping[str, str]] = {
-        "simulate": "'run'", "simulate_batch": "'batch'", "time": "state.time", "load": "'restore'",
-    }  # fmt: skip
+        "simulate": "'run'",
+        "simulate_batch": "'batch'",
+        "time": "state.time",
+        "load": "'restore'",
+    }
 
     def __repr__(self) -> str:
         many = "" if self.robots is None else f", robots={self.robots}"
@@ -111,9 +114,7 @@ class Session(Hinted):
         """
         return changed_run(self.scene, values or {}, seconds_of(self.scene, duration), accuracy, self._shared)
 
-    def batch(
-        self, vary: Mapping[str, ArrayLike], duration: float | str | None = None, **options: Any
-    ) -> Batch:
+    def batch(self, vary: Mapping[str, ArrayLike], duration: float | str | None = None, **options: Any) -> Batch:
         """Many runs, as `simulate_batch` makes them; options as there. Raises InputError as it does."""
         return simulate_batch(self.scene, vary, duration, shared=self._shared, **options)
 
@@ -160,9 +161,7 @@ class Session(Hinted):
             if len(one) in (1, count)
         }
         if wrong := sorted(path for path, one in checked.items() if len(one) not in (1, count)):
-            raise InputError(
-                [f"{path}: expected one value or {count}, got {len(checked[path])}" for path in wrong]
-            )
+            raise InputError([f"{path}: expected one value or {count}, got {len(checked[path])}" for path in wrong])
         longest = seconds_of(self.scene, None)
         return SteppedRobots.at_start(
             self.scene, self._shared, spread, count, longest, self.accuracy, account=self.account
@@ -183,14 +182,24 @@ class Session(Hinted):
 
     @overload
     def step(
-        self, drive: Mapping[str, Any] | float | str | None = None, dt: float | str = "1 ms", *,
-        ramp: bool = False, gait: Mapping[str, Any] | None = None, gradients: None = None,
-    ) -> State: ...  # fmt: skip
+        self,
+        drive: Mapping[str, Any] | float | str | None = None,
+        dt: float | str = "1 ms",
+        *,
+        ramp: bool = False,
+        gait: Mapping[str, Any] | None = None,
+        gradients: None = None,
+    ) -> State: ...
     @overload
     def step(
-        self, drive: Mapping[str, Any] | float | str | None = None, dt: float | str = "1 ms", *,
-        ramp: bool = False, gait: Mapping[str, Any] | None = None, gradients: Sequence[str],
-    ) -> tuple[State, StepSlopes]: ...  # fmt: skip
+        self,
+        drive: Mapping[str, Any] | float | str | None = None,
+        dt: float | str = "1 ms",
+        *,
+        ramp: bool = False,
+        gait: Mapping[str, Any] | None = None,
+        gradients: Sequence[str],
+    ) -> tuple[State, StepSlopes]: ...
     def step(
         self,
         drive: Mapping[str, Any] | float | str | None = None,
@@ -229,23 +238,17 @@ class Session(Hinted):
             drive, dt = None, drive
         if not isinstance(drive, Mapping | None):
             name = next(iter(self.scene.robot.drives), "NAME")
-            raise InputError(
-                f"drive: expected volts by the drives' names, such as {{'{name}': 6}}, got {drive!r:.60}"
-            )
+            raise InputError(f"drive: expected volts by the drives' names, such as {{'{name}': 6}}, got {drive!r:.60}")
         with self._lock:
             now, seconds = self._robots(), self._seconds(dt)
             if not now.runs.done.all():
                 robot = int(np.flatnonzero(~now.runs.done)[0])
                 said = ResultCode.of(int(now.runs.code[robot]), makes_energy=self.scene.ground.makes_energy)
                 which = "the robot" if self.robots is None else f"robot {robot}"
-                raise InputError(
-                    f"{which} has stopped at {now.runs.time[robot]:.6g} s and waits for a reset: {said}"
-                )
+                raise InputError(f"{which} has stopped at {now.runs.time[robot]:.6g} s and waits for a reset: {said}")
             kept = now.gait
             try:
-                told = (
-                    now.told(drive or {}, gait or {}, seconds, ramp=ramp) if drive or gait else now.commands
-                )
+                told = now.told(drive or {}, gait or {}, seconds, ramp=ramp) if drive or gait else now.commands
                 slopes = None
                 if gradients is not None:
                     from tarsus.solve.step_slopes import StepAsked, step_slopes
@@ -277,9 +280,7 @@ class Session(Hinted):
 
         now = self._robots()
         n = now.runs.state.shape[1] // 2
-        return state_of(
-            now, now.runs.state[:, :n].copy() if began is None else began, parts, self.robots is None
-        )
+        return state_of(now, now.runs.state[:, :n].copy() if began is None else began, parts, self.robots is None)
 
     @property
     def state(self) -> State:
@@ -304,12 +305,7 @@ class Session(Hinted):
         """Another session whose robots are where these are and go their own way; tables are shared."""
         with self._lock:
             out = Session(
-                self.scene,
-                self.robots,
-                self.vary,
-                accuracy=self.accuracy,
-                account=self.account,
-                threads=self.threads,
+                self.scene, self.robots, self.vary, accuracy=self.accuracy, account=self.account, threads=self.threads
             )
             out._shared = self._shared
             out._rng.bit_generator.state = self._rng.bit_generator.state
@@ -348,9 +344,11 @@ class Session(Hinted):
     def _bytes(self) -> bytes:
         with self._lock:
             said = {
-                "format": FORMAT, "scene": self._digest(), "robots": self.robots,
+                "format": FORMAT,
+                "scene": self._digest(),
+                "robots": self.robots,
                 "generator": self._rng.bit_generator.state,
-            }  # fmt: skip
+            }
             out = io.BytesIO()
             np.savez_compressed(out, session=json.dumps(said), **self._robots().arrays())
             return out.getvalue()

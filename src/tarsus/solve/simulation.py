@@ -305,9 +305,7 @@ class _BatchAsked:
     def _batch(self, periods: NDArray[np.float64], parts: Sequence[Part]) -> Batch:
         """What has come of them."""
         accuracy = self.accuracy or Accuracy()
-        return Batch(
-            self.scene, self.values, self.seconds, periods, parts, None, self.axes, accuracy, self.track
-        )
+        return Batch(self.scene, self.values, self.seconds, periods, parts, None, self.axes, accuracy, self.track)
 
     def on_threads(self, threads: Workers) -> Batch:
         """Those that differ in data of a plan together, some at a time. Raises InputError as `simulate_batch`."""
@@ -390,9 +388,7 @@ def _divided(scene: Scene, values: Mapping[str, np.ndarray]) -> tuple[list[str],
     for path, place in places.items():
         if place is not None and place.bounded:
             check_bounds(scene, path, values[path])
-    return [path for path, p in places.items() if p is not None], [
-        path for path, p in places.items() if p is None
-    ]
+    return [path for path, p in places.items() if p is not None], [path for path, p in places.items() if p is None]
 
 
 def _combined(axes: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

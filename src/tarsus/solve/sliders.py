@@ -128,10 +128,8 @@ def sliders_of(
 
 def _check_asked(
     places: Mapping[str, Place], infos: Mapping[str, FloatInfo], ranges: Mapping[str, Any], drives: Sequence[str] | None
-) -> None:  # fmt: skip
-    faults = [
-        f"{path}: the scene has no such number" for path in (*ranges, *(drives or ())) if path not in infos
-    ]
+) -> None:
+    faults = [f"{path}: the scene has no such number" for path in (*ranges, *(drives or ())) if path not in infos]
     for path in drives or ():
         if path in infos and (path not in places or places[path].bounded):
             faults.append(f"{path}: is not a number that a drive takes")
@@ -307,14 +305,23 @@ def _different(channels: Channels) -> tuple[Channels, Ints]:
     for c, count in enumerate(channels.counts):
         own = slice(starts[c], starts[c] + count)
         key = b"".join(
-            (arrays["starts"][starts[c] + c : starts[c] + c + count + 1].tobytes(), arrays["coef"][own].tobytes(),
-             arrays["kink"][own].tobytes(), arrays["loops"][c : c + 1].tobytes())
-        )  # fmt: skip
+            (
+                arrays["starts"][starts[c] + c : starts[c] + c + count + 1].tobytes(),
+                arrays["coef"][own].tobytes(),
+                arrays["kink"][own].tobytes(),
+                arrays["loops"][c : c + 1].tobytes(),
+            )
+        )
         where[c] = first.setdefault(key, len(first))
         if where[c] == len(kept):
             kept.append(c)
     rows = np.concatenate([starts[c] + np.arange(int(channels.counts[c])) for c in kept])
     return Channels(
-        channels.counts[kept], channels.loops[kept], channels.begin[rows], channels.end[rows], channels.coef[rows],
-        channels.kink[rows], channels.periods[kept],
-    ), where  # fmt: skip
+        channels.counts[kept],
+        channels.loops[kept],
+        channels.begin[rows],
+        channels.end[rows],
+        channels.coef[rows],
+        channels.kink[rows],
+        channels.periods[kept],
+    ), where

@@ -16,13 +16,7 @@ import numpy.typing as npt
 from tarsus.core import arrays as a
 from tarsus.core.states import SampledStates
 from tarsus.plan.lowering import Plan
-from tarsus.solve.differences import (
-    LEAST,
-    STEP,
-    Differences,
-    MotionValues,
-    better_step,
-)
+from tarsus.solve.differences import LEAST, STEP, Differences, MotionValues, better_step
 from tarsus.solve.window_run import Ran, gathered
 
 Floats = npt.NDArray[np.float64]
@@ -45,9 +39,7 @@ FELT = [a.E_TIME, a.E_BEFORE]
 class NoSlope(Enum):
     """Why there is no derivative of what comes after some moment; the value is a sentence."""
 
-    OTHERWISE = (
-        "{foot} touches or leaves the ground otherwise from {time} on where the number is a little another"
-    )
+    OTHERWISE = "{foot} touches or leaves the ground otherwise from {time} on where the number is a little another"
     KINKED = "to both sides of the number {foot} moves otherwise at {time}: an edge or a threshold lies there"
     UNSURE = "what {foot} does at {time} is within the error of a step"
     STOPPED = "with the number a little another the motion stops before its end"
@@ -207,9 +199,13 @@ class WindowSlopes:
         """Those of one window."""
         own = tuple(one._replace(window=0) for one in self.flags if one.window == window)
         return WindowSlopes(
-            self.names, self.states.part(samples), self.rows[events], self.state_errors.part(samples),
-            self.row_errors[events], own,
-        )  # fmt: skip
+            self.names,
+            self.states.part(samples),
+            self.rows[events],
+            self.state_errors.part(samples),
+            self.row_errors[events],
+            own,
+        )
 
 
 class _Side(NamedTuple):
@@ -257,11 +253,7 @@ class _Base:
 
     def side(self, other: Ran, doubt: NoSlope = NoSlope.OTHERWISE, since: Floats | None = None) -> _Side:
         """What other windows show of these, of samples from some moments (nw,) on."""
-        alike, states, times = (
-            EventsAlike.of(self.own, other, self.late, doubt),
-            other.states,
-            self.own.times,
-        )
+        alike, states, times = (EventsAlike.of(self.own, other, self.late, doubt), other.states, self.own.times)
         has = alike.place >= 0
         rows = np.where(has[:, None], _taken(other.events, alike.place), self.own.events)
         valid = (
@@ -299,14 +291,25 @@ class _Base:
         each = [slice(k, k + 1) for k in range(a.EVENT_WIDTH)]
         return (
             MotionValues(
-                self.shown, np.where(finer.valid, finer.shown, self.shown), (one.shown, two.shown),
-                np.array([one.valid, two.valid]), self.own.first, [slice(*ends) for ends in pairwise(sizes)], every,
+                self.shown,
+                np.where(finer.valid, finer.shown, self.shown),
+                (one.shown, two.shown),
+                np.array([one.valid, two.valid]),
+                self.own.first,
+                [slice(*ends) for ends in pairwise(sizes)],
+                every,
             ),
             MotionValues(
-                self.own.events.T, finer.rows.T, (one.rows.T, two.rows.T), np.array([one.has, two.has]),
-                self.own.begin, each, np.ones(a.EVENT_WIDTH), of_events=True,
+                self.own.events.T,
+                finer.rows.T,
+                (one.rows.T, two.rows.T),
+                np.array([one.has, two.has]),
+                self.own.begin,
+                each,
+                np.ones(a.EVENT_WIDTH),
+                of_events=True,
             ),
-        )  # fmt: skip
+        )
 
     def kinks(self, samples: Flags, events: Flags) -> Lost:
         """There are no derivatives where all samples to the end have a kink, nor from the first event on that has: of a
@@ -375,9 +378,14 @@ class LaneSlopes:
         """Those of one of the lanes that these are of."""
         reasons = tuple(one.part(windows) for one in self.reasons)
         return LaneSlopes(
-            lane, self.samples[:, :, samples], self.rows[:, :, events], self.lost.part(windows), self.bent[windows],
-            self.noise[windows], reasons,
-        )  # fmt: skip
+            lane,
+            self.samples[:, :, samples],
+            self.rows[:, :, events],
+            self.lost.part(windows),
+            self.bent[windows],
+            self.noise[windows],
+            reasons,
+        )
 
 
 @dataclass(frozen=True)

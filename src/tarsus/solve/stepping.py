@@ -68,15 +68,29 @@ class SteppedRobots:
 
     @classmethod
     def at_start(
-        cls, scene: Scene, shared: Shared, values: Mapping[str, Floats], count: int, longest: float,
-        accuracy: Accuracy, *, account: bool,
-    ) -> SteppedRobots:  # fmt: skip
+        cls,
+        scene: Scene,
+        shared: Shared,
+        values: Mapping[str, Floats],
+        count: int,
+        longest: float,
+        accuracy: Accuracy,
+        *,
+        account: bool,
+    ) -> SteppedRobots:
         """As they start; values (nr,) by path. Raises InputError as `Trajectories.of` does."""
         runs = Trajectories.of(scene, values, longest, accuracy=accuracy, shared=shared, count=count)
         out = cls(
-            scene, shared, dict(values), runs, {}, {}, runs.state.copy(),
-            np.zeros((count, 0)) if account else None, np.zeros((count, 2)),
-        )  # fmt: skip
+            scene,
+            shared,
+            dict(values),
+            runs,
+            {},
+            {},
+            runs.state.copy(),
+            np.zeros((count, 0)) if account else None,
+            np.zeros((count, 2)),
+        )
         out.commands = out._own_commands()
         return out
 
@@ -119,11 +133,7 @@ class SteppedRobots:
         """Commands of all drives where some are told something now. Raises InputError for drives and numbers that are
         none."""
         drives, time, count = self.scene.robot.drives, self.runs.time, len(self)
-        problems = [
-            f"drive: there is no drive '{name}'{nearest(name, drives)}"
-            for name in drive
-            if name not in drives
-        ]
+        problems = [f"drive: there is no drive '{name}'{nearest(name, drives)}" for name in drive if name not in drives]
         if problems:
             raise InputError(problems)
         out = dict(self.commands)
@@ -178,9 +188,7 @@ class SteppedRobots:
             wave = with_columns(scene.waveforms.get(name) or Constant(level=0.0), own)
             moved = bool(own or self._of(f"robot.drives.{name}."))
             if scene.robot.drives[name].law.by_rate and self._of(f"robot.drives.{name}."):
-                raise InputError(
-                    f"robot.drives.{name}: a drive that creeps has the same numbers in all robots"
-                )
+                raise InputError(f"robot.drives.{name}: a drive that creeps has the same numbers in all robots")
             out[name] = Command.own(self.drive(name), wave, count, moved)
         return out
 
@@ -245,12 +253,7 @@ class SteppedRobots:
         energy = self.spent[robot] if self.spent.size else np.zeros(ENERGIES + shares)
         account = account_of(acting, energy)
         return ledger_of(
-            self.runs.plan.system,
-            own.scales[0],
-            self.start[robot],
-            self.runs.state[robot],
-            account,
-            self.lost[robot],
+            self.runs.plan.system, own.scales[0], self.start[robot], self.runs.state[robot], account, self.lost[robot]
         )
 
     # what is kept in a file
@@ -258,13 +261,7 @@ class SteppedRobots:
     def arrays(self) -> dict[str, Any]:
         """All that robots are, by name, from which `taken` makes them again."""
         runs = self.runs
-        out = {
-            "time": runs.time,
-            "state": runs.state,
-            "feet": runs.feet,
-            "code": runs.code,
-            "start": self.start,
-        }
+        out = {"time": runs.time, "state": runs.state, "feet": runs.feet, "code": runs.code, "start": self.start}
         out |= {"lost": self.lost} | ({} if self.spent is None else {"spent": self.spent})
         out |= {f"value/{path}": one for path, one in self.values.items()}
         out |= {f"gait/{path}": one for path, one in self.gait.items()}
@@ -282,9 +279,7 @@ class SteppedRobots:
             return {key.removeprefix(head): one for key, one in arrays.items() if key.startswith(head)}
 
         count = len(arrays["time"])
-        out = cls.at_start(
-            scene, shared, group("value/"), count, longest, accuracy, account="spent" in arrays
-        )
+        out = cls.at_start(scene, shared, group("value/"), count, longest, accuracy, account="spent" in arrays)
         for name in ("time", "state", "feet", "code"):
             setattr(out.runs, name, np.array(arrays[name]))
         out.start, out.lost, out.spent = arrays["start"], arrays["lost"], arrays.get("spent")
@@ -452,18 +447,25 @@ def state_of(robots: SteppedRobots, began: Floats, parts: Advanced | None, one: 
     commands, time = robots.commands, runs.time.copy()
 
     def volts() -> Floats:
-        return (
-            np.stack([of.volts(time) for of in commands.values()], axis=1)
-            if commands
-            else np.zeros((len(time), 0))
-        )
+        return np.stack([of.volts(time) for of in commands.values()], axis=1) if commands else np.zeros((len(time), 0))
 
     rows = np.zeros((0, EVENT_WIDTH)) if parts is None else parts.events
     ends = np.zeros(len(runs), dtype=np.int64) if parts is None else parts.event_end
     legs, profile = runs.plan.legs, runs.rows.profile[runs.data]
     ground = () if legs is None else tuple(lines_below(legs.body, profile))
     return State(
-        robots.scene, system, runs.rows.sources[runs.data], ground, time,
-        runs.state[:, :n].copy(), runs.state[:, n:].copy(), runs.feet.copy(), volts, began, rows, ends,
-        runs.code.copy(), one,
-    )  # fmt: skip
+        robots.scene,
+        system,
+        runs.rows.sources[runs.data],
+        ground,
+        time,
+        runs.state[:, :n].copy(),
+        runs.state[:, n:].copy(),
+        runs.feet.copy(),
+        volts,
+        began,
+        rows,
+        ends,
+        runs.code.copy(),
+        one,
+    )

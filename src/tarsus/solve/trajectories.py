@@ -70,18 +70,24 @@ class Trajectories:
         """
         places = {path: slot(scene, path) for path in vary}
         if wrong := [path for path, place in places.items() if place is None]:
-            raise InputError(
-                [f"{path}: makes a plan of its own; runs that go on together share one" for path in wrong]
-            )
+            raise InputError([f"{path}: makes a plan of its own; runs that go on together share one" for path in wrong])
         engine, rows = prepared(scene, vary, longest, shared or Shared(), count)
         count = len(rows)
         alike = all(place is not None and place.kind is Kind.INITIAL for place in places.values())
         data = np.zeros(count, dtype=np.intp) if alike else np.arange(count)
         return cls(
-            engine.plan, engine.tables, rows, data, np.zeros(count), rows.initial.copy(),
-            fresh_feet(count, engine.plan.feet), np.zeros(count, dtype=np.int64), accuracy or Accuracy(), longest,
+            engine.plan,
+            engine.tables,
+            rows,
+            data,
+            np.zeros(count),
+            rows.initial.copy(),
+            fresh_feet(count, engine.plan.feet),
+            np.zeros(count, dtype=np.int64),
+            accuracy or Accuracy(),
+            longest,
             settings_of(engine.plan, longest, accuracy),
-        )  # fmt: skip
+        )
 
     def __len__(self) -> int:
         return len(self.time)
@@ -135,9 +141,15 @@ class Trajectories:
         derivatives: a step of `tarsus.Session`. account: integrate energies."""
         own = np.stack([np.zeros(len(self), dtype=np.int64), np.arange(len(self))], axis=1)
         made = advance_many(
-            self.plan, self.tables, self.settings, [rows], Continuations(self.state, self.time, until, self.feet, own),
-            account=account, together=TOGETHER, threads=threads,
-        )  # fmt: skip
+            self.plan,
+            self.tables,
+            self.settings,
+            [rows],
+            Continuations(self.state, self.time, until, self.feet, own),
+            account=account,
+            together=TOGETHER,
+            threads=threads,
+        )
         self.code, self.state, self.feet = made.codes, made.states, made.feet
         self.time = made.finish[:, 0].copy()
         return made

@@ -26,14 +26,7 @@ if TYPE_CHECKING:
     from tarsus.plan.lowering import Plan
     from tarsus.solve.slopes import WindowSlopes
 
-__all__ = [
-    "Contacts",
-    "Window",
-    "WindowBatch",
-    "WindowGradients",
-    "WindowStart",
-    "simulate_windows",
-]
+__all__ = ["Contacts", "Window", "WindowBatch", "WindowGradients", "WindowStart", "simulate_windows"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -148,8 +141,8 @@ class WindowBatch(Sequence[Window]):
         acting = RunLaws(self.plan, own.starting(np.asarray(self.starts[w].state, dtype=float)))
         code = ResultCode.of(int(ran.codes[w]))
         return Window(
-            acting, ran.times[at], ran.states.part(at), code, ran.events[events], ran.ends[w], ran.feet[w], slopes,
-        )  # fmt: skip
+            acting, ran.times[at], ran.states.part(at), code, ran.events[events], ran.ends[w], ran.feet[w], slopes
+        )
 
 
 def simulate_windows(

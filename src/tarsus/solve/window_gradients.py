@@ -296,9 +296,7 @@ class Copies:
             size = self._moves(state)
             steps = np.divide(OF_STATE * factor, size, out=np.zeros_like(size), where=size > 0.0)
             moved = np.abs(steps[:, None] * state)
-            part = np.divide(
-                ROUNDED * np.abs(starts.state), moved, out=np.zeros_like(moved), where=moved > 0.0
-            )
+            part = np.divide(ROUNDED * np.abs(starts.state), moved, out=np.zeros_like(moved), where=moved > 0.0)
             return _Shift(BOTH, steps, part.max(axis=1), (), state)
         step = OF_TIME * factor / self.plan.rate
         early = bool(np.any(starts.t0 < step))
@@ -314,9 +312,11 @@ class Copies:
         starts, by = self.starts.taken(windows), shift.places[side] * shift.steps[windows]
         own = calls[_BASE]
         if not shift.pairs:
-            moved = starts.later(by) if shift.state is None else replace(
-                starts, state=starts.state + by[:, None] * shift.state[windows]
-            )  # fmt: skip
+            moved = (
+                starts.later(by)
+                if shift.state is None
+                else replace(starts, state=starts.state + by[:, None] * shift.state[windows])
+            )
             return [own.added(moved, np.arange(len(windows)))]
         out = []
         for d, pair in enumerate(shift.pairs):

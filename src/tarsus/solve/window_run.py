@@ -68,20 +68,20 @@ class WindowStarts:
             if not 0 <= one.data < end[-1]:
                 problems.append(f"data: there is no number {one.data} (data are numbered 0 to {end[-1] - 1})")
             if problems:
-                raise InputError(
-                    problems if len(starts) == 1 else [f"window {w}: {text}" for text in problems]
-                )
+                raise InputError(problems if len(starts) == 1 else [f"window {w}: {text}" for text in problems])
         feet = [
-            one.contacts.carried(m, one.t0) if isinstance(one.contacts, Contacts) else one.contacts
-            for one in starts
+            one.contacts.carried(m, one.t0) if isinstance(one.contacts, Contacts) else one.contacts for one in starts
         ]
         number = np.array([one.data for one in starts], dtype=np.int64)
         source = np.searchsorted(end, number, side="right") - 1
         return cls(
-            np.array(states).reshape(-1, size), np.array([one.t0 for one in starts], dtype=float),
-            np.stack([source, number - end[source]], axis=1), np.cumsum([0, *map(len, times)], dtype=np.int64),
-            np.concatenate([*times, np.zeros(0)]), np.array(feet, dtype=float).reshape(-1, m, len(CARRIED)),
-        )  # fmt: skip
+            np.array(states).reshape(-1, size),
+            np.array([one.t0 for one in starts], dtype=float),
+            np.stack([source, number - end[source]], axis=1),
+            np.cumsum([0, *map(len, times)], dtype=np.int64),
+            np.concatenate([*times, np.zeros(0)]),
+            np.array(feet, dtype=float).reshape(-1, m, len(CARRIED)),
+        )
 
     def __len__(self) -> int:
         return len(self.t0)
@@ -123,9 +123,7 @@ class WindowStarts:
         own, then = self.t0[:, None, None], t0[:, None, None]
         feet, moments = self.feet.copy(), self.feet[..., MOMENTS]
         feet[..., MOMENTS] = np.where(moments == own, then, np.minimum(moments, then))
-        return replace(
-            self, t0=t0, times=np.maximum(self.times, np.repeat(t0, np.diff(self.first))), feet=feet
-        )
+        return replace(self, t0=t0, times=np.maximum(self.times, np.repeat(t0, np.diff(self.first))), feet=feet)
 
 
 _TIMES = ("first", "times")
@@ -137,9 +135,7 @@ def _problems(one: WindowStart, state: Floats, times: Floats, feet: int, size: i
     if isinstance(one.contacts, Contacts):
         problems += one.contacts.faults(feet, one.t0)
     elif np.shape(one.contacts) != (feet, len(CARRIED)):
-        problems.append(
-            f"contacts: expected {feet} rows of {len(CARRIED)} numbers, as a window before left them"
-        )
+        problems.append(f"contacts: expected {feet} rows of {len(CARRIED)} numbers, as a window before left them")
     if state.shape != (size,) or not np.isfinite(state).all():
         problems.append(f"state: expected {size} finite numbers, displacements and velocities")
     if not (math.isfinite(one.t0) and one.t0 >= 0.0):
@@ -170,9 +166,15 @@ class Ran:
         events, begin = gathered(self.begin, windows)
         at, first = gathered(self.first, windows)
         return Ran(
-            self.codes[windows], self.events[events], begin, self.states.part(at), self.times[at], first,
-            self.ends[windows], self.feet[windows],
-        )  # fmt: skip
+            self.codes[windows],
+            self.events[events],
+            begin,
+            self.states.part(at),
+            self.times[at],
+            first,
+            self.ends[windows],
+            self.feet[windows],
+        )
 
     def at(self, samples: Integers, first: Integers) -> Ran:
         """With some of the samples alone, those of each window from first on."""
@@ -187,9 +189,7 @@ class Ran:
             name: np.concatenate([getattr(one, name) for one in parts])
             for name in ("codes", "events", "times", "ends", "feet")
         }
-        whole |= {
-            name: end_to_end([np.diff(getattr(one, name)) for one in parts]) for name in ("begin", "first")
-        }
+        whole |= {name: end_to_end([np.diff(getattr(one, name)) for one in parts]) for name in ("begin", "first")}
         return cls(states=all_states([one.states for one in parts]), **whole)
 
 

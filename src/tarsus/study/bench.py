@@ -70,16 +70,12 @@ def chain(n: int) -> Scene:
         damping=(np.array(given["damping"], dtype=float) * 1e-3).tolist(),
     )
     pull = Drive(
-        load=PointLoad(weights={names[given["drive_index"]]: 1.0}),
-        law=LinearForce(gain=given["gain_uN_per_V"] * 1e-6),
+        load=PointLoad(weights={names[given["drive_index"]]: 1.0}), law=LinearForce(gain=given["gain_uN_per_V"] * 1e-6)
     )
     ground = Ground(
         restitution=Restitution(coefficient=given["restitution"]),
         adhesion=Adhesion(initial=given["adhesion0_uN"] * 1e-6, rate=given["adhesion_rate_uN_per_ms"] * 1e-3),
-        film=Film(
-            coefficient=given["film_C"] * 1e-21,
-            thickness=(given["film_offset_um"] + given["ground_um"]) * 1e-6,
-        ),
+        film=Film(coefficient=given["film_C"] * 1e-21, thickness=(given["film_offset_um"] + given["ground_um"]) * 1e-6),
     )
     tip = Foot(point=names[given["tip_index"]], gap=-given["ground_um"] * 1e-6)
     return Scene(

@@ -75,9 +75,7 @@ def _rounded(value: float) -> int:
     return whole // power * power
 
 
-def open_store(
-    sweep: Sweep, folder: Path, *, resume: bool, texts: Mapping[str, str] | None = None
-) -> RunStore:
+def open_store(sweep: Sweep, folder: Path, *, resume: bool, texts: Mapping[str, str] | None = None) -> RunStore:
     """The store of a sweep; where others have begun it, their units count.
 
     `texts` are the sweep's frozen ones, from whoever has them already.
@@ -89,6 +87,10 @@ def open_store(
     """
     begun = resume and (folder / PLAN_FILE).exists()
     return RunStore.open(
-        folder, texts if texts is not None else frozen_texts(sweep), resume=resume, values=values_of(sweep),
-        runs=sweep.runs, chunk=sweep.runs if begun else runs_per_unit(sweep),
-    )  # fmt: skip
+        folder,
+        texts if texts is not None else frozen_texts(sweep),
+        resume=resume,
+        values=values_of(sweep),
+        runs=sweep.runs,
+        chunk=sweep.runs if begun else runs_per_unit(sweep),
+    )

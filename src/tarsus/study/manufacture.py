@@ -46,10 +46,7 @@ class Scattered(Description):
                 faults.append((word, f"expected fewest:most of at least 0, got {low}:{high}"))
         if self.dead[1] + self.weak[1] > len(self.parts):
             faults.append(
-                (
-                    "",
-                    f"at most {self.dead[1]} dead and {self.weak[1]} weak of {len(self.parts)} parts is too many",
-                )
+                ("", f"at most {self.dead[1]} dead and {self.weak[1]} weak of {len(self.parts)} parts is too many")
             )
         return faults
 
@@ -70,8 +67,7 @@ class Scattered(Description):
 
     def _left(self, shares: Floats) -> Floats:
         counts = [
-            low + np.floor(shares[:, i] * (high - low + 1))
-            for i, (low, high) in enumerate((self.dead, self.weak))
+            low + np.floor(shares[:, i] * (high - low + 1)) for i, (low, high) in enumerate((self.dead, self.weak))
         ]
         order = np.argsort(np.argsort(shares[:, DRAWS:], axis=1), axis=1)
         dead, weak = counts[0][:, None], counts[1][:, None]
@@ -116,17 +112,10 @@ class Saltelli(Description):
 
         # SALib takes a seed of 0 for none
         found = sobol.analyze(
-            _problem(self.groups),
-            values,
-            calc_second_order=False,
-            seed=self.seed + 1,
-            num_resamples=RESAMPLES,
+            _problem(self.groups), values, calc_second_order=False, seed=self.seed + 1, num_resamples=RESAMPLES
         )
         keys = {"first": "S1", "first_error": "S1_conf", "total": "ST", "total_error": "ST_conf"}
-        return {
-            name: {word: float(found[key][i]) for word, key in keys.items()}
-            for i, name in enumerate(self.names)
-        }
+        return {name: {word: float(found[key][i]) for word, key in keys.items()} for i, name in enumerate(self.names)}
 
 
 RESAMPLES = 200
@@ -135,12 +124,7 @@ RESAMPLES = 200
 
 def _problem(groups: tuple[str, ...]) -> dict[str, Any]:
     names = [f"x{i}" for i in range(len(groups))]
-    return {
-        "num_vars": len(groups),
-        "names": names,
-        "bounds": [[0.0, 1.0]] * len(groups),
-        "groups": list(groups),
-    }
+    return {"num_vars": len(groups), "names": names, "bounds": [[0.0, 1.0]] * len(groups), "groups": list(groups)}
 
 
 @lru_cache(maxsize=4)

@@ -152,12 +152,7 @@ class WorkerPool:
     def _keep_finished(self) -> None:
         """What workers have given back is kept, also when the sweep stops."""
         for future, (unit, _) in self._under_way.items():
-            if (
-                future.done()
-                and not future.cancelled()
-                and future.exception() is None
-                and unit in self._missing
-            ):
+            if future.done() and not future.cancelled() and future.exception() is None and unit in self._missing:
                 with contextlib.suppress(InputError):  # why the sweep stops is said already
                     self._store.write(unit, future.result()[1])
 

@@ -118,9 +118,7 @@ class Robots:
         )
         return self._sweep("robots", design, {**self.scatter, **self.over}, measures, options)
 
-    def legs_sweep(
-        self, count: int, measures: Sequence[str], *, seed: int = 0, **options: Any
-    ) -> Sweep | None:
+    def legs_sweep(self, count: int, measures: Sequence[str], *, seed: int = 0, **options: Any) -> Sweep | None:
         """Runs that determine whose scatter matters, no leg being dead; None where fewer than two vary; options: others
         of a sweep."""
         axes = {name: axis for name, axis in {**self.scatter, **self.over}.items() if np.ptp(axis.ends) > 0.0}
@@ -130,18 +128,17 @@ class Robots:
         return self._sweep("legs", Saltelli(count=count, seed=seed, groups=groups), axes, measures, options)
 
     def _sweep(
-        self,
-        name: str,
-        design: Any,
-        axes: Mapping[str, SweepAxis],
-        measures: Sequence[str],
-        options: Mapping[str, Any],
+        self, name: str, design: Any, axes: Mapping[str, SweepAxis], measures: Sequence[str], options: Mapping[str, Any]
     ) -> Sweep:
         own: Any = dict(axes)
         return Sweep(
-            name=f"{self.scene.name}: {name}", scene=self.scene, vary=own, design=design,
-            measures=tuple(measures), **options,
-        )  # fmt: skip
+            name=f"{self.scene.name}: {name}",
+            scene=self.scene,
+            vary=own,
+            design=design,
+            measures=tuple(measures),
+            **options,
+        )
 
 
 def _scattered(about: FloatInfo, text: float | str) -> Normal:

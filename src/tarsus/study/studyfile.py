@@ -89,9 +89,5 @@ def frozen_sweep(folder: Path) -> Sweep:
     InputError
         With every problem of the files.
     """
-    laws = {
-        name: law
-        for file in sorted((folder / LAW_FOLDER).glob("*.py"))
-        for name, law in load_laws(file).items()
-    }
+    laws = {name: law for file in sorted((folder / LAW_FOLDER).glob("*.py")) for name, law in load_laws(file).items()}
     return read_sweep(folder / STUDY_FILE, laws)

@@ -81,21 +81,13 @@ class Sweep(Description):
     name: str = Field(min_length=1, description="what the sweep is called")
     scene: Scene
     duration: MaybeAmount = quantity(
-        "s",
-        "model time of every run; the scene's own when absent, of a settled motion 1 s or more",
-        default=None,
-        gt=0,
+        "s", "model time of every run; the scene's own when absent, of a settled motion 1 s or more", default=None, gt=0
     )
     starts: int | None = Field(
-        default=None,
-        ge=1,
-        description="of every settled motion, which walkers are measured by; 4 unless given",
+        default=None, ge=1, description="of every settled motion, which walkers are measured by; 4 unless given"
     )
     from_rest: MaybeAmount = quantity(
-        "s",
-        "measure an episode of so long from the scene's own start, transients and all",
-        default=None,
-        gt=0,
+        "s", "measure an episode of so long from the scene's own start, transients and all", default=None, gt=0
     )
     vary: Annotated[dict[_AxisName, AnyAxis], AfterValidator(FrozenDict)] = Field(
         description="axes by name: the path of a float, or any name for several paths together"
@@ -143,9 +135,7 @@ class Sweep(Description):
             paths = _paths(scene, name, item)
             wrong = [fault for path in paths for fault in _path_faults(scene, known, name, path)]
             wrong += [
-                (f"{name}.paths", f"'{path}' varies on axis '{owner[path]}' already")
-                for path in paths
-                if path in owner
+                (f"{name}.paths", f"'{path}' varies on axis '{owner[path]}' already") for path in paths if path in owner
             ]
             owner.update({path: name for path in paths})
             if not wrong and len({known[path].unit for path in paths}) > 1:
@@ -166,9 +156,7 @@ class Sweep(Description):
         if faults:
             order = list(value)
             raise PathErrors(
-                sorted(
-                    faults, key=lambda one: min(i for i, name in enumerate(order) if one[0].startswith(name))
-                )
+                sorted(faults, key=lambda one: min(i for i, name in enumerate(order) if one[0].startswith(name)))
             )
         return axes
 
@@ -216,12 +204,11 @@ class Sweep(Description):
         if isinstance(motion, FromRest):
             return []
         paths = [path for name in self.vary for path in self.paths(name) if path.startswith("initial.")]
-        return [
-            (f"vary.{path}", f"a settled motion has starts of its own; {EPISODE}") for path in paths
-        ] + [
+        return [(f"vary.{path}", f"a settled motion has starts of its own; {EPISODE}") for path in paths] + [
             (f"measures.{i}", f"'{name}' is of a whole run from its start, which a settled motion has not; {EPISODE}")
-            for i, name in enumerate(self.measures) if name in OF_EPISODES
-        ]  # fmt: skip
+            for i, name in enumerate(self.measures)
+            if name in OF_EPISODES
+        ]
 
     @property
     def motion(self) -> Motion:
@@ -239,9 +226,11 @@ class Sweep(Description):
         from tarsus.orbits.returns import drive_period
 
         timed = {
-            path: axis.ends[0] for name, axis in self.vary.items() for path in self.paths(name)
+            path: axis.ends[0]
+            for name, axis in self.vary.items()
+            for path in self.paths(name)
             if path.endswith(".frequency")
-        }  # fmt: skip
+        }
         try:
             return drive_period(with_values(self.scene, timed) if timed else self.scene)
         except InputError as error:
@@ -310,11 +299,7 @@ def _path_faults(scene: Scene, known: Mapping[str, FloatInfo], name: str, path: 
 def _in_si(item: Any, unit: str, paths: tuple[str, ...]) -> Any:
     """An axis as given, with its quantities as SI floats; an unknown's range is one, on its scale."""
     if _is_unknown(item):
-        item = {
-            "kind": "logspace" if item.scale == "log" else "linspace",
-            "start": item.low,
-            "stop": item.high,
-        }
+        item = {"kind": "logspace" if item.scale == "log" else "linspace", "start": item.low, "stop": item.high}
     if isinstance(item, SweepAxis):
         return with_values(item, {"paths": paths})
     if isinstance(item, np.ndarray):
@@ -350,9 +335,7 @@ def _ends_are_taken(scene: Scene, asked: Mapping[str, Any], axes: Mapping[str, S
     if len(axes) < 2:
         return False
     for end in (0, -1):
-        every = {
-            path: axis.ends[end] for name, axis in axes.items() for path in _paths(scene, name, asked[name])
-        }
+        every = {path: axis.ends[end] for name, axis in axes.items() for path in _paths(scene, name, asked[name])}
         try:
             with_values(scene, every)
         except InputError:

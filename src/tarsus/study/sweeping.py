@@ -114,9 +114,7 @@ def run_sweep(
         made.update(counted.runs)
 
     file, outcomes = finish(sweep, store, do)
-    return SweepResult(
-        file, sweep.runs, kept, outcomes, store.units, dict(made), sweep.name, str(sweep.motion)
-    )
+    return SweepResult(file, sweep.runs, kept, outcomes, store.units, dict(made), sweep.name, str(sweep.motion))
 
 
 def finish(sweep: Sweep, store: RunStore, do: Callable[[Sequence[int]], None]) -> tuple[Path, dict[str, int]]:
@@ -185,5 +183,7 @@ def score_runs(
     return RunStore().evaluate(
         np.column_stack(list(points.values())),
         lambda rows: work_unit(sweep, dict(zip(points, rows.T, strict=True)), shared),
-        chunk=runs_per_unit(sweep), threads=threads, progress=progress,
-    )  # fmt: skip
+        chunk=runs_per_unit(sweep),
+        threads=threads,
+        progress=progress,
+    )

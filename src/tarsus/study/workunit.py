@@ -28,9 +28,7 @@ DONE = list(OUTCOMES).index(ResultCode.DONE.name)
 _NUMBERS = {name: np.int8(number) for number, name in enumerate(OUTCOMES)}
 
 
-def work_unit(
-    sweep: Sweep, points: Mapping[str, Floats], shared: Shared | None = None
-) -> dict[str, np.ndarray]:
+def work_unit(sweep: Sweep, points: Mapping[str, Floats], shared: Shared | None = None) -> dict[str, np.ndarray]:
     """Simulate and score runs of a sweep.
 
     Parameters
@@ -72,9 +70,7 @@ def _unknown(sweep: Sweep, count: int) -> dict[str, Floats]:
     return {name: np.full((count, *shape), np.nan) for name, shape in score_shapes(sweep).items()}
 
 
-def _batches(
-    sweep: Sweep, points: Mapping[str, Floats], count: int, shared: Shared
-) -> list[tuple[int, Scored]]:
+def _batches(sweep: Sweep, points: Mapping[str, Floats], count: int, shared: Shared) -> list[tuple[int, Scored]]:
     """All runs as one batch; where the scene refuses some of them, the others one by one, with their numbers."""
     from tarsus.orbits.scored import scored
 

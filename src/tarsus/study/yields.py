@@ -39,9 +39,14 @@ WALKS, BOUNCES = ("mean_speed", "cost_of_transport"), ("peak", "bounces")
 and how often its foot bounces."""
 
 LESS = (
-    "cost_of_transport", "electrical_energy", "foot_slip", "slip_ratio", "impact_speed", "hardest_impact",
+    "cost_of_transport",
+    "electrical_energy",
+    "foot_slip",
+    "slip_ratio",
+    "impact_speed",
+    "hardest_impact",
     "vertical_amplitude",
-)  # fmt: skip
+)
 """Measures that are better the smaller they are; of all others more is better."""
 
 SHARES = (0.99, 0.9, 0.5, 0.1)
@@ -74,8 +79,10 @@ class YieldCurve:
 
 
 YIELD_FILES = (
-    "yield.json", "report.html", *(f"{place}/{name}" for place in ("robots", "legs") for name in SWEEP_FILES),
-)  # fmt: skip
+    "yield.json",
+    "report.html",
+    *(f"{place}/{name}" for place in ("robots", "legs") for name in SWEEP_FILES),
+)
 """Everything that a yield has in its folder, as glob patterns."""
 
 MOST_DRAWS = 2**20
@@ -232,20 +239,23 @@ class Yield(Tabled):
         and whose scatter matters most."""
         rows = [
             (
-                spaced(name), "at most" if curve.less else "at least",
-                *(curve.met_by(share) for share in SHARES), self._met(name),
+                spaced(name),
+                "at most" if curve.less else "at least",
+                *(curve.met_by(share) for share in SHARES),
+                self._met(name),
             )
             for name, curve in self.curves.items()
-        ]  # fmt: skip
+        ]
         columns = ["measure", "is", *(Column(f"{share:.0%} of robots", ROW) for share in SHARES)]
         ended = Table("", ["runs", "outcome"], [(n, OUTCOMES[name]) for name, n in self.outcomes.items()])
         return Table(
             f"{self.robots.scene.name}: {len(self.lost)} robots, {self.motion.words}",
-            [*columns, "what is required"], rows,
+            [*columns, "what is required"],
+            rows,
             notes=[*self.motion.notes(self.units), *(one.sentence(name) for name, one in self.leaders.items())],
             parts=[ended],
             units=[self.units[name] for name in self.curves],
-        )  # fmt: skip
+        )
 
     def _met(self, name: str) -> str | None:
         """The requirement on a measure, and the share of robots that meet it, in words."""
@@ -262,14 +272,18 @@ class Yield(Tabled):
             for name, one in self.curves.items()
         }
         return {
-            "scene": self.robots.scene.name, "robots": len(self.lost), **self.motion.to_dict(),
+            "scene": self.robots.scene.name,
+            "robots": len(self.lost),
+            **self.motion.to_dict(),
             "measures": list(self.measures),
-            "outcomes": dict(self.outcomes), "curves": curves, "by_dead": list(self.by_dead),
+            "outcomes": dict(self.outcomes),
+            "curves": curves,
+            "by_dead": list(self.by_dead),
             "cost_of_a_dead_leg": {leg: {"difference": d, "error": e} for leg, (d, e) in self.cost.items()},
             "indices": {name: dict(one) for name, one in self.indices.items()},
             "shares": {name: list(one) for name, one in self.shares.items()},
             "matters_most": {name: asdict(one) | {"resolved": one.resolved} for name, one in self.leaders.items()},
-        }  # fmt: skip
+        }
 
 
 def yield_(
@@ -364,10 +378,14 @@ def yield_(
 
 
 _FIELDS = (
-    ("Scattered.count", "robots"), ("Saltelli.count", "draws"), ("Sweep.measures", "require"),
-    ("Sweep.starts", "starts"), ("Sweep.from_rest", "from_rest"), ("Sweep.duration", "duration"),
+    ("Scattered.count", "robots"),
+    ("Saltelli.count", "draws"),
+    ("Sweep.measures", "require"),
+    ("Sweep.starts", "starts"),
+    ("Sweep.from_rest", "from_rest"),
+    ("Sweep.duration", "duration"),
     ("Sweep.vary", "dead, weak"),
-)  # fmt: skip
+)
 """Fields of a sweep, and the arguments that they come from."""
 
 
@@ -425,19 +443,13 @@ class YieldStudy:
         if draws and legs is None:
             raise InputError(
                 InputProblem.at(
-                    "draws",
-                    "Sobol indices compare the scatter of two legs or numbers at least; give 0 draws, or more",
+                    "draws", "Sobol indices compare the scatter of two legs or numbers at least; give 0 draws, or more"
                 )
             )
         return cls(robots, sweep, legs, required)
 
     def run(
-        self,
-        folder: Path,
-        *,
-        resume: bool = False,
-        threads: Workers = None,
-        progress: Progress | None = None,
+        self, folder: Path, *, resume: bool = False, threads: Workers = None, progress: Progress | None = None
     ) -> Yield:
         """Run both sweeps in a folder and write ``yield.json`` there; as `yield_`."""
         files: dict[str, Path] = {}

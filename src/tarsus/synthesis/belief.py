@@ -34,22 +34,21 @@ class Belief:
     def __post_init__(self) -> None:
         problems = [
             f"{path}: a share of it is known, so that it needs a value other than 0"
-            for one in self.unknown.values() for path, value in one.items() if value == 0.0
-        ]  # fmt: skip
+            for one in self.unknown.values()
+            for path, value in one.items()
+            if value == 0.0
+        ]
         problems += [
             f"{name}: a belief needs a spread above 0"
-            for name, variance in zip(self.unknown, np.diag(self.covariance), strict=True) if not variance > 0.0
-        ]  # fmt: skip
+            for name, variance in zip(self.unknown, np.diag(self.covariance), strict=True)
+            if not variance > 0.0
+        ]
         if problems:
             raise InputError(problems)
 
     @classmethod
     def of(
-        cls,
-        scene: Scene,
-        more: Sequence[str] = (),
-        spread: float = 0.3,
-        draws: Mapping[str, Floats] | None = None,
+        cls, scene: Scene, more: Sequence[str] = (), spread: float = 0.3, draws: Mapping[str, Floats] | None = None
     ) -> Belief:
         """What a scene says of the numbers that a campaign identifies, and of more at paths.
 
@@ -74,9 +73,7 @@ class Belief:
             known = low * high > 0.0 and bool(np.isfinite([low, high]).all())
             wide.append(abs(np.log(high / low)) / (2.0 * norm.ppf(0.5 + 0.5 * LEVEL)) if known else spread)
         covariance = np.diag(np.square(wide))
-        told = {
-            j: logs for j, name in enumerate(unknown) if (logs := _logs((draws or {}).get(name))) is not None
-        }
+        told = {j: logs for j, name in enumerate(unknown) if (logs := _logs((draws or {}).get(name))) is not None}
         if told:
             at = list(told)
             covariance[np.ix_(at, at)] = np.cov(list(told.values()), ddof=1).reshape(len(at), -1)
@@ -95,23 +92,23 @@ class Belief:
         sobol = qmc.Sobol(len(self.unknown), seed=seed)  # pyright: ignore[reportCallIssue]
         drawn = qmc.MultivariateNormalQMC(np.zeros(len(self.unknown)), self.covariance, engine=sobol)
         # one by one: scipy warns of counts that are no power of 2
-        return np.concatenate(
-            [np.zeros((1, len(self.unknown))), *(drawn.random(1) for _ in range(count - 1))]
-        )
+        return np.concatenate([np.zeros((1, len(self.unknown))), *(drawn.random(1) for _ in range(count - 1))])
 
     def scene(self, scene: Scene, logs: Floats) -> Scene:
         """The scene with numbers so far off, within what their descriptions allow."""
         moved = zip(self.unknown.values(), np.exp(logs).tolist(), strict=True)
-        return with_values(scene, {
-            path: float(np.clip(value * by, *field_limits(scene, path)))
-            for one, by in moved for path, value in one.items()
-        })  # fmt: skip
+        return with_values(
+            scene,
+            {
+                path: float(np.clip(value * by, *field_limits(scene, path)))
+                for one, by in moved
+                for path, value in one.items()
+            },
+        )
 
     def directions(self, scene: Scene) -> dict[str, Mapping[str, float]]:
         """Directions of the logarithms at the values of a scene."""
-        return {
-            name: {path: float(get_value(scene, path)) for path in one} for name, one in self.unknown.items()
-        }
+        return {name: {path: float(get_value(scene, path)) for path in one} for name, one in self.unknown.items()}
 
 
 def field_limits(scene: Scene, path: str) -> tuple[float, float]:
@@ -142,11 +139,7 @@ def _together(scene: Scene, path: str) -> str:
     """Name of a number: its path, or that of all legs together."""
     structure = scene.robot.structure
     parts = path.split(".")
-    if (
-        parts[1:3] == ["structure", "legs"]
-        and isinstance(structure, Walker)
-        and len(structure.legs) > MOST_LEGS
-    ):
+    if parts[1:3] == ["structure", "legs"] and isinstance(structure, Walker) and len(structure.legs) > MOST_LEGS:
         parts[3] = "*"
     return ".".join(parts)
 

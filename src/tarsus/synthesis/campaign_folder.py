@@ -44,9 +44,19 @@ _FORMATS: dict[Purpose, tuple[str, Writer]] = {
     Purpose.WALKING: (".h5", write_hdf),
 }
 CAMPAIGN_FILES = (
-    "campaign.toml", "device.toml", "truth/device.toml", "sweep-*.uff", "loops*.txt", "ramps-*.mat", "close-*.mat",
-    "bounces-*.h5", "air-*.h5", "held-out-*.csv", "walk-*.h5", "exercise-*.h5",
-)  # fmt: skip
+    "campaign.toml",
+    "device.toml",
+    "truth/device.toml",
+    "sweep-*.uff",
+    "loops*.txt",
+    "ramps-*.mat",
+    "close-*.mat",
+    "bounces-*.h5",
+    "air-*.h5",
+    "held-out-*.csv",
+    "walk-*.h5",
+    "exercise-*.h5",
+)
 """Everything that a campaign of all planned recordings writes, as glob patterns."""
 
 _ALTERED = 9.0 / 7.0
@@ -192,11 +202,7 @@ def write_campaign(
         seeds = range(1000 * seed + 31 * number, 1000 * seed + 31 * number + recording.repeats)
         recorder = _first_moving(scene, recording) if walks else drive
         for repeat, record in enumerate(recorded(scene, recording, instrument, recorder, seeds)):
-            name = (
-                f"{recording.name}-{repeat + 1}{suffix}"
-                if recording.repeats > 1
-                else f"{recording.name}{suffix}"
-            )
+            name = f"{recording.name}-{repeat + 1}{suffix}" if recording.repeats > 1 else f"{recording.name}{suffix}"
             said = write(record, folder / name)
             names.append(name)
             written.append(folder / name)
@@ -223,9 +229,7 @@ def _check_identifiable(scene: Scene) -> None:
     if isinstance(robot.structure, Walker):
         return
     if not isinstance(robot.structure, Beam | Modal):
-        amiss.append(
-            f"its structure is of the kind '{robot.structure.kind}', not 'beam', 'modal' or 'walker'"
-        )
+        amiss.append(f"its structure is of the kind '{robot.structure.kind}', not 'beam', 'modal' or 'walker'")
     if len(robot.drives) != 1:
         amiss.append(f"it has {len(robot.drives)} drives, not one")
     amiss += [
@@ -242,9 +246,7 @@ def _check_identifiable(scene: Scene) -> None:
 def _first_moving(scene: Scene, recording: Recording) -> str:
     """Name of the first drive whose volts a walk changes: they are recorded, for its beginning."""
     waveforms = placed(scene, recording, "").waveforms
-    moving = (
-        name for name, wave in waveforms.items() if np.ptp(wave.volts(recording.duration * _TRIED)) > 0.0
-    )
+    moving = (name for name, wave in waveforms.items() if np.ptp(wave.volts(recording.duration * _TRIED)) > 0.0)
     return next(moving, next(iter(scene.robot.drives)))
 
 
@@ -252,9 +254,7 @@ _TRIED = np.linspace(0.0, 1.0, 1001)
 """Parts of a walk at which its volts are looked at."""
 
 
-def _described(
-    recording: Recording, files: tuple[str, ...], said: dict[str, ChannelChoice], drive: str
-) -> RecordSet:
+def _described(recording: Recording, files: tuple[str, ...], said: dict[str, ChannelChoice], drive: str) -> RecordSet:
     return RecordSet(
         purpose=recording.purpose,
         files=files,

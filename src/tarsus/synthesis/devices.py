@@ -56,9 +56,7 @@ def perturbed(scene: Scene, spread: float, seed: int, fixed: tuple[str, ...] = (
         except InputError as error:
             refused += error.problems
     why = f": {len(refused)} of {_TRIES} draws are refused, the first since {refused[0]}" if refused else ""
-    raise InputError(
-        f"no device within {spread:g} of '{scene.name}' rests clear of the ground after poling{why}"
-    )
+    raise InputError(f"no device within {spread:g} of '{scene.name}' rests clear of the ground after poling{why}")
 
 
 def identified_paths(scene: Scene) -> list[str]:
@@ -75,8 +73,7 @@ def identified_paths(scene: Scene) -> list[str]:
         return [
             path
             for path in float_paths(scene)
-            if path.startswith(ground)
-            or (path.startswith("robot.structure.legs.") and path.endswith(springs))
+            if path.startswith(ground) or (path.startswith("robot.structure.legs.") and path.endswith(springs))
         ]
     wanted += ("robot.structure.frequencies.", "robot.structure.damping_ratios.")
     for path in float_paths(scene):

@@ -62,10 +62,7 @@ class Sensing:
         """Noise (nc,) of outputs that show values (nc, nt)."""
         size = np.maximum(np.sqrt(np.mean(values**2, axis=1)), np.finfo(float).tiny)
         return np.array(
-            [
-                self.noise.get(one.quantity) or self.share[one.quantity] * size[k]
-                for k, one in enumerate(outputs)
-            ]
+            [self.noise.get(one.quantity) or self.share[one.quantity] * size[k] for k, one in enumerate(outputs)]
         )
 
 
@@ -132,10 +129,7 @@ def told_by(
     """
     tool = sensing or Sensing()
     there = placed(scene, recording, drive)
-    outputs = [
-        one for one in outputs_of(there, recording)
-        if one.quantity in tool.noise or one.quantity in tool.share
-    ]  # fmt: skip
+    outputs = [one for one in outputs_of(there, recording) if one.quantity in tool.noise or one.quantity in tool.share]
     if not outputs:
         raise InputError(f"'{recording.name}': the instruments show nothing of it")
     run = simulate(there, recording.duration)

@@ -34,15 +34,7 @@ CLOSE_S = 0.12
 """Their duration [s]: seven periods of the slower one."""
 _LEAST_SWEEP_S = 4.0
 """Strongly damped modes need no time to be resolved, but lines enough to average the noise over."""
-RAMPS = (
-    (5.0, 0.25, 3),
-    (5.0, 0.5, 3),
-    (5.0, 1.0, 3),
-    (20.0, 0.5, 4),
-    (20.0, 1.0, 4),
-    (60.0, 1.0, 8),
-    (100.0, 1.0, 10),
-)
+RAMPS = ((5.0, 0.25, 3), (5.0, 0.5, 3), (5.0, 1.0, 3), (20.0, 0.5, 4), (20.0, 1.0, 4), (60.0, 1.0, 8), (100.0, 1.0, 10))
 """Ramped squares: frequency [Hz], lambda, periods."""
 BOUNCE_HZ = (300.0, 200.0, 120.0)
 """Frequency of the bouncing experiment, section 2.4, and others to try."""
@@ -113,9 +105,7 @@ def in_air(scene: Scene, rate: float, drive: str) -> list[Recording]:
         loops = Recording("loops", Purpose.LOOPS, turns, 3.0, share=_LOOP_SHARE)
         return [*_sweeps(scene, rate, drive), loops]
     top = _top(scene, drive)
-    loops = Recording(
-        "loops", Purpose.LOOPS, _staircase((top, 0.0, top, 0.0)), 2.0, gap=IN_AIR, share=_LOOP_SHARE
-    )
+    loops = Recording("loops", Purpose.LOOPS, _staircase((top, 0.0, top, 0.0)), 2.0, gap=IN_AIR, share=_LOOP_SHARE)
     return [*_robot_sweeps(scene, rate, top), loops]
 
 
@@ -151,9 +141,7 @@ def _robot_plan(scene: Scene, rate: float, drive: str) -> list[Recording]:
     for hz in (40.0, 90.0):
         for kind, wave in (("square", Square), ("sine", Sine)):
             held = wave(amplitude=0.5 * top, frequency=hz, offset=0.5 * top)
-            recordings.append(
-                Recording(f"held-out-{kind}-{hz:g}hz", Purpose.VALIDATION, held, 12.0 / hz, repeats=1)
-            )
+            recordings.append(Recording(f"held-out-{kind}-{hz:g}hz", Purpose.VALIDATION, held, 12.0 / hz, repeats=1))
     return recordings
 
 
@@ -171,9 +159,7 @@ def _robot_sweeps(scene: Scene, rate: float, top: float) -> list[Recording]:
         length = float(np.round(seconds * (1.0 + 0.1 * number), 2))
         last = 2.0 * np.floor(0.5 * (low + high) * length) / length - low
         ends = (low, last) if number % 2 == 0 else (last, low)
-        wave = SweptSine(
-            amplitude=0.1 * top, start_frequency=ends[0], stop_frequency=ends[1], duration=length
-        )
+        wave = SweptSine(amplitude=0.1 * top, start_frequency=ends[0], stop_frequency=ends[1], duration=length)
         whole = float(np.round(1.3 * seconds + tail, 2))
         recordings.append(
             Recording(f"sweep-{number + 1}", Purpose.MODAL, wave, whole, gap=IN_AIR, repeats=1, share=share)
@@ -188,9 +174,7 @@ def _clear(scene: Scene, drive: str, gap: float, hz: float, top: float) -> Sine:
         run = simulate(placed(scene, Recording("", Purpose.CLOSE, wave, CLOSE_S, gap=gap), drive), CLOSE_S)
         if not len(run.events) and float(run.states(np.linspace(0.0, CLOSE_S, 4001)).gap.min()) > 0.2 * gap:
             return wave
-    raise InputError(
-        f"no drive at {hz:g} Hz keeps the foot clear of the ground at a gap of {1e6 * gap:.3g} um"
-    )
+    raise InputError(f"no drive at {hz:g} Hz keeps the foot clear of the ground at a gap of {1e6 * gap:.3g} um")
 
 
 def _robot_squares(signal: Waveform, top: float) -> list[list[Square]]:

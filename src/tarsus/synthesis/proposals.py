@@ -48,8 +48,9 @@ def proposals(scene: Scene, vary: Mapping[str, Sequence[float]], rate: float) ->
     offered = ("hz", "volts") if layout is not None else tuple(UNITS)
     problems = [
         f"vary: candidates differ in {', '.join(offered)}, not in '{name}'{nearest(name, offered)}"
-        for name in vary if name not in offered
-    ]  # fmt: skip
+        for name in vary
+        if name not in offered
+    ]
     if problems:
         raise InputError(problems)
     if layout is not None:
@@ -76,10 +77,7 @@ def _walks(scene: Scene, layout: Layout, vary: Mapping[str, Sequence[float]]) ->
 
 
 def _squares(scene: Scene, vary: Mapping[str, Sequence[float]]) -> list[Recording]:
-    own = next(
-        (one for one in scene.signals.values() if hasattr(one, "amplitude") and hasattr(one, "frequency")),
-        None,
-    )
+    own = next((one for one in scene.signals.values() if hasattr(one, "amplitude") and hasattr(one, "frequency")), None)
     missing = [name for name, key in (("frequencies", "hz"), ("amplitudes", "volts")) if key not in vary]
     if own is None and missing:
         raise InputError(f"the scene has no periodic signal to go by: give {' and '.join(missing)}")

@@ -125,8 +125,7 @@ def rank(
         candidate can be recorded.
     """
     _check(candidates, belief, parameter, budget)
-    told = _all_told(scene, candidates, belief, sensing or Sensing(), belief.draws(DRAWS, seed), threads,
-                     progress)  # fmt: skip
+    told = _all_told(scene, candidates, belief, sensing or Sensing(), belief.draws(DRAWS, seed), threads, progress)
     gained = _Gained(told, belief, sensing or Sensing(), parameter)
     alone = [gained.gain({k: 1}) for k in range(len(candidates))]
     counts, steps, cost = _greedy(candidates, gained.gain, alone, budget)
@@ -139,9 +138,16 @@ def rank(
     paths = tuple(belief.unknown)
     unit = "" if parameter not in float_paths(scene) else float_paths(scene)[parameter].unit
     return Ranking(
-        parameter, unit, paths, tuple(belief.std.tolist()), gained.after(chosen), gained.bounds(chosen), budget,
-        tuple(sorted(ranked, key=lambda one: -one.gain)), plan,
-    )  # fmt: skip
+        parameter,
+        unit,
+        paths,
+        tuple(belief.std.tolist()),
+        gained.after(chosen),
+        gained.bounds(chosen),
+        budget,
+        tuple(sorted(ranked, key=lambda one: -one.gain)),
+        plan,
+    )
 
 
 class _Gained:
@@ -154,9 +160,7 @@ class _Gained:
         gains = gains_of(one for row in told for one in row if isinstance(one, Told))
         names, count = (*self.paths, *gains), len(self.paths)
         nothing = np.zeros((len(names), len(names)))
-        self.each = np.array(
-            [[one.about(names) if isinstance(one, Told) else nothing for one in row] for row in told]
-        )
+        self.each = np.array([[one.about(names) if isinstance(one, Told) else nothing for one in row] for row in told])
         # gains that are known exactly have no spread left to find
         self.known = np.diag(np.full(len(names), max(sensing.gain, 1e-9) ** -2.0))
         self.known[:count, :count] = 0.0
@@ -195,9 +199,14 @@ class _Gained:
 
 
 def _all_told(
-    scene: Scene, candidates: Sequence[Recording], belief: Belief, sensing: Sensing, logs: Floats,
-    threads: Workers, progress: Progress | None,
-) -> list[list[Told | str]]:  # fmt: skip
+    scene: Scene,
+    candidates: Sequence[Recording],
+    belief: Belief,
+    sensing: Sensing,
+    logs: Floats,
+    threads: Workers,
+    progress: Progress | None,
+) -> list[list[Told | str]]:
     """Of every candidate what it tells at every draw, or why it tells nothing."""
     drive = next(iter(scene.signals), next(iter(scene.robot.drives), ""))
     work = partial(_told, scene, belief, sensing, drive)
@@ -214,13 +223,7 @@ def _all_told(
     return out
 
 
-def _told(
-    scene: Scene,
-    belief: Belief,
-    sensing: Sensing,
-    drive: str,
-    job: tuple[Recording, Floats],
-) -> Told | str:
+def _told(scene: Scene, belief: Belief, sensing: Sensing, drive: str, job: tuple[Recording, Floats]) -> Told | str:
     recording, logs = job
     try:
         drawn = belief.scene(scene, logs)
@@ -230,10 +233,7 @@ def _told(
 
 
 def _greedy(
-    candidates: Sequence[Recording],
-    gain: Callable[[Mapping[int, int]], float],
-    alone: Sequence[float],
-    budget: float,
+    candidates: Sequence[Recording], gain: Callable[[Mapping[int, int]], float], alone: Sequence[float], budget: float
 ) -> tuple[dict[int, int], list[tuple[int, float]], float]:
     """Records of each candidate, the order they were chosen in with the gain after each, and their cost [s]."""
     counts: Counter[int] = Counter()

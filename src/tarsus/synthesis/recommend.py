@@ -59,10 +59,7 @@ class Recommendation(Tabled):
         best, what = found.ranked[:SHOWN], "intervals narrower by"
         title = f"not known exactly: {', '.join(found.paths)}"
         if found.parameter is not None:
-            what, value = (
-                "known after it within",
-                amount(get_value(self.scene, found.parameter), found.unit, 5),
-            )
+            what, value = ("known after it within", amount(get_value(self.scene, found.parameter), found.unit, 5))
             others = ", ".join(path for path in found.paths if path != found.parameter)
             title = (
                 f"{found.parameter} = {value}, known within {self._after(0.0)} (95 %)\n"
@@ -70,10 +67,15 @@ class Recommendation(Tabled):
             )
         noted = any(one.note for one in best)
         rows = [
-            (one.recording.name, one.recording.duration, self._after(one.gain), one.repeats or None,
-             *((one.note,) if noted else ()))
+            (
+                one.recording.name,
+                one.recording.duration,
+                self._after(one.gain),
+                one.repeats or None,
+                *((one.note,) if noted else ()),
+            )
             for one in best
-        ]  # fmt: skip
+        ]
         more = len(found.ranked) - len(best)
         return Table(
             title,
@@ -95,9 +97,7 @@ class Recommendation(Tabled):
             told = f"No record within {amount(found.budget, 's', 3)} determines {what} well enough to be worth taking."
             return Table(told, (), ())
         left = self._after(plan.gain)
-        expected = (
-            f"known within {left} (95 %)" if found.parameter else f"intervals narrower by {left} in the mean"
-        )
+        expected = f"known within {left} (95 %)" if found.parameter else f"intervals narrower by {left} in the mean"
         counts = Counter(recording.name for recording, _ in plan.steps)
         title = f"Record, in {amount(plan.cost, 's', 3)} of {amount(found.budget, 's', 3)}:"
         return Table(title, ("record", "times"), list(counts.items()), [f"Expected: {expected}."])
@@ -111,9 +111,7 @@ class Recommendation(Tabled):
             for path, before, bound in zip(found.paths, found.before, found.bounds, strict=True)
         ]
         of = "these records" if found.plan.steps else f"'{found.ranked[0].recording.name}'"
-        notes = [
-            "Lower bounds: no estimate is closer, and a model or an instrument that is wrong not as close."
-        ]
+        notes = ["Lower bounds: no estimate is closer, and a model or an instrument that is wrong not as close."]
         notes += [f"Not from {of}: {', '.join(lacking)}."] if lacking else []
         columns = ("number", "known now within", "lower bound from these alone", "at best")
         return Table(f"What {of} can determine (95 %):", columns, rows, notes)
@@ -124,26 +122,37 @@ class Recommendation(Tabled):
         std = found.std
         records = [
             {
-                "name": one.recording.name, **_driven(one.recording), "gap_m": one.recording.gap,
-                "record_s": one.recording.duration, "std": None if std is None else std * exp(-one.gain),
-                "gain": one.gain, "records": one.repeats, "note": one.note,
+                "name": one.recording.name,
+                **_driven(one.recording),
+                "gap_m": one.recording.gap,
+                "record_s": one.recording.duration,
+                "std": None if std is None else std * exp(-one.gain),
+                "gain": one.gain,
+                "records": one.repeats,
+                "note": one.note,
                 "bounds": dict(zip(found.paths, map(_finite, one.bounds), strict=True)),
             }
             for one in found.ranked
-        ]  # fmt: skip
+        ]
         plan = {
             "records": [{"name": recording.name, "gain": gain} for recording, gain in found.plan.steps],
-            "cost_s": found.plan.cost, "std": None if std is None else std * exp(-found.plan.gain),
+            "cost_s": found.plan.cost,
+            "std": None if std is None else std * exp(-found.plan.gain),
             "gain": found.plan.gain,
-        }  # fmt: skip
+        }
         numbers = [
             {"path": path, "std": was, "bound": _finite(bound), "std_after": after, "says": says[path].value}
             for path, was, bound, after in zip(found.paths, found.before, found.bounds, found.after, strict=True)
-        ]  # fmt: skip
+        ]
         return {
-            "parameter": found.parameter, "unknown": list(found.paths), "std": std, "budget_s": found.budget,
-            "records": records, "plan": plan, "numbers": numbers,
-        }  # fmt: skip
+            "parameter": found.parameter,
+            "unknown": list(found.paths),
+            "std": std,
+            "budget_s": found.budget,
+            "records": records,
+            "plan": plan,
+            "numbers": numbers,
+        }
 
     __repr__ = Tabled.__str__
 
@@ -233,9 +242,16 @@ def recommend(
     belief = Belief.of(scene, [*([parameter] if parameter else []), *unknown], share, told)
     tool = sensing or Sensing()
     found = rank(
-        scene, proposals(scene, grid, tool.rate), belief, parameter, seconds, sensing=tool, seed=seed,
-        threads=threads, progress=progress,
-    )  # fmt: skip
+        scene,
+        proposals(scene, grid, tool.rate),
+        belief,
+        parameter,
+        seconds,
+        sensing=tool,
+        seed=seed,
+        threads=threads,
+        progress=progress,
+    )
     return Recommendation(scene, found)
 
 
@@ -245,9 +261,7 @@ def draws_beside(device: str | os.PathLike[str]) -> Path | None:
     return file if os.fspath(device).endswith(".toml") and file.exists() else None
 
 
-def _quantities(
-    budget: float | str, spread: float | str, vary: Values
-) -> tuple[float, float, dict[str, list[float]]]:
+def _quantities(budget: float | str, spread: float | str, vary: Values) -> tuple[float, float, dict[str, list[float]]]:
     """Budget [s], share, and values [SI] of what is varied; with everything that is wrong."""
     problems: list[str] = []
 
@@ -261,9 +275,7 @@ def _quantities(
     found: dict[str, list[float]] = {}
     for name, values in vary.items():
         if name not in UNITS:
-            problems.append(
-                f"vary: candidates differ in {', '.join(UNITS)}, not in '{name}'{nearest(name, UNITS)}"
-            )
+            problems.append(f"vary: candidates differ in {', '.join(UNITS)}, not in '{name}'{nearest(name, UNITS)}")
             continue
         listed = values.split(",") if isinstance(values, str) else values
         each = listed if isinstance(listed, Sequence) else [] if listed is None else [listed]

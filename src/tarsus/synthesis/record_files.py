@@ -47,12 +47,23 @@ def write_uff(record: Measurement, path: Path) -> Choices:
         unit = channel.quantity.unit
         sets.append(
             pyuff.prepare_58(
-                binary=1, func_type=1, rsp_node=number, rsp_dir=3, ref_node=0, ref_dir=0, data=values,
-                x=record.step * np.arange(record.count), abscissa_spacing=1, abscissa_inc=record.step,
-                abscissa_spec_data_type=17, ordinate_spec_data_type=_UFF_TYPES.get(channel.quantity, 0),
-                ordinate_axis_units_lab=unit, orddenom_spec_data_type=0, id1=channel.name,
+                binary=1,
+                func_type=1,
+                rsp_node=number,
+                rsp_dir=3,
+                ref_node=0,
+                ref_dir=0,
+                data=values,
+                x=record.step * np.arange(record.count),
+                abscissa_spacing=1,
+                abscissa_inc=record.step,
+                abscissa_spec_data_type=17,
+                ordinate_spec_data_type=_UFF_TYPES.get(channel.quantity, 0),
+                ordinate_axis_units_lab=unit,
+                orddenom_spec_data_type=0,
+                id1=channel.name,
             )
-        )  # fmt: skip
+        )
         said[f"{number}+Z"] = _choice(channel, channel.name, unit)
     with written_whole(path) as part:
         pyuff.UFF(str(part)).write_sets(sets, mode="add")

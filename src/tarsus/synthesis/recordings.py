@@ -99,9 +99,7 @@ def recorded(
     for seed in seeds:
         noisy = _noisy(outputs, values, rest, instrument, np.random.default_rng([seed, 17]))
         signals = np.vstack([noisy, np.concatenate([np.zeros(rest), volts])])
-        yield Measurement(
-            tuple(channels), signals, 1.0 / rate, start=-rest / rate, source=recording.name, drive=driven
-        )  # fmt: skip
+        yield Measurement(tuple(channels), signals, 1.0 / rate, start=-rest / rate, source=recording.name, drive=driven)
 
 
 def outputs_of(scene: Scene, recording: Recording) -> list[Output]:
@@ -123,9 +121,7 @@ def placed(scene: Scene, recording: Recording, drive: str) -> Scene:
     """The scene of a recording: its drive, its distance, begun at rest, as the scene says where it gives all drives
     theirs. A foot's gap is that at rest, about which gravity moves no linear structure: it is left out."""
     if recording.signal is None:
-        gaps = {
-            f"robot.feet.{name}.gap": recording.gap for name in scene.robot.feet if recording.gap is not None
-        }
+        gaps = {f"robot.feet.{name}.gap": recording.gap for name in scene.robot.feet if recording.gap is not None}
         return with_values(scene, {"gait": recording.gait, "signals": dict(recording.signals)} | gaps)
     changes: dict[str, object] = {
         "signals": {drive: recording.signal},
@@ -136,9 +132,7 @@ def placed(scene: Scene, recording: Recording, drive: str) -> Scene:
         history = (*scene.robot.drives[drive].history, *recording.before)
         changes |= {f"robot.drives.{drive}.history": history}
         settled = with_values(scene, {f"robot.drives.{drive}.history": history})
-        changes |= {
-            "initial.displacement": rest_state(settled, float(recording.signal.volts(np.zeros(1))[0]))
-        }
+        changes |= {"initial.displacement": rest_state(settled, float(recording.signal.volts(np.zeros(1))[0]))}
     if recording.gap is not None:
         changes |= {f"robot.feet.{name}.gap": recording.gap for name in scene.robot.feet}
     return with_values(scene, changes)

@@ -37,9 +37,7 @@ class Vibrometer(Description):
         "m/s", "largest velocity the converter can give; beyond it the record is clipped", default=None, gt=0
     )
     bits: int = Field(default=16, ge=2, le=32, description="bits of the converter, used with a full scale")
-    offset: Amount = quantity(
-        "m/s", "standard deviation of the zero from record to record", default=0.0, ge=0
-    )
+    offset: Amount = quantity("m/s", "standard deviation of the zero from record to record", default=0.0, ge=0)
     drift: Amount = quantity(
         "m/s", "standard deviation by which the zero has wandered after one second", default=0.0, ge=0
     )
@@ -80,8 +78,7 @@ class Vibrometer(Description):
         times = np.minimum(delay + np.arange(count) / self.rate, run.end_time)
         velocity = self._converted(self._passed(run, names, times), random)
         channels = [
-            Channel(name, Quantity.VELOCITY, noise=self._floor() or None, full_scale=self.full_scale)
-            for name in names
+            Channel(name, Quantity.VELOCITY, noise=self._floor() or None, full_scale=self.full_scale) for name in names
         ]
         volts = []
         signals = run.scene.actuator_volts
@@ -89,10 +86,7 @@ class Vibrometer(Description):
             channels.append(Channel(f"{drive} volts", Quantity.VOLTAGE))
             volts.append(signals[drive].volts(times))
         return Measurement(
-            tuple(channels),
-            np.vstack([velocity, *volts]),
-            1.0 / self.rate,
-            source=f"vibrometer of {run.scene.name}",
+            tuple(channels), np.vstack([velocity, *volts]), 1.0 / self.rate, source=f"vibrometer of {run.scene.name}"
         )
 
     def _floor(self) -> float:

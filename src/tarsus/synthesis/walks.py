@@ -32,11 +32,7 @@ def planned_walks(scene: Scene) -> list[Recording]:
     if gait is None or layout is None:
         raise InputError(f"'{scene.name}' does not walk: give it a gait, or signals")
     walks = [
-        walk(
-            scene,
-            gait.model_copy(update={"frequency": float(f"{pace * gait.frequency:.9g}")}),
-            f"walk-{number}",
-        )
+        walk(scene, gait.model_copy(update={"frequency": float(f"{pace * gait.frequency:.9g}")}), f"walk-{number}")
         for number, pace in enumerate(PACES, start=1)
     ]
     return walks + exercises(layout, gait)

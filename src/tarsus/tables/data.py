@@ -33,21 +33,11 @@ def _tables(name: str, value: Any) -> list[Table]:
     deep = {key: one for key, one in value.items() if one and not _fits(one)}
     alike = {tuple(one) if isinstance(one, Mapping) else None for one in deep.values()}
     if not plain and len(alike) == 1 and None not in alike and any(map(_flat, deep.values())):
-        inner = [
-            (f"{key} {within}", one)
-            for key, entry in deep.items()
-            for within, one in entry.items()
-            if _deep(one)
-        ]
+        inner = [(f"{key} {within}", one) for key, entry in deep.items() for within, one in entry.items() if _deep(one)]
         return [*_rows(name, deep), *(table for key, one in inner for table in _tables(key, one))]
     rows = [(spaced(key), _cell(one)) for key, one in plain.items()]
-    made = (
-        [Table("", (name, Column("value", ROW)), rows, units=[_unit(key) for key in plain])] if rows else []
-    )
-    return [
-        *made,
-        *(table for key, one in deep.items() for table in _tables(f"{name} {spaced(key)}".strip(), one)),
-    ]
+    made = [Table("", (name, Column("value", ROW)), rows, units=[_unit(key) for key in plain])] if rows else []
+    return [*made, *(table for key, one in deep.items() for table in _tables(f"{name} {spaced(key)}".strip(), one))]
 
 
 def _rows(name: str, entries: Mapping[str, Mapping[str, Any]]) -> list[Table]:

@@ -37,9 +37,7 @@ def table_html(table: Table) -> Markup:
         rows=[[_cell(one) for one in row] for row in table.cells()],
         numbers=table.numeric(),
         heads=heads,
-        titles=[
-            f"{one.over}: {head}" if one.over else head for one, head in zip(columns, heads, strict=True)
-        ],
+        titles=[f"{one.over}: {head}" if one.over else head for one, head in zip(columns, heads, strict=True)],
         over=over if any(title for title, _ in over) else (),
         cards=len(columns) >= CARDS or letters > LETTERS,
         many=len(columns) > MANY,
@@ -52,9 +50,7 @@ def table_html(table: Table) -> Markup:
 def _macro() -> Any:
     from jinja2 import Environment, StrictUndefined
 
-    environment = Environment(
-        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined
-    )
+    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
     source = files("tarsus.tables").joinpath("table.html").read_text(encoding="utf-8")
     return environment.from_string(source).module.table  # type: ignore[attr-defined]
 

@@ -88,10 +88,7 @@ class Table:
     def heads(self) -> list[str]:
         """Names of the columns as they are read."""
         labels = (step[1] if (step := self._step(j)) else "" for j in range(len(self.columns)))
-        return [
-            f"{one.name} ({label})" if label else one.name
-            for one, label in zip(self.columns, labels, strict=True)
-        ]
+        return [f"{one.name} ({label})" if label else one.name for one, label in zip(self.columns, labels, strict=True)]
 
     def cells(self) -> list[list[str]]:
         """Every value as it is read."""
@@ -99,13 +96,9 @@ class Table:
         for j, column in enumerate(self.columns):
             step, values = self._step(j), [row[j] for row in self.rows]
             if step is None:
-                columns.append(
-                    [column.shown(value, unit) for value, unit in zip(values, self.units, strict=True)]
-                )
+                columns.append([column.shown(value, unit) for value, unit in zip(values, self.units, strict=True)])
             else:
-                columns.append(
-                    [number(None if one is None else one / step[0], column.digits) for one in values]
-                )
+                columns.append([number(None if one is None else one / step[0], column.digits) for one in values])
         return [list(row) for row in zip(*columns, strict=True)]
 
     def _step(self, j: int) -> tuple[float, str] | None:
@@ -115,9 +108,7 @@ class Table:
             return None
         if column.unit == "%":
             return 0.01, "%"
-        return prefixed(
-            max((abs(row[j]) for row in self.rows if row[j] is not None), default=0.0), column.unit
-        )
+        return prefixed(max((abs(row[j]) for row in self.rows if row[j] is not None), default=0.0), column.unit)
 
     def numeric(self) -> list[bool]:
         """Of every column, whether it holds numbers and nothing else."""

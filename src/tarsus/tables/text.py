@@ -45,14 +45,9 @@ def _grid(table: Table, width: int | None) -> str:
     from rich.text import Text
 
     grid = Grid(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, GAP - 1, 0, 0))
-    cells = [
-        [_cell(one, (i, j) in table.flagged) for j, one in enumerate(row)]
-        for i, row in enumerate(table.cells())
-    ]
+    cells = [[_cell(one, (i, j) in table.flagged) for j, one in enumerate(row)] for i, row in enumerate(table.cells())]
     heads = table.heads()
-    names = [
-        f"{one.over}: {head}" if one.over else head for one, head in zip(table.columns, heads, strict=True)
-    ]
+    names = [f"{one.over}: {head}" if one.over else head for one, head in zip(table.columns, heads, strict=True)]
     numeric = table.numeric()
     columns = [[name, *(row[j] for row in cells)] for j, name in enumerate(names)]
     for texts, number, room in zip(columns, numeric, _widths(columns, numeric, width), strict=True):

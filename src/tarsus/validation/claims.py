@@ -35,9 +35,7 @@ class StatedClaim(Description):
     rows: str = Field(default="", description="which rows, as a condition on their columns; absent: all")
     of: Name | None = Field(default=None, description="the measured column; absent where there is only one")
     median_error: float | None = Field(
-        default=None,
-        gt=0.0,
-        description="largest median of the sizes of errors; a row without a number is the worst",
+        default=None, gt=0.0, description="largest median of the sizes of errors; a row without a number is the worst"
     )
     within: Within | None = None
     bias: tuple[float, float] | None = Field(
@@ -46,12 +44,8 @@ class StatedClaim(Description):
     mean_deviation: str | None = Field(
         default=None, description="largest mean size of computed less measured, with its unit"
     )
-    closes: float | None = Field(
-        default=None, gt=0.0, le=1.0, description="least share of rows with a number"
-    )
-    r2: float | None = Field(
-        default=None, le=1.0, description="least coefficient of determination, without a fit"
-    )
+    closes: float | None = Field(default=None, gt=0.0, le=1.0, description="least share of rows with a number")
+    r2: float | None = Field(default=None, le=1.0, description="least coefficient of determination, without a fit")
     written: date = Field(description="day on which the claim was written, before the run that judges it")
     after_run: bool = Field(
         default=False, description="whether it was written after a run, to keep what came out: no prediction"
@@ -89,15 +83,10 @@ class MeasuredColumn(Description):
 
     words: str = Field(min_length=1, description="what was measured")
     unit: str = Field(min_length=1, description="unit of the cells, such as us")
-    scale: float = Field(
-        default=1.0, gt=0.0, description="what cells are multiplied by: 2.54 of inches, for cm"
-    )
-    spread: Name | None = Field(
-        default=None, description="column of the half width of the interval, in the same unit"
-    )
+    scale: float = Field(default=1.0, gt=0.0, description="what cells are multiplied by: 2.54 of inches, for cm")
+    spread: Name | None = Field(default=None, description="column of the half width of the interval, in the same unit")
     formula: bool = Field(
-        default=False,
-        description="whether the study gives the number by a formula, and the table has no such column",
+        default=False, description="whether the study gives the number by a formula, and the table has no such column"
     )
 
     @field_validator("unit")
@@ -139,9 +128,7 @@ class Claims(Description):
     """What `claims.toml` holds: source, measured columns, claims, and what else was tried."""
 
     title: str = Field(min_length=1, description="the experiment in a few words")
-    device: str = Field(
-        default="device.toml", description="a file of the folder, or a packaged device's name"
-    )
+    device: str = Field(default="device.toml", description="a file of the folder, or a packaged device's name")
     source: CitedSource
     measured: Named[MeasuredColumn]
     parameters: Parameters = Parameters()
@@ -158,9 +145,7 @@ class Claims(Description):
             elif claim.of is not None and claim.of not in self.measured:
                 faults.append((f"claims.{name}.of", f"'{claim.of}' is no measured column"))
             elif claim.mean_deviation is not None and self.measured:
-                faults += _deviation_faults(
-                    name, claim.mean_deviation, self.measured[self.column_of(claim)].si
-                )
+                faults += _deviation_faults(name, claim.mean_deviation, self.measured[self.column_of(claim)].si)
         if faults:
             raise PathErrors(faults)
         return self

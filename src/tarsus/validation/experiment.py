@@ -55,20 +55,21 @@ def load_experiment(name: str | os.PathLike[str]) -> PublishedExperiment:
     folder = _PACKAGED / text if text in experiment_names() else Path(text)
     if not (folder / CLAIMS).is_file():
         known = experiment_names()
-        what = (
-            f"the folder holds no {CLAIMS}"
-            if folder.is_dir()
-            else "there is no such experiment, and no such folder"
-        )
+        what = f"the folder holds no {CLAIMS}" if folder.is_dir() else "there is no such experiment, and no such folder"
         raise InputError(f"'{text}': {what}{nearest(text, known)}")
     file = folder / CLAIMS
     claims = validate(Claims, read_table(file), prefix=str(file))
     laws = load_laws(folder / LAWS) if (folder / LAWS).is_file() else None
     device = load_scene(folder / claims.device if is_path(claims.device) else claims.device, laws=laws)
     found = PublishedExperiment(
-        folder.resolve().name, folder, device, read_measured(folder / MEASURED, claims.measured),
-        read_study(folder / STUDY), claims, read_text(folder / NOTES),
-    )  # fmt: skip
+        folder.resolve().name,
+        folder,
+        device,
+        read_measured(folder / MEASURED, claims.measured),
+        read_study(folder / STUDY),
+        claims,
+        read_text(folder / NOTES),
+    )
     problems = _problems(found)
     if problems:
         raise InputError(problems)

@@ -69,9 +69,7 @@ def read_measured(file: Path, measured: Mapping[str, MeasuredColumn]) -> Measure
     """
     text = read_text(file)
     first = text.lstrip().partition("\n")[0].strip()
-    problems = (
-        [] if first.startswith("#") and len(first) > 1 else [f"{file}: the first line must cite, after a #"]
-    )
+    problems = [] if first.startswith("#") and len(first) > 1 else [f"{file}: the first line must cite, after a #"]
     table = parse_rows(text, str(file))
     wanted = [name for name, one in measured.items() if not one.formula]
     wanted += [one.spread for one in measured.values() if one.spread is not None]

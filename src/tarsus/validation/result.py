@@ -63,36 +63,55 @@ class Validation(Tabled):
     def table(self) -> Table:
         """The claims with their verdicts, then how well each column agrees."""
         one = self.experiment
-        return Table(
-            f"{one.name}: {one.claims.title}", (), (), (), (claims_table(self), self.columns_table())
-        )
+        return Table(f"{one.name}: {one.claims.title}", (), (), (), (claims_table(self), self.columns_table()))
 
     def columns_table(self) -> Table:
         """How well each measured column agrees."""
         rows = [
-            (self.experiment.claims.measured[name].words, found.rows, found.closes, found.median_error, found.bias,
-             found.mean_deviation)
+            (
+                self.experiment.claims.measured[name].words,
+                found.rows,
+                found.closes,
+                found.median_error,
+                found.bias,
+                found.mean_deviation,
+            )
             for name, found in self.figures().items()
-        ]  # fmt: skip
+        ]
         columns = (
-            "measured", "rows", Column("with a number", "%", 3), Column("median error", "%", 3), Column("bias", "%", 3),
+            "measured",
+            "rows",
+            Column("with a number", "%", 3),
+            Column("median error", "%", 3),
+            Column("bias", "%", 3),
             Column("mean deviation", ROW, 3),
-        )  # fmt: skip
-        return Table(
-            "", columns, rows, units=[self.experiment.claims.measured[name].si for name in self.figures()]
         )
+        return Table("", columns, rows, units=[self.experiment.claims.measured[name].si for name in self.figures()])
 
     def rows_table(self, compared: list[Compared]) -> Table:
         """Compared numbers, each row by its cells."""
         measured = self.experiment.claims.measured
         rows = [
-            (one.line, self.experiment.measured.words(one.number, measured), measured[one.column].words, one.measured,
-             one.computed, one.error, one.ended)
+            (
+                one.line,
+                self.experiment.measured.words(one.number, measured),
+                measured[one.column].words,
+                one.measured,
+                one.computed,
+                one.error,
+                one.ended,
+            )
             for one in compared
-        ]  # fmt: skip
+        ]
         columns = (
-            "line", "row", "what", Column("measured", ROW), Column("computed", ROW), Column("error", "%", 3), "remark",
-        )  # fmt: skip
+            "line",
+            "row",
+            "what",
+            Column("measured", ROW),
+            Column("computed", ROW),
+            Column("error", "%", 3),
+            "remark",
+        )
         return Table("", columns, rows, units=[measured[one.column].si for one in compared])
 
     def csv(self) -> str:
@@ -111,27 +130,42 @@ class Validation(Tabled):
         """Plain data: claims with verdicts, how well each column agrees, and every row."""
         one = self.experiment
         return {
-            "tarsus": package_version(), "name": one.name, "title": one.claims.title, "ok": self.ok,
-            "source": one.claims.source.model_dump(), "parameters": one.claims.parameters.model_dump(),
-            "rows": len(one.measured), "numbers": len(self.compared),
+            "tarsus": package_version(),
+            "name": one.name,
+            "title": one.claims.title,
+            "ok": self.ok,
+            "source": one.claims.source.model_dump(),
+            "parameters": one.claims.parameters.model_dump(),
+            "rows": len(one.measured),
+            "numbers": len(self.compared),
             "claims": [verdict.to_dict() for verdict in self.verdicts],
             "columns": {
                 name: {
-                    "words": one.claims.measured[name].words, "unit": one.claims.measured[name].si, "rows": found.rows,
-                    "closes": found.closes, "median_error": found.median_error, "bias": found.bias,
-                    "mean_deviation": found.mean_deviation, "r2": found.r2,
+                    "words": one.claims.measured[name].words,
+                    "unit": one.claims.measured[name].si,
+                    "rows": found.rows,
+                    "closes": found.closes,
+                    "median_error": found.median_error,
+                    "bias": found.bias,
+                    "mean_deviation": found.mean_deviation,
+                    "r2": found.r2,
                 }
                 for name, found in self.figures().items()
             },
             "variants": dict(one.claims.variants),
             "compared": [
                 {
-                    "line": row.line, "column": row.column, "row": dict(row.row), "measured": row.measured,
-                    "spread": row.spread, "computed": row.computed, "error": row.error,
+                    "line": row.line,
+                    "column": row.column,
+                    "row": dict(row.row),
+                    "measured": row.measured,
+                    "spread": row.spread,
+                    "computed": row.computed,
+                    "error": row.error,
                 }
                 for row in self.compared
             ],
-        }  # fmt: skip
+        }
 
 
 def claims_table(found: Validation) -> Table:
@@ -144,9 +178,7 @@ def claims_table(found: Validation) -> Table:
             head = (one.name, words, one.figures.rows, one.claim.seen.value, one.claim.when)
             shown, claimed = _criterion(criterion)
             verdict = one.outcome.value if place == 0 else ""
-            rows.append(
-                (*(head if place == 0 else ("", "", None, "", "")), criterion.words, shown, claimed, verdict)
-            )
+            rows.append((*(head if place == 0 else ("", "", None, "", "")), criterion.words, shown, claimed, verdict))
             if place == 0 and one.outcome is not ClaimOutcome.HOLDS:
                 flagged.append((len(rows) - 1, len(rows[-1]) - 1))
     columns = ("claim", "of", "rows", "seen", "written", "figure", "found", "claimed", "verdict")
@@ -189,13 +221,27 @@ class Suite(Tabled):
                 if verdict.outcome is not ClaimOutcome.HOLDS:
                     flagged.append((len(rows), 7))
                 rows.append(
-                    (name, spaced(verdict.name), words, found.rows, found.closes, found.median_error, found.bias,
-                     verdict.outcome.value)
-                )  # fmt: skip
+                    (
+                        name,
+                        spaced(verdict.name),
+                        words,
+                        found.rows,
+                        found.closes,
+                        found.median_error,
+                        found.bias,
+                        verdict.outcome.value,
+                    )
+                )
         columns = (
-            "experiment", "claim", "of", "rows", Column("with a number", "%", 3), Column("median error", "%", 3),
-            Column("bias", "%", 3), "verdict",
-        )  # fmt: skip
+            "experiment",
+            "claim",
+            "of",
+            "rows",
+            Column("with a number", "%", 3),
+            Column("median error", "%", 3),
+            Column("bias", "%", 3),
+            "verdict",
+        )
         fitted = sum(len(one.experiment.claims.parameters.fitted) for one in self.validations.values())
         said = f"{len(self.validations)} experiments, {self.numbers} measured numbers, {fitted} fitted"
         return Table(said, columns, rows, flagged=flagged)
@@ -203,12 +249,7 @@ class Suite(Tabled):
     def to_dict(self) -> dict[str, Any]:
         """Plain data by experiment."""
         experiments = {name: one.to_dict() for name, one in self.validations.items()}
-        return {
-            "tarsus": package_version(),
-            "ok": self.ok,
-            "numbers": self.numbers,
-            "experiments": experiments,
-        }
+        return {"tarsus": package_version(), "ok": self.ok, "numbers": self.numbers, "experiments": experiments}
 
 
 def _of_others(one: Validation) -> dict[str, list[Compared]]:

@@ -14,17 +14,13 @@ from tarsus.validation.studyfile import RowCase
 from tarsus.validation.verdict import Compared
 
 
-def compare_rows(
-    one: PublishedExperiment, threads: int | None = None, progress: Progress = silent
-) -> list[Compared]:
+def compare_rows(one: PublishedExperiment, threads: int | None = None, progress: Progress = silent) -> list[Compared]:
     """Every measured number of an experiment with the computed one, in the order of its rows.
 
     Raises InputError where the study cannot make a case of a row, or read its runs.
     """
     rows = one.measured.rows
-    cases = [
-        one.study.case(row, one.device, line) for row, line in zip(rows, one.measured.lines, strict=True)
-    ]
+    cases = [one.study.case(row, one.device, line) for row, line in zip(rows, one.measured.lines, strict=True)]
     found: list[Compared] = []
     numbers = list(range(len(rows)))
     for number, read in zip(numbers, spread(_reader(one, cases), numbers, threads), strict=True):
@@ -61,11 +57,7 @@ def _ended(runs: list[Run]) -> str:
 
 
 def _compared(
-    one: PublishedExperiment,
-    number: int,
-    formula: Mapping[str, float],
-    found: Mapping[str, float],
-    ended: str,
+    one: PublishedExperiment, number: int, formula: Mapping[str, float], found: Mapping[str, float], ended: str
 ) -> Iterator[Compared]:
     """The measured numbers of a row, each with what was read for its column; columns that are empty have none."""
     row = one.measured.rows[number]
@@ -76,6 +68,12 @@ def _compared(
             continue
         spread_ = row.get(column.spread) if column.spread is not None else None
         yield Compared(
-            number, one.measured.lines[number], row, name, factor * float(measured),
-            None if spread_ is None else column.factor * float(spread_), float(found.get(name, math.nan)), ended,
-        )  # fmt: skip
+            number,
+            one.measured.lines[number],
+            row,
+            name,
+            factor * float(measured),
+            None if spread_ is None else column.factor * float(spread_),
+            float(found.get(name, math.nan)),
+            ended,
+        )

@@ -16,9 +16,13 @@ Row = Mapping[str, Cell]
 """The cells of a row by column, as numbers where they are numbers; empty cells are left out."""
 
 _COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], bool]] = {
-    ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt,
+    ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
     ast.GtE: operator.ge,
-}  # fmt: skip
+}
 
 _GRAMMAR = 'expected comparisons such as event == "pull_in" and volts < 60, joined by and, or, not'
 
@@ -35,9 +39,7 @@ class Selection:
             self._tree = ast.parse(text, mode="eval").body if text.strip() else None
         except (SyntaxError, ValueError):
             raise InputError(f"'{text}': {_GRAMMAR}") from None
-        self.columns: frozenset[str] = (
-            frozenset() if self._tree is None else frozenset(_names(self._tree, text))
-        )
+        self.columns: frozenset[str] = frozenset() if self._tree is None else frozenset(_names(self._tree, text))
 
     def check(self, known: Collection[str]) -> list[str]:
         """A sentence for every column that a table with these columns lacks."""
@@ -58,9 +60,7 @@ def _names(node: ast.expr, text: str) -> set[str]:
             return set().union(*(_names(one, text) for one in values))
         case ast.UnaryOp(op=ast.Not(), operand=operand):
             return _names(operand, text)
-        case ast.Compare(left=left, ops=ops, comparators=others) if all(
-            type(op) in _COMPARISONS for op in ops
-        ):
+        case ast.Compare(left=left, ops=ops, comparators=others) if all(type(op) in _COMPARISONS for op in ops):
             terms = [left, *others]
             if all(isinstance(_value(one), float | str) or isinstance(one, ast.Name) for one in terms):
                 return {one.id for one in terms if isinstance(one, ast.Name)}

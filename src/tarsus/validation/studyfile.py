@@ -49,9 +49,7 @@ class RowStudy:
         with self.at_row(line):
             found = self.defined.function(row, device)
         if not isinstance(found, RowCase):
-            raise InputError(
-                f"{self.defined.file}: '{FUNCTION}' must give a RowCase, got {type(found).__name__}"
-            )
+            raise InputError(f"{self.defined.file}: '{FUNCTION}' must give a RowCase, got {type(found).__name__}")
         return found
 
     def at_row(self, line: int) -> AbstractContextManager[None]:

@@ -21,10 +21,7 @@ def validate(
 @overload
 def validate(name: None = None, *, threads: int | None = None, progress: Progress | None = None) -> Suite: ...
 def validate(
-    name: str | os.PathLike[str] | None = None,
-    *,
-    threads: int | None = None,
-    progress: Progress | None = None,
+    name: str | os.PathLike[str] | None = None, *, threads: int | None = None, progress: Progress | None = None
 ) -> Validation | Suite:
     """Simulate every row of a published experiment, and judge the claims that were written about them.
 

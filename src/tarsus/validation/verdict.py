@@ -88,9 +88,7 @@ class Figures:
         if not compared:
             none = math.nan
             return cls(0, none, none, none, none, none, np.zeros(0))
-        measured, computed = (
-            np.array([getattr(one, name) for one in compared]) for name in ("measured", "computed")
-        )
+        measured, computed = (np.array([getattr(one, name) for one in compared]) for name in ("measured", "computed"))
         there = np.isfinite(computed)
         relative = np.array([one.error for one in compared if one.measured])
         sizes = np.where(np.isfinite(relative), np.abs(relative), np.inf)
@@ -151,19 +149,32 @@ class ClaimVerdict:
     def to_dict(self) -> dict[str, Any]:
         """As plain data."""
         return {
-            "name": self.name, "column": self.column, "where": self.claim.rows, "rows": self.figures.rows,
-            "outcome": self.outcome.value, "expected": self.outcome.expected, "seen": self.claim.seen.value,
-            "closes": self.figures.closes, "median_error": self.figures.median_error, "bias": self.figures.bias,
-            "written": self.claim.written.isoformat(), "after_run": self.claim.after_run,
-            "should_fail": self.claim.should_fail, "note": self.claim.note,
+            "name": self.name,
+            "column": self.column,
+            "where": self.claim.rows,
+            "rows": self.figures.rows,
+            "outcome": self.outcome.value,
+            "expected": self.outcome.expected,
+            "seen": self.claim.seen.value,
+            "closes": self.figures.closes,
+            "median_error": self.figures.median_error,
+            "bias": self.figures.bias,
+            "written": self.claim.written.isoformat(),
+            "after_run": self.claim.after_run,
+            "should_fail": self.claim.should_fail,
+            "note": self.claim.note,
             "criteria": [
                 {
-                    "words": one.words, "found": one.found, "least": one.least, "most": one.most, "unit": one.unit,
+                    "words": one.words,
+                    "found": one.found,
+                    "least": one.least,
+                    "most": one.most,
+                    "unit": one.unit,
                     "met": one.met,
                 }
                 for one in self.criteria
             ],
-        }  # fmt: skip
+        }
 
 
 def judged(

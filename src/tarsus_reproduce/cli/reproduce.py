@@ -67,14 +67,10 @@ def reproduce(
     whole = all or len(names) > 1
     problems = _problems(experiments, whole=whole, all=all, device=device, rows=rows, output=output)
     if resume and overwrite:
-        problems.append(
-            "--resume continues what the folder holds and --overwrite begins again: give one of them"
-        )
+        problems.append("--resume continues what the folder holds and --overwrite begins again: give one of them")
     if problems:
         raise InputError(problems)
-    options = {
-        "device": device, "rows": rows, "seeds": seeds, "readings": readings, "scatter": scatter, "seed": seed,
-    }  # fmt: skip
+    options = {"device": device, "rows": rows, "seeds": seeds, "readings": readings, "scatter": scatter, "seed": seed}
     kept = console.resumable() if readings and output is not None else contextlib.nullcontext()
     found: dict[str, Reproduction] = {}
     with kept, _folder(output, whole=whole, overwrite=overwrite, resume=resume):
@@ -128,13 +124,7 @@ def _folder(
 
 
 def _problems(
-    experiments: Sequence[str],
-    *,
-    whole: bool,
-    all: bool,
-    device: str | None,
-    rows: Path | None,
-    output: Path | None,
+    experiments: Sequence[str], *, whole: bool, all: bool, device: str | None, rows: Path | None, output: Path | None
 ) -> list[str]:
     """What is wrong with the words together."""
     from tarsus_reproduce import verb

@@ -55,10 +55,7 @@ def swept_figure(swept: Sequence[tuple[str, Swept]], title: str, symbol: str) ->
         sheet.legend(panels[0])
 
     low, high = first.replicates[[0, -1]]
-    return plate(
-        draw,
-        f"{title}: means and ranges over restitutions of {low:g} to {high:g}.",
-    )
+    return plate(draw, f"{title}: means and ranges over restitutions of {low:g} to {high:g}.")
 
 
 def walks_figure(examples: Sequence[Example], title: str) -> Plate:
@@ -70,9 +67,7 @@ def walks_figure(examples: Sequence[Example], title: str) -> Plate:
         for axes, example, look in zip(heights, examples, ("-", "--"), strict=True):
             one = example.run.variables()
             time, (way, up) = one["time"].values, one["body"].values[:2]
-            for name, values, color in zip(
-                example.run.foot_names, one["gap"].values, (VERMILION, GREEN), strict=False
-            ):
+            for name, values, color in zip(example.run.foot_names, one["gap"].values, (VERMILION, GREEN), strict=False):
                 line(axes, time, values, color=color, lw=0.9, label=f"foot {name}")
             line(axes, time, up, color=BLUE, lw=0.9, label="body")
             name_axes(axes, ("time", "s"), (f"({example.name}): height", "m"))
@@ -82,20 +77,15 @@ def walks_figure(examples: Sequence[Example], title: str) -> Plate:
             sheet.legend(axes)
 
     return plate(
-        draw,
-        f"{title}: body and feet up, and the body along the way, on the two grounds of Fig. 4.7, from the start.",
+        draw, f"{title}: body and feet up, and the body along the way, on the two grounds of Fig. 4.7, from the start."
     )
 
 
 def _line(axes: Axes, x: np.ndarray, values: np.ndarray, color: str, style: str, label: str) -> None:
     known = np.isfinite(values).any(axis=1)
     x, values = x[known], values[known]
-    axes.fill_between(
-        x, np.nanmin(values, axis=1), np.nanmax(values, axis=1), color=color, alpha=0.18, lw=0.0
-    )
-    axes.plot(
-        x, np.nanmean(values, axis=1), style, color=color, lw=1.1, label=label if style == "-" else None
-    )
+    axes.fill_between(x, np.nanmin(values, axis=1), np.nanmax(values, axis=1), color=color, alpha=0.18, lw=0.0)
+    axes.plot(x, np.nanmean(values, axis=1), style, color=color, lw=1.1, label=label if style == "-" else None)
 
 
 def interpretations_figure(drawn: Interpretations, devices: Sequence[DeviceTrends]) -> Plate:
@@ -114,9 +104,15 @@ def interpretations_figure(drawn: Interpretations, devices: Sequence[DeviceTrend
             axes.hist(counts, bins=np.arange(most + 2) - 0.5, color=RULE, edgecolor="white", lw=0.6)
             for k, device in enumerate(devices):
                 axes.plot(
-                    getattr(device.score, name), 0.04 * (k + 1), "v", color=CYCLE[k], ms=6.0, label=device.name,
-                    transform=axes.get_xaxis_transform(), clip_on=False,
-                )  # fmt: skip
+                    getattr(device.score, name),
+                    0.04 * (k + 1),
+                    "v",
+                    color=CYCLE[k],
+                    ms=6.0,
+                    label=device.name,
+                    transform=axes.get_xaxis_transform(),
+                    clip_on=False,
+                )
             axes.set_xlabel(label)
             axes.set_ylabel("interpretations")
             few_ticks(axes, x=6, y=4)

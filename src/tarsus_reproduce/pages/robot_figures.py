@@ -141,8 +141,7 @@ def air_motion(runs: RobotRuns) -> Plate:
 
     what = "the actuated foot" if several else "the points"
     return plate(
-        draw,
-        f"Displacement of {what} in the air under a square wave of {runs.air[0].freq_hz:.4g} Hz, steady periods.",
+        draw, f"Displacement of {what} in the air under a square wave of {runs.air[0].freq_hz:.4g} Hz, steady periods."
     )
 
 
@@ -212,11 +211,7 @@ def impact_histograms(energies: ImpactEnergies, run: str) -> Plate:
 
     def draw(sheet: Sheet) -> None:
         panels = sheet.grid(len(rows), 0.8)
-        ticks = [
-            *(-mark for mark in marks[::-2]),
-            0.0,
-            *marks[::-2][::-1],
-        ]  # as many as stand beside each other
+        ticks = [*(-mark for mark in marks[::-2]), 0.0, *marks[::-2][::-1]]  # as many as stand beside each other
         for axes, (name, values) in zip(panels, rows.items(), strict=True):
             _histogram(axes, values, edges, least)
             total = float(values.sum())

@@ -27,15 +27,7 @@ _FEWEST = 4
 """Places that a cubic goes through; between fewer the motion runs straight."""
 WANDER = 1e-6
 """Standard deviation [m] of the displacements' zero from record to record."""
-RAMPS = (
-    (5.0, 0.25, 3),
-    (5.0, 0.5, 3),
-    (5.0, 1.0, 3),
-    (20.0, 0.5, 4),
-    (20.0, 1.0, 4),
-    (60.0, 1.0, 8),
-    (100.0, 1.0, 10),
-)
+RAMPS = ((5.0, 0.25, 3), (5.0, 0.5, 3), (5.0, 1.0, 3), (20.0, 0.5, 4), (20.0, 1.0, 4), (60.0, 1.0, 8), (100.0, 1.0, 10))
 """Ramped squares: frequency [Hz], share of ramps, periods."""
 OTHER = "ramps-100hz-100-2.mat"
 """File that another device than the others may have left."""
@@ -76,9 +68,7 @@ def planned(rate: float) -> list[Record]:
     for number in range(6):
         seconds = 1.0 + 0.1 * number
         low, high = 200.0, 0.45 * rate
-        high = (
-            2.0 * float(np.floor(0.5 * (low + high) * seconds)) / seconds - low
-        )  # ends where the sine is zero
+        high = 2.0 * float(np.floor(0.5 * (low + high) * seconds)) / seconds - low  # ends where the sine is zero
         ends = (low, high) if number % 2 == 0 else (high, low)
         keys = dict(amplitude=0.2, start_frequency=ends[0], stop_frequency=ends[1], duration=seconds)
         out.append(Record(f"sweep-{number + 1}", "modal", Wave("swept_sine", keys), 1.8, 1, 0.0, FAR))
@@ -93,12 +83,7 @@ def planned(rate: float) -> list[Record]:
         wave, level = Wave("square", dict(amplitude=volts, frequency=hz)), f"{1000 * volts:g}mv-{hz:g}hz"
         out.append(Record(f"bounces-{level}", "bounces", wave, 0.2, 3, air=f"air-{level}"))
         out.append(Record(f"air-{level}", "air", wave, 0.2, 3, gap=FAR))
-    for kind, volts, hz in (
-        ("square", 6.0, 15.0),
-        ("square", 8.0, 50.0),
-        ("sine", 8.0, 15.0),
-        ("sine", 6.0, 100.0),
-    ):
+    for kind, volts, hz in (("square", 6.0, 15.0), ("square", 8.0, 50.0), ("sine", 8.0, 15.0), ("sine", 6.0, 100.0)):
         wave = Wave(kind, dict(amplitude=volts, frequency=hz))
         out.append(Record(f"held-out-{kind}-{volts:g}v-{hz:g}hz", "validation", wave, 6.0 / hz, 1))
     return out
@@ -136,9 +121,18 @@ def write_campaign(
     motion = Motion(device, world, steps)
     random = np.random.default_rng([seed, 41])
     head = [
-        f'name = "{name}"', 'device = "device.toml"', 'foot = "tip"', 'drive = "pzt"', "", "[defaults]",
-        'rest = "10 ms"', 'drive = "volts"', "", "[defaults.channels]", 'volts = "V"',
-    ]  # fmt: skip
+        f'name = "{name}"',
+        'device = "device.toml"',
+        'foot = "tip"',
+        'drive = "pzt"',
+        "",
+        "[defaults]",
+        'rest = "10 ms"',
+        'drive = "volts"',
+        "",
+        "[defaults.channels]",
+        'volts = "V"',
+    ]
     for point in ("tip", "center"):
         head += [f'{point}_x = {{ unit = "um", point = "{point}" }}']
         head += [f'{point}_v = {{ unit = "mm/s", point = "{point}" }}']
@@ -201,9 +195,7 @@ def _now(device: Device, world: World, record: Record, number: int, file: str) -
 
 def _moved(motion: Motion, record: Record, rate: float, gap: float) -> Moved:
     """The motion, a little longer than the record where a clock runs fast."""
-    longer = record.duration * (1.0 + 2.0 * abs(motion.world.pace)) + (
-        8.0 / rate if motion.world.pace else 0.0
-    )
+    longer = record.duration * (1.0 + 2.0 * abs(motion.world.pace)) + (8.0 / rate if motion.world.pace else 0.0)
     if record.purpose == "modal":
         return motion.swept(record.wave, rate, longer)
     finer = Motion(motion.device, motion.world, motion.steps * record.share) if record.share > 1 else motion
@@ -220,19 +212,12 @@ def _recorded(
     driving = np.maximum(time, 0.0)
     volts = np.where(time >= 0.0, record.wave.volts(driving), 0.0)
     phase = 2.0 * np.pi * random.random() if world.table else 0.0
-    gone = (
-        random.integers(len(time), size=random.poisson(world.dropped * len(time) / rate))
-        if world.dropped
-        else []
-    )
+    gone = random.integers(len(time), size=random.poisson(world.dropped * len(time) / rate)) if world.dropped else []
     out: dict[str, object] = {"fs": rate, "volts": np.round(volts / (20.0 / 2**16)) * (20.0 / 2**16)}
     fine = rate * moved.fine
     own = np.arange(moved.x.shape[1]) / fine
     for k, point in enumerate(("tip", "center")):
-        for quantity, motion, speed, factor in (
-            ("x", moved.x[k], moved.v[k], 1e6),
-            ("v", moved.v[k], None, 1e3),
-        ):
+        for quantity, motion, speed, factor in (("x", moved.x[k], moved.v[k], 1e6), ("v", moved.v[k], None, 1e3)):
             if record.purpose == "modal" and quantity == "v":
                 continue
             late = world.behind + (world.late if quantity == "x" else 0.0)
@@ -322,8 +307,7 @@ def _passed(motion: Floats, hertz: float, fine: float) -> Floats:
     shares = gain / np.prod(apart, axis=1, where=apart != 0.0)
     push = (motion - motion[0]).astype(complex)
     behind = [
-        turn * share * filtered(turn * pole, push, 0.0, 1, fine)
-        for pole, share in zip(poles, shares, strict=True)
+        turn * share * filtered(turn * pole, push, 0.0, 1, fine) for pole, share in zip(poles, shares, strict=True)
     ]
     return np.sum(behind, axis=0).real + motion[0]
 
@@ -348,23 +332,73 @@ def _known(device: Device, world: World) -> str:
     long, wide, thick = world.long * device.tip[0], *device.tip[1:]
     blank = '{ source = "assumed", note = "Placeholder, to be identified." }'
     unknown = (
-        "robot.structure.frequencies", "robot.structure.damping_ratios", "robot.drives.pzt.load.participation",
+        "robot.structure.frequencies",
+        "robot.structure.damping_ratios",
+        "robot.drives.pzt.load.participation",
         *(f"robot.drives.pzt.law.{key}" for key in ("constant", "linear", "quadratic", "cubic", "weights")),
-        "ground.restitution.coefficient", "ground.adhesion.initial", "ground.adhesion.rate",
-        "ground.film.coefficient", "ground.film.thickness",
-    )  # fmt: skip
+        "ground.restitution.coefficient",
+        "ground.adhesion.initial",
+        "ground.adhesion.rate",
+        "ground.film.coefficient",
+        "ground.film.thickness",
+    )
     lines = [
-        'name = "foreign"', "duration = 0.2", "", "[robot.structure]", 'kind = "beam"', "frequencies = [600.0, 6000.0]",
-        "damping_ratios = [0.02, 0.02]", f"length = {device.length}", f"tip_length = {long}", f"tip_width = {wide}",
-        f"tip_thickness = {thick}", f"tip_density = {device.density}", "", "[robot.drives.pzt]",
-        f"history = {list(device.history)}", "", "[robot.drives.pzt.load]", 'kind = "modal"',
-        f"participation = [{device.participation[0]}, 1.0]", "", "[robot.drives.pzt.law]",
-        'kind = "prandtl_ishlinskii"', "constant = 0.0", "linear = 1e-6", "quadratic = 0.0", "cubic = 0.0",
-        f"thresholds = {list(device.thresholds)}", f"weights = {[0.0] * len(device.weights)}", "", "[robot.feet.tip]",
-        'point = "tip"', f"gap = {world.gap * device.gap}", "normal = 1", "[ground]", "near_field_forces = true", "",
-        "[ground.restitution]", "coefficient = 0.5", "", "[ground.landing]", 'kind = "capture_unless_pulled"', "",
-        "[ground.adhesion]", "initial = 0.0", "rate = 0.0", "", "[ground.film]", "coefficient = 1e-20",
-        "thickness = 1e-5", "", "[signals.pzt]", 'kind = "square"', "amplitude = 8.0", "frequency = 50.0", "",
-        "[provenance]", *(f'"{path}" = {blank}' for path in unknown),
-    ]  # fmt: skip
+        'name = "foreign"',
+        "duration = 0.2",
+        "",
+        "[robot.structure]",
+        'kind = "beam"',
+        "frequencies = [600.0, 6000.0]",
+        "damping_ratios = [0.02, 0.02]",
+        f"length = {device.length}",
+        f"tip_length = {long}",
+        f"tip_width = {wide}",
+        f"tip_thickness = {thick}",
+        f"tip_density = {device.density}",
+        "",
+        "[robot.drives.pzt]",
+        f"history = {list(device.history)}",
+        "",
+        "[robot.drives.pzt.load]",
+        'kind = "modal"',
+        f"participation = [{device.participation[0]}, 1.0]",
+        "",
+        "[robot.drives.pzt.law]",
+        'kind = "prandtl_ishlinskii"',
+        "constant = 0.0",
+        "linear = 1e-6",
+        "quadratic = 0.0",
+        "cubic = 0.0",
+        f"thresholds = {list(device.thresholds)}",
+        f"weights = {[0.0] * len(device.weights)}",
+        "",
+        "[robot.feet.tip]",
+        'point = "tip"',
+        f"gap = {world.gap * device.gap}",
+        "normal = 1",
+        "[ground]",
+        "near_field_forces = true",
+        "",
+        "[ground.restitution]",
+        "coefficient = 0.5",
+        "",
+        "[ground.landing]",
+        'kind = "capture_unless_pulled"',
+        "",
+        "[ground.adhesion]",
+        "initial = 0.0",
+        "rate = 0.0",
+        "",
+        "[ground.film]",
+        "coefficient = 1e-20",
+        "thickness = 1e-5",
+        "",
+        "[signals.pzt]",
+        'kind = "square"',
+        "amplitude = 8.0",
+        "frequency = 50.0",
+        "",
+        "[provenance]",
+        *(f'"{path}" = {blank}' for path in unknown),
+    ]
     return "\n".join(lines) + "\n"

@@ -52,9 +52,7 @@ class Wave:
         turns = t * p["frequency"]
         if self.kind == "sine":
             return p["amplitude"] * np.sin(2.0 * np.pi * turns)
-        near = (
-            -1e-9 if before else 1e-9
-        )  # of a cycle: which side of a jump a time that rounds to it belongs to
+        near = -1e-9 if before else 1e-9  # of a cycle: which side of a jump a time that rounds to it belongs to
         place = np.remainder(turns + near, 1.0)
         if self.kind == "square":
             return p["amplitude"] * np.where(place < 0.5, 1.0, -1.0)
@@ -134,9 +132,7 @@ class Wave:
 class Drive:
     """The force of a device's drive under a voltage."""
 
-    def __init__(
-        self, device: Device, world: World, wave: Wave, end: float, left: Floats | None = None
-    ) -> None:
+    def __init__(self, device: Device, world: World, wave: Wave, end: float, left: Floats | None = None) -> None:
         wave = wave.amplified(world, end)
         self.device, self.wave = device, wave
         self.r = np.array(world.thresholds or device.thresholds)
@@ -200,11 +196,7 @@ class Drive:
         inner = 1e-12 * (ends[1] - ends[0])
         return float(
             brentq(
-                lambda t: float(self.wave.volts(t)) - level,
-                ends[0] + inner,
-                ends[1] - inner,
-                xtol=1e-16,
-                rtol=1e-14,
+                lambda t: float(self.wave.volts(t)) - level, ends[0] + inner, ends[1] - inner, xtol=1e-16, rtol=1e-14
             )
         )
 

@@ -71,10 +71,7 @@ class _Stepper:
         if fast:
             self.pull_row = np.concatenate([self.pull_row, share * springs * fast])
         self.pull_out = (self.pull_row @ phase.out).tolist()
-        self.pull_still, self.pull_drive = (
-            float(self.pull_row @ phase.still),
-            float(share @ modes.participation),
-        )
+        self.pull_still, self.pull_drive = (float(self.pull_row @ phase.still), float(share @ modes.participation))
         self.pull_first = -float(share[0]) * spring
         self.tables: dict[float, tuple] = {}
 
@@ -133,10 +130,7 @@ class _Stepper:
                 c + a * film + b * drive + d * cubic
                 for c, a, b, d in zip(self.constant, self.by_foot, self.by_drive, self.by_first, strict=True)
             ]
-        return [
-            c + a * film + b * drive
-            for c, a, b in zip(self.constant, self.by_foot, self.by_drive, strict=True)
-        ]
+        return [c + a * film + b * drive for c, a, b in zip(self.constant, self.by_foot, self.by_drive, strict=True)]
 
     def step(self, z: list[complex], h: float, fa: float, fm: float, fb: float) -> list[complex]:
         """z a time h later, for the drive's force at the beginning, in the middle and at the end."""
@@ -267,8 +261,7 @@ def filtered(
     at = p + circle
     e = np.exp(at)
     i0, i1, i2 = (
-        np.mean(f)
-        for f in ((e - 1.0) / at, (e - 1.0 - at) / at**2, (2.0 * e - 2.0 - 2.0 * at - at**2) / at**3)
+        np.mean(f) for f in ((e - 1.0) / at, (e - 1.0 - at) / at**2, (2.0 * e - 2.0 - 2.0 * at - at**2) / at**3)
     )
     ahead = np.append(push[2:], push[-1])
     now, then = push[:-1], push[1:]
@@ -292,9 +285,7 @@ class _Run:
         film = motion.law()
         rigid = np.isinf(world.ground)
         self.free = _Stepper(Phase(modes), modes, gap, film, motion.spring)
-        self.tied = _Stepper(
-            held(modes, gap, world.ground), modes, gap, None if rigid else film, motion.spring
-        )
+        self.tied = _Stepper(held(modes, gap, world.ground), modes, gap, None if rigid else film, motion.spring)
         row = modes.points[0]
         self.row, self.mobility = row, float(row @ row) / modes.mass
         self.since = 0.0
@@ -308,9 +299,7 @@ class _Run:
         """Net force on the adhesion of a foot in contact."""
         if np.isinf(self.world.ground):
             return self.tied.pull(z, drive) - self.free.charge / CHARGE_GAP**2
-        return self.world.ground * self.tied.gap(
-            z
-        )  # a damper that held the foot would let go of it below ground
+        return self.world.ground * self.tied.gap(z)  # a damper that held the foot would let go of it below ground
 
     def strength(self, age: float) -> float:
         first, rate = self.device.adhesion
@@ -393,15 +382,9 @@ class _Run:
             def moved(
                 h: float, stepper: _Stepper = stepper, start: list[complex] = start, past: float = past
             ) -> list[complex]:
-                return (
-                    stepper.step(start, h, drive(past), drive(past + 0.5 * h), drive(past + h))
-                    if h > 0.0
-                    else start
-                )
+                return stepper.step(start, h, drive(past), drive(past + 0.5 * h), drive(past + h)) if h > 0.0 else start
 
-            def margin(
-                h: float, stepper: _Stepper = stepper, moved: Callable = moved, past: float = past
-            ) -> float:
+            def margin(h: float, stepper: _Stepper = stepper, moved: Callable = moved, past: float = past) -> float:
                 after = moved(h)
                 if stepper is self.free:
                     return stepper.gap(after)
@@ -418,9 +401,7 @@ class _Run:
             phase, z = self._happens(phase, z, time, drive(time))
         raise RuntimeError("a step has more than a thousand events")
 
-    def _happens(
-        self, phase: _Stepper, z: list[complex], time: float, drive: float
-    ) -> tuple[_Stepper, list[complex]]:
+    def _happens(self, phase: _Stepper, z: list[complex], time: float, drive: float) -> tuple[_Stepper, list[complex]]:
         state, n = phase.phase.state(z), len(self.modes.omega)
         if phase is self.tied:
             self.events.append((time, "release"))

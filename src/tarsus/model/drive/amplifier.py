@@ -57,9 +57,7 @@ class Amplifier(Description):
             faults.append(("rise_time", "bandwidth says the same: give one of the two"))
         if self.clip is not None and not self.clip[0] < self.clip[1]:
             low, high = self.clip
-            faults.append(
-                ("clip", f"expected the lowest voltage before the highest, got {low:g} V and {high:g} V")
-            )
+            faults.append(("clip", f"expected the lowest voltage before the highest, got {low:g} V and {high:g} V"))
         if faults:
             raise PathErrors(faults)
         return self

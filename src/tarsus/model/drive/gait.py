@@ -24,17 +24,7 @@ from tarsus.base.spec import Amount, Description, MaybeAmount, Named, quantity
 from tarsus.base.units import format_quantity
 from tarsus.model.drive.waveforms.square import Square
 
-__all__ = [
-    "Alternating",
-    "AnyGait",
-    "CustomGait",
-    "Gait",
-    "Layout",
-    "MetachronalGait",
-    "Reach",
-    "Ripple",
-    "Tripod",
-]
+__all__ = ["Alternating", "AnyGait", "CustomGait", "Gait", "Layout", "MetachronalGait", "Reach", "Ripple", "Tripod"]
 
 
 @dataclass(frozen=True)
@@ -118,9 +108,7 @@ class Gait(Description, ABC):
         faults = self._pattern_faults(layout)
         if self.turn is not None:
             faults += _turn_faults(layout)
-        if np.any(
-            self.high < self.low
-        ):  # of numbers that are one a run, which no one else has looked at together
+        if np.any(self.high < self.low):  # of numbers that are one a run, which no one else has looked at together
             faults.append(("high", "the upper voltage is below the lower one"))
         if faults:
             return faults
@@ -170,11 +158,7 @@ class Alternating(Gait):
     Where drives move groups of legs and there are two groups, these are the ones that alternate.
     """
 
-    synonyms: ClassVar[Mapping[str, str]] = {
-        **Gait.synonyms,
-        "trot": "alternating",
-        "diagonal": "alternating",
-    }
+    synonyms: ClassVar[Mapping[str, str]] = {**Gait.synonyms, "trot": "alternating", "diagonal": "alternating"}
     kind: Literal["alternating"] = "alternating"
 
     def delays(self, layout: Layout) -> dict[str, float]:
@@ -249,10 +233,7 @@ class CustomGait(Gait):
         unknown = [leg for leg in self.phases if leg not in layout.hips]
         missing = [leg for leg in layout.hips if leg not in self.phases]
         return [
-            *(
-                (f"phases.{leg}", f"the robot has no leg '{leg}'{nearest(leg, layout.hips)}")
-                for leg in unknown
-            ),
+            *((f"phases.{leg}", f"the robot has no leg '{leg}'{nearest(leg, layout.hips)}") for leg in unknown),
             *(("phases", f"leg '{leg}' has no phase; give one to every leg") for leg in missing),
         ]
 
@@ -285,9 +266,7 @@ def _turn_faults(layout: Layout) -> list[tuple[str, str]]:
 def _each(layout: Layout, delay: Callable[[int, int, int], float]) -> dict[str, float]:
     """``delay(side, place, count)`` of every leg: side 0 left or 1 right, place from the front, legs on that side."""
     return {
-        leg: delay(side, place, len(legs))
-        for side, legs in enumerate(layout.sides)
-        for place, leg in enumerate(legs)
+        leg: delay(side, place, len(legs)) for side, legs in enumerate(layout.sides) for place, leg in enumerate(legs)
     }
 
 

@@ -56,5 +56,3 @@ def _at(rows: Floats, start: Floats, time: ArrayLike) -> Floats:
     for k in range(rows.shape[1] - 2, -1, -1):
         value = value * xi + rows[piece, k]
     return np.asarray(value)
-
-

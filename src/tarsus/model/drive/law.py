@@ -47,9 +47,7 @@ class VoltageLaw(Description, ABC):
         numbers of the law may be one of each."""
         return np.array([self.force([v], tuple(row))[0] for v, row in zip(volts, past, strict=True)])
 
-    def late(
-        self, track: Track, history: Sequence[float], late: Floats | None = None, seconds: float = 0.0
-    ) -> Floats:
+    def late(self, track: Track, history: Sequence[float], late: Floats | None = None, seconds: float = 0.0) -> Floats:
         """What lags (nl,) [N] have come to after so many seconds of the track of one run, from what they were at its
         start; of a law that only goes by the order of voltages there are none."""
         return np.zeros(0)

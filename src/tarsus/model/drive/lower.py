@@ -63,12 +63,8 @@ def lower_track(
     with np.errstate(all="ignore"):
         if isinstance(law, LinearForce):
             level = to_pieces(track, whole_parts(track, IDENTITY))
-            gain, offset = (
-                np.repeat(np.broadcast_to(one, len(level)), level.counts) for one in (law.gain, law.offset)
-            )
+            gain, offset = (np.repeat(np.broadcast_to(one, len(level)), level.counts) for one in (law.gain, law.offset))
             first = np.arange(TERMS) == 0
-            return replace(
-                level, coef=gain[:, None] * level.coef + np.where(first, offset[:, None], 0.0)
-            ), level
+            return replace(level, coef=gain[:, None] * level.coef + np.where(first, offset[:, None], 0.0)), level
         level = to_pieces(track, whole_parts(track, IDENTITY)) if volts else None
         return law.channels(track, history, late), level

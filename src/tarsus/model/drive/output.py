@@ -120,8 +120,11 @@ def amplified(track: Track, stage: Stage, start: Any) -> Track:
     for r in other:
         own = Stage(*(float(one[r]) for one in (lag, slew, low, high)))
         alone = track.picked(np.array([r]))
-        parts.append(alone if span[r] == 0.0 else _followed(command[int(r)], own, float(span[r]), float(volts[r]),
-                                                            alone.periodic))  # fmt: skip
+        parts.append(
+            alone
+            if span[r] == 0.0
+            else _followed(command[int(r)], own, float(span[r]), float(volts[r]), alone.periodic)
+        )
     return joined(parts).picked(np.argsort(np.concatenate([pole, other])))
 
 
@@ -208,9 +211,7 @@ def _between_rails(row: Floats, stage: Stage, tolerance: float) -> list[tuple[fl
             flat, leaves = stage.low, [-under]
         else:
             leaves = [over, under]
-        found = [
-            x for side in leaves if math.isfinite(side[0]) and (x := crossing(side, tolerance)) is not None
-        ]
+        found = [x for side in leaves if math.isfinite(side[0]) and (x := crossing(side, tolerance)) is not None]
         end = 1.0 if not found else at + 0.5 * (min(found) + 1.0) * (1.0 - at)
         end = max(end, min(1.0, at + 1e-9))
         part = _part(row, at, end)
@@ -262,9 +263,18 @@ class _Output:
         begin, first, last = (np.array(one) for one in (self.starts, self.first, self.last))
         period = end - begin[loop] if loop >= 0 else np.nan
         return Track(
-            np.array([0, self.count]), begin, np.append(begin[1:], end), np.array(self.rows), None,
-            np.zeros(self.count), first, last, np.array(self.kinks), np.array([loop]), np.array([period]),
-        )  # fmt: skip
+            np.array([0, self.count]),
+            begin,
+            np.append(begin[1:], end),
+            np.array(self.rows),
+            None,
+            np.zeros(self.count),
+            first,
+            last,
+            np.array(self.kinks),
+            np.array([loop]),
+            np.array([period]),
+        )
 
     def pass_through(self, command: Pieces, since: float) -> None:
         """Follow the command's pieces once, from time `since` [s] on."""
@@ -379,9 +389,13 @@ class _Output:
         most = self.stage.slew * 0.5 * (1.0 - at) * half
         slope = np.append(rest[1:] * np.arange(1, TERMS), 0.0)
         return self._first(
-            rest, at, 1.0, after, 1e-12 * (most + self.span),
+            rest,
+            at,
+            1.0,
+            after,
+            1e-12 * (most + self.span),
             [(_offset(mode.sign * slope, -most), mode) for mode in _RAMPS],
-        )  # fmt: skip
+        )
 
     def _lag(self, command: Floats, at: float, half: float, after: float) -> _Move:
         """The pole's answer, as far as degree 11 carries and until something saturates."""
@@ -416,7 +430,7 @@ class _Output:
 
     def _first(
         self, row: Floats, at: float, end: float, after: float, tolerance: float, events: list[tuple[Floats, _Mode]]
-    ) -> _Move:  # fmt: skip
+    ) -> _Move:
         """The stretch `row` on [at, end] up to the first event."""
         found: list[tuple[float, _Mode]] = []
         for margin, mode in events:

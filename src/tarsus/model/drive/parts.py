@@ -83,11 +83,7 @@ def to_pieces(track: Track, parts: Parts) -> Channels:
         source = np.concatenate([own, others[of]])
         order = np.argsort(source, kind="stable")
         coef = np.concatenate([_composed(track, *pick[0]), fit])[order]
-        source, low, high = (
-            source[order],
-            np.append(pick[0][1], low)[order],
-            np.append(pick[0][2], high)[order],
-        )
+        source, low, high = (source[order], np.append(pick[0][1], low)[order], np.append(pick[0][2], high)[order])
     fresh = np.ones(len(source), dtype=bool)
     fresh[1:] = source[1:] != source[:-1]
     stretch, law, kink = stretch[source], law[source], kink[source] & fresh
@@ -105,9 +101,7 @@ def to_pieces(track: Track, parts: Parts) -> Channels:
     return _without_slivers(track, stretch, begin, end, coef, kink)
 
 
-def _without_slivers(
-    track: Track, stretch: Ints, begin: Any, end: Any, coef: Any, kink: NDArray[np.bool_]
-) -> Channels:
+def _without_slivers(track: Track, stretch: Ints, begin: Any, end: Any, coef: Any, kink: NDArray[np.bool_]) -> Channels:
     """The pieces without those that are shorter than the resolution of time."""
     run = track.run[stretch]
     close = track.end[track.runs[1:] - 1]
@@ -115,9 +109,7 @@ def _without_slivers(
     long = until > begin
     if not long.all():
         kept = np.flatnonzero(long)
-        opens = np.append(
-            True, run[kept][1:] != run[kept][:-1]
-        )  # a run's first piece begins where the run does
+        opens = np.append(True, run[kept][1:] != run[kept][:-1])  # a run's first piece begins where the run does
         since = np.where(opens, np.searchsorted(run, run[kept]), np.append(0, kept[:-1] + 1))
         kink = np.logical_or.reduceat(kink, since)
         coef, stretch, begin, run = coef[kept], stretch[kept], begin[kept], run[kept]
@@ -163,9 +155,7 @@ def _composed(track: Track, stretch: Ints, low: Floats, high: Floats, law: Any) 
     return np.stack([*terms[:TERMS], *[none] * (TERMS - len(terms))], axis=-1)
 
 
-def _fitted(
-    track: Track, stretch: Ints, low: Floats, high: Floats, law: Any
-) -> tuple[Any, Ints, Floats, Floats]:
+def _fitted(track: Track, stretch: Ints, low: Floats, high: Floats, law: Any) -> tuple[Any, Ints, Floats, Floats]:
     """Chebyshev fits of law(V) on the parts, each cut into as many pieces as degree 11 needs.
 
     Returns coefficients, the part each piece came from (ascending), and the pieces' local ranges.
@@ -185,9 +175,7 @@ def _fitted(
         cuts = np.ones(len(source), dtype=np.intp)
         cuts[bad] = np.clip(np.ceil((miss[bad] / allowed[bad]) ** (1.0 / TERMS)), 2, 8)
         if np.bincount(run[source], cuts).max() > _MOST_PIECES:
-            raise InputError(
-                f"the drive needs more than {_MOST_PIECES} pieces: shorten it or lower its frequency"
-            )
+            raise InputError(f"the drive needs more than {_MOST_PIECES} pieces: shorten it or lower its frequency")
         rank = counted(cuts)
         many = np.repeat(cuts, cuts)
         left, width = np.repeat(low, cuts), np.repeat(high - low, cuts)
@@ -236,7 +224,5 @@ def _sampled(track: Track, stretch: Ints, low: Floats, high: Floats, law: Any) -
 
     top = of_runs(np.maximum, np.abs(volts).max(axis=1))[run]
     terms = np.abs(law)
-    size = of_runs(
-        np.maximum, ((terms[:, 0] + terms[:, 1] * top) + terms[:, 2] * top**2) + terms[:, 3] * top**3
-    )
+    size = of_runs(np.maximum, ((terms[:, 0] + terms[:, 1] * top) + terms[:, 2] * top**2) + terms[:, 3] * top**3)
     return values, size, of_runs(np.maximum, values.max(axis=1)) - of_runs(np.minimum, values.min(axis=1))

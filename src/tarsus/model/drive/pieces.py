@@ -87,12 +87,14 @@ class Channels(Sequence[Pieces]):
         loops = np.array([one.loop for one in pieces], dtype=np.intp)
         periods = [one.start[-1] - one.start[one.loop] if one.loop >= 0 else np.nan for one in pieces]
         return cls(
-            np.array([one.count for one in pieces], dtype=np.intp), loops,
+            np.array([one.count for one in pieces], dtype=np.intp),
+            loops,
             np.concatenate([np.zeros(0), *(one.start[:-1] for one in pieces)]),
             np.concatenate([np.zeros(0), *(one.start[1:] for one in pieces)]),
             np.concatenate([np.zeros((0, TERMS)), *(one.coef for one in pieces)]),
-            np.concatenate([np.zeros(0, dtype=bool), *(one.kink for one in pieces)]), np.array(periods),
-        )  # fmt: skip
+            np.concatenate([np.zeros(0, dtype=bool), *(one.kink for one in pieces)]),
+            np.array(periods),
+        )
 
     @staticmethod
     def joined(parts: Sequence[Channels]) -> Channels:
@@ -108,9 +110,14 @@ class Channels(Sequence[Pieces]):
         counts = self.counts[which]
         own = counted(counts) + np.repeat(self.first[which], counts)
         return Channels(
-            counts, self.loops[which], self.begin[own], self.end[own], self.coef[own], self.kink[own],
+            counts,
+            self.loops[which],
+            self.begin[own],
+            self.end[own],
+            self.coef[own],
+            self.kink[own],
             self.periods[which],
-        )  # fmt: skip
+        )
 
     def rate(self) -> Channels:
         """Their derivatives by time, as `Pieces.rate`."""

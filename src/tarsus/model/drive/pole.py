@@ -25,9 +25,7 @@ MOST_SETTLING = 20_000
 """Most stretches before a periodic output repeats: an amplifier so slow hardly passes its signal."""
 TERMS_KEPT = 20
 """Chebyshev terms of a solution; those beyond degree 11 must vanish, which limits how long a part may be."""
-TO_CHEBYSHEV = np.array(
-    [np.pad(c := chebyshev.poly2cheb(e), (0, TERMS_KEPT - len(c))) for e in np.eye(TERMS)]
-).T
+TO_CHEBYSHEV = np.array([np.pad(c := chebyshev.poly2cheb(e), (0, TERMS_KEPT - len(c))) for e in np.eye(TERMS)]).T
 TO_MONOMIAL = np.array([np.pad(c := chebyshev.cheb2poly(e), (0, TERMS - len(c))) for e in np.eye(TERMS)]).T
 """Between the powers of pieces and Chebyshev terms."""
 
@@ -59,12 +57,8 @@ def _cuts() -> Floats:
     at, out = 0.0, list[float]()
     while at < -math.log(SETTLED):
         half = 0.5
-        for _ in range(
-            20
-        ):  # the first term that is left out: 2 exp(-at - half) half^12 / (2^12 12!), and its kind
-            half = 2.0 * (0.2 * FIT * math.factorial(TERMS) * math.exp(at + half - half**2 / 52.0)) ** (
-                1.0 / TERMS
-            )
+        for _ in range(20):  # the first term that is left out: 2 exp(-at - half) half^12 / (2^12 12!), and its kind
+            half = 2.0 * (0.2 * FIT * math.factorial(TERMS) * math.exp(at + half - half**2 / 52.0)) ** (1.0 / TERMS)
         at += 2.0 * half
         out.append(min(at, -math.log(SETTLED) + _NEAR))
     return np.array(out)
@@ -122,10 +116,13 @@ def _with_rest(command: Channels, periodic: Any, lag: Floats) -> Channels:
     coef[:, 0] = command.coef[last].sum(axis=1)
     place = last + 1
     return replace(
-        command, counts=command.counts + ~periodic, begin=np.insert(command.begin, place, end),
+        command,
+        counts=command.counts + ~periodic,
+        begin=np.insert(command.begin, place, end),
         end=np.insert(command.end, place, end + 40.0 * lag[rests]),  # e^-40 is below rounding
-        coef=np.insert(command.coef, place, coef, axis=0), kink=np.insert(command.kink, place, False),
-    )  # fmt: skip
+        coef=np.insert(command.coef, place, coef, axis=0),
+        kink=np.insert(command.kink, place, False),
+    )
 
 
 def _rounds(first: _Pass, periodic: Any, start: Floats) -> Ints:
@@ -134,10 +131,7 @@ def _rounds(first: _Pass, periodic: Any, start: Floats) -> Ints:
     change = np.abs(first.voltages(start)[1] - start)
     with np.errstate(divide="ignore", over="ignore"):
         ahead = change * np.maximum(1.0, 1.0 / np.expm1(period))
-        lasts = (
-            np.minimum(np.log(ahead / (ROUNDING * first.span)), np.log(change / (1e-15 * first.span)))
-            / period
-        )
+        lasts = np.minimum(np.log(ahead / (ROUNDING * first.span)), np.log(change / (1e-15 * first.span))) / period
     rounds = 1.0 + np.where(periodic, np.maximum(np.ceil(lasts), 0.0), 0.0)
     parts = np.bincount(first.run, minlength=len(rounds))
     slow = (rounds > 1.0) & (rounds * parts > MOST_SETTLING)
@@ -233,9 +227,7 @@ class _Pass:
             self._lay(self.parts.cut(counts))
         first, final = volts[opens], volts[opens + 1]
         rests = (first == self.target) & (final == self.target)
-        kept = np.where(
-            rests[:, None], np.where(np.arange(TERMS) == 0, self.target[:, None], 0.0), series[:, :TERMS]
-        )
+        kept = np.where(rests[:, None], np.where(np.arange(TERMS) == 0, self.target[:, None], 0.0), series[:, :TERMS])
         rest = np.cumsum(np.abs(kept[:, ::-1]), axis=1)[:, ::-1]
         kept = np.where(~rests[:, None] & (rest <= 2e-15 * self.span[self.run][:, None]), 0.0, kept)
         rows = np.where(rests[:, None], kept, product(kept, TO_MONOMIAL.T))
@@ -261,17 +253,27 @@ class _Pass:
         counts = np.bincount(run, minlength=len(self.lag))
         runs = np.concatenate([[0], np.cumsum(counts)])
         rounds = self.round[np.cumsum(self.counts) - 1]
-        fresh = np.searchsorted(run * (self.round.max() + 1) + self.round[piece],
-                                np.arange(len(counts)) * (self.round.max() + 1) + rounds)  # fmt: skip
+        fresh = np.searchsorted(
+            run * (self.round.max() + 1) + self.round[piece], np.arange(len(counts)) * (self.round.max() + 1) + rounds
+        )
         loops = np.where(periodic, fresh - runs[:-1], -1)
         close = self.end[np.cumsum(self.counts) - 1]
         until = np.append(begin[1:], 0.0)
         until[runs[1:] - 1] = close
         ends[runs[1:] - 1] = np.where(periodic, starts[fresh], ends[runs[1:] - 1])
         track = Track(
-            runs, begin, until, inner, None, np.zeros(len(run)), starts, ends, kink, loops,
+            runs,
+            begin,
+            until,
+            inner,
+            None,
+            np.zeros(len(run)),
+            starts,
+            ends,
+            kink,
+            loops,
             np.where(periodic, close - begin[fresh], np.nan),
-        )  # fmt: skip
+        )
         return _held(track, np.flatnonzero(~periodic))
 
 
@@ -351,8 +353,14 @@ def _held(track: Track, runs: Ints) -> Track:
     more[runs] = 1
     return Track(
         np.concatenate([[0], np.cumsum(np.diff(track.runs) + more)]),
-        np.insert(track.begin, place, end), np.insert(track.end, place, end + np.maximum(1.0, end)),
-        np.insert(track.inner, place, rows, axis=0), None, np.zeros(track.count + len(runs)),
-        np.insert(track.first, place, volts), np.insert(track.last, place, volts), np.insert(track.kink, place, True),
-        track.loops, track.periods,
-    )  # fmt: skip
+        np.insert(track.begin, place, end),
+        np.insert(track.end, place, end + np.maximum(1.0, end)),
+        np.insert(track.inner, place, rows, axis=0),
+        None,
+        np.zeros(track.count + len(runs)),
+        np.insert(track.first, place, volts),
+        np.insert(track.last, place, volts),
+        np.insert(track.kink, place, True),
+        track.loops,
+        track.periods,
+    )

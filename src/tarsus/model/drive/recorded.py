@@ -63,9 +63,7 @@ def read_signal(path: Path, time_column: str, value_column: str, measured: Quant
     if found.count is not None and len(found.values) < found.count:
         raise InputError(truncated(raw.source, found.name, len(found.values), found.count))
     if not raw.ragged and len(times) != len(found.values):
-        raise InputError(
-            f"{raw.source}: '{found.name}' has {len(found.values)} samples and {len(times)} times"
-        )
+        raise InputError(f"{raw.source}: '{found.name}' has {len(found.values)} samples and {len(times)} times")
     count = min(len(times), len(found.values))
     levels = found.values[:count].astype(float) * _factor(raw, found, measured)
     first = float(times[0]) if count else 0.0

@@ -93,11 +93,7 @@ class Track:
 
     def of_run(self, values: Any) -> Any:
         """Numbers (k,), or of every run (nr, k), for each stretch: (S, k)."""
-        return (
-            np.broadcast_to(values, (self.count, *np.shape(values)))
-            if np.ndim(values) < 2
-            else values[self.run]
-        )
+        return np.broadcast_to(values, (self.count, *np.shape(values))) if np.ndim(values) < 2 else values[self.run]
 
     def direction(self) -> Floats:
         """(S,): +1 rising, -1 falling, 0 constant."""
@@ -122,9 +118,7 @@ class Track:
         if self.amplitude is not None:
             scale = self.amplitude[stretch]
             sine = ~np.isnan(scale)
-            target = np.where(
-                sine, np.arcsin(np.clip((volts - self.offset[stretch]) / scale, -1.0, 1.0)), volts
-            )
+            target = np.where(sine, np.arcsin(np.clip((volts - self.offset[stretch]) / scale, -1.0, 1.0)), volts)
 
         def of_runs(bent: Any, runs: Ints) -> NDArray[np.bool_]:
             """Which of the stretches are of runs where any of these is a curve."""
@@ -162,9 +156,18 @@ class Track:
             since = self.begin[self.runs[own] + self.loops[own]]
             begin, end = (np.where(over >= 0, close + (one - since), one) for one in (begin, end))
         return Track(
-            runs, begin, end, self.inner[source], None if self.amplitude is None else self.amplitude[source],
-            self.offset[source], self.first[source], self.last[source], self.kink[source], loops, self.periods[which],
-        )  # fmt: skip
+            runs,
+            begin,
+            end,
+            self.inner[source],
+            None if self.amplitude is None else self.amplitude[source],
+            self.offset[source],
+            self.first[source],
+            self.last[source],
+            self.kink[source],
+            loops,
+            self.periods[which],
+        )
 
 
 def joined(tracks: Sequence[Track]) -> Track:
@@ -181,15 +184,21 @@ def joined(tracks: Sequence[Track]) -> Track:
     sines = [one.amplitude for one in tracks]
     amplitude = None
     if any(one is not None for one in sines):
-        none = [
-            np.full(track.count, np.nan) if one is None else one
-            for one, track in zip(sines, tracks, strict=True)
-        ]
+        none = [np.full(track.count, np.nan) if one is None else one for one, track in zip(sines, tracks, strict=True)]
         amplitude = np.concatenate(none)
     return Track(
-        np.concatenate([[0], np.cumsum(counts)]), all_of("begin"), all_of("end"), inner, amplitude, all_of("offset"),
-        all_of("first"), all_of("last"), all_of("kink"), all_of("loops"), all_of("periods"),
-    )  # fmt: skip
+        np.concatenate([[0], np.cumsum(counts)]),
+        all_of("begin"),
+        all_of("end"),
+        inner,
+        amplitude,
+        all_of("offset"),
+        all_of("first"),
+        all_of("last"),
+        all_of("kink"),
+        all_of("loops"),
+        all_of("periods"),
+    )
 
 
 def chosen(condition: Any, one: Callable[[], Track], other: Callable[[], Track]) -> Track:
@@ -201,9 +210,7 @@ def chosen(condition: Any, one: Callable[[], Track], other: Callable[[], Track])
     tracks = (one(),) if holds.all() else (one(), other())
     count = max(len(holds), *(len(track.loops) for track in tracks))
     of_each = np.zeros(count, dtype=np.intp)
-    first, second = (
-        track if len(track.loops) == count else track.picked(of_each) for track in (tracks[0], tracks[-1])
-    )
+    first, second = (track if len(track.loops) == count else track.picked(of_each) for track in (tracks[0], tracks[-1]))
     holds = holds if len(holds) == count else np.repeat(holds, count)
     if len(tracks) == 1:
         return first
@@ -293,9 +300,7 @@ def _kept(times: Any, keep: NDArray[np.bool_]) -> tuple[Ints, Any, Any]:
     return runs, begin, close
 
 
-def linear_track(
-    start: Any, first: Any, last: Any, *, periodic: bool, hold: bool = False, keep: Any = True
-) -> Track:
+def linear_track(start: Any, first: Any, last: Any, *, periodic: bool, hold: bool = False, keep: Any = True) -> Track:
     """Track of straight stretches from `first` (S,) to `last` (S,) [V] between the times `start` (S+1,) [s].
 
     Each is a list of numbers, or of one number a run (nr,), or an array, of every run (nr, S). Stretches of no
@@ -321,9 +326,18 @@ def linear_track(
     middle = np.where(v0 == v1, v0, 0.5 * v0 + 0.5 * v1)
     periods = t[:, -1] if periodic else np.full(count, np.nan)
     track = Track(
-        runs, begin, end, polynomial(middle, 0.5 * (v1 - v0)), None, np.zeros(runs[-1]), v0, v1,
-        np.zeros(runs[-1], dtype=bool), np.full(count, 0 if periodic else -1), periods,
-    )  # fmt: skip
+        runs,
+        begin,
+        end,
+        polynomial(middle, 0.5 * (v1 - v0)),
+        None,
+        np.zeros(runs[-1]),
+        v0,
+        v1,
+        np.zeros(runs[-1], dtype=bool),
+        np.full(count, 0 if periodic else -1),
+        periods,
+    )
     kink = _kinks(track)
     if not periodic:
         kink[runs[:-1]] = True
@@ -356,18 +370,25 @@ def constant_track(volts: Any) -> Track:
     inner[:, 0] = level
     zeros, ones = np.zeros(count), np.ones(count)
     return Track(
-        np.arange(count + 1), zeros, ones, inner, None, zeros, level, level, ones.astype(bool), np.full(count, -1),
+        np.arange(count + 1),
+        zeros,
+        ones,
+        inner,
+        None,
+        zeros,
+        level,
+        level,
+        ones.astype(bool),
+        np.full(count, -1),
         np.full(count, np.nan),
-    )  # fmt: skip
+    )
 
 
 def sine_track(amplitude: Any, period: Any, phase: Any, offset: Any) -> Track:
     """One period of offset + amplitude sin(2 pi t / period + phase), cut at its extremes; numbers, or one a run
     (nr,)."""
     return chosen(
-        amplitude == 0.0,
-        lambda: constant_track(offset),
-        lambda: _sines(*alike(amplitude, period, phase, offset)),
+        amplitude == 0.0, lambda: constant_track(offset), lambda: _sines(*alike(amplitude, period, phase, offset))
     )
 
 
@@ -384,9 +405,18 @@ def _sines(amplitude: Any, period: Any, phase: Any, offset: Any) -> Track:
     first, last = above + scale * np.sin(psi0), above + scale * np.sin(psi1)
     inner = polynomial((0.5 * (psi0 + psi1))[keep], (0.5 * (psi1 - psi0))[keep])
     return Track(
-        runs, begin, end, inner, scale[keep], above[keep], first[keep], last[keep], np.zeros(runs[-1], dtype=bool),
-        np.zeros(len(runs) - 1, dtype=np.intp), period,
-    )  # fmt: skip
+        runs,
+        begin,
+        end,
+        inner,
+        scale[keep],
+        above[keep],
+        first[keep],
+        last[keep],
+        np.zeros(runs[-1], dtype=bool),
+        np.zeros(len(runs) - 1, dtype=np.intp),
+        period,
+    )
 
 
 def _fold(phase: Any) -> tuple[Any, Floats]:
@@ -404,15 +434,11 @@ def each_run(track_of: Callable[..., Track], *numbers: Any) -> Track:
     return joined([track_of(*(one[i : i + 1] for one in numbers)) for i in range(len(numbers[0]))])
 
 
-def swept_track(
-    amplitude: Any, start_frequency: Any, stop_frequency: Any, duration: Any, offset: Any
-) -> Track:
+def swept_track(amplitude: Any, start_frequency: Any, stop_frequency: Any, duration: Any, offset: Any) -> Track:
     """offset + amplitude sin(2 pi (f0 t + (f1 - f0) t^2 / (2 duration))) until `duration`, then held; numbers, or one a
     run (nr,)."""
     numbers = amplitude, start_frequency, stop_frequency, duration, offset
-    return chosen(
-        amplitude == 0.0, lambda: constant_track(offset), lambda: each_run(_one_sweep, *alike(*numbers))
-    )
+    return chosen(amplitude == 0.0, lambda: constant_track(offset), lambda: each_run(_one_sweep, *alike(*numbers)))
 
 
 def _one_sweep(amplitude: Any, low: Any, high: Any, duration: Any, offset: Any) -> Track:
@@ -443,12 +469,18 @@ def _held(start: Any, inner: Any, amplitude: Any, offset: Any, first: Any, last:
     end, value = start[-1:], last[-1:]
     after = end + np.maximum(1.0, end)
     return Track(
-        np.array([0, len(kink) + 1]), start, np.concatenate([start[1:], after]),
+        np.array([0, len(kink) + 1]),
+        start,
+        np.concatenate([start[1:], after]),
         np.concatenate([inner, polynomial(value)]),
-        None if amplitude is None else np.concatenate([amplitude, [np.nan]]), np.concatenate([offset, [0.0]]),
-        np.concatenate([first, value]), np.concatenate([last, value]), np.append(kink, True), np.array([-1]),
+        None if amplitude is None else np.concatenate([amplitude, [np.nan]]),
+        np.concatenate([offset, [0.0]]),
+        np.concatenate([first, value]),
+        np.concatenate([last, value]),
+        np.append(kink, True),
+        np.array([-1]),
         np.array([np.nan]),
-    )  # fmt: skip
+    )
 
 
 def polyline_track(edges: Any, first: Any, last: Any, begin: Any, period: Any) -> Track:

@@ -8,13 +8,7 @@ from tarsus.model.laws.film import Film
 from tarsus.model.laws.friction import AdhesiveFriction, AnyFriction, Friction
 from tarsus.model.laws.fringing_field import FringingField
 from tarsus.model.laws.gravity import Gravity
-from tarsus.model.laws.impact_map import (
-    AnyImpactMap,
-    DominantMode,
-    ImpactMap,
-    MassWeighted,
-    MeasuredImpactMap,
-)
+from tarsus.model.laws.impact_map import AnyImpactMap, DominantMode, ImpactMap, MassWeighted, MeasuredImpactMap
 from tarsus.model.laws.landing import AnyLanding, CaptureUnlessPulled, Landing, PullAsPrinted, RestituteFirst
 from tarsus.model.laws.leg_electrostatic import LegElectrostatic
 from tarsus.model.laws.power_restitution import PowerRestitution

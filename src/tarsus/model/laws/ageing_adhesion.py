@@ -30,8 +30,6 @@ class AgeingAdhesion(AdhesionLaw):
         return initial - gain * math.expm1(-age / ageing)
 
     @staticmethod
-    def remaining(
-        age: float, away: float, initial: float, gain: float, ageing: float, fading: float
-    ) -> float:
+    def remaining(age: float, away: float, initial: float, gain: float, ageing: float, fading: float) -> float:
         """Age [s] that is left of one after a time in the air."""
         return age * math.exp(-away / fading)

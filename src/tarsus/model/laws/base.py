@@ -119,11 +119,7 @@ class Law(Description):
     @classmethod
     def functions(cls) -> dict[str, tuple[Callable[..., float], int]]:
         """The law's plain functions by hook, each with how many numbers it takes before the parameters."""
-        own = (
-            {}
-            if cls.hook is None or cls.function() is None
-            else {cls.hook: (cls.function(), len(cls.leading))}
-        )
+        own = {} if cls.hook is None or cls.function() is None else {cls.hook: (cls.function(), len(cls.leading))}
         more = {hook: (getattr(cls, hook, None), len(leading)) for hook, leading in cls.also.items()}
         return {hook: (of, count) for hook, (of, count) in {**own, **more}.items() if of is not None}
 
@@ -153,9 +149,7 @@ def _in_snake_case(name: str) -> str:
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name).lower()
 
 
-def _check_arguments(
-    cls: type[Law], name: str, function: Callable[..., float], leading: Sequence[str]
-) -> None:
+def _check_arguments(cls: type[Law], name: str, function: Callable[..., float], leading: Sequence[str]) -> None:
     expected = (*leading, *cls.names())
     taken = list(inspect.signature(function).parameters)
     if len(taken) != len(expected):

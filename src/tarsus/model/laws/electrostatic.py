@@ -25,9 +25,7 @@ class Electrostatic(SmoothLaw):
     offset: Amount = quantity("m", "effective electrode distance in contact g_e", gt=0)
 
     @staticmethod
-    def force(
-        gap: float, gap_rate: float, volts: float, time: float, coefficient: float, offset: float
-    ) -> float:
+    def force(gap: float, gap_rate: float, volts: float, time: float, coefficient: float, offset: float) -> float:
         """Force [N] along the normal at ``gap`` [m] and ``volts`` [V]; never positive."""
         distance = gap + offset
         return -coefficient * volts * volts / (distance * distance)

@@ -31,13 +31,7 @@ class FringingField(SmoothLaw):
 
     @staticmethod
     def force(
-        gap: float,
-        gap_rate: float,
-        volts: float,
-        time: float,
-        coefficient: float,
-        offset: float,
-        height: float,
+        gap: float, gap_rate: float, volts: float, time: float, coefficient: float, offset: float, height: float
     ) -> float:
         """Force [N] along the normal at ``gap`` [m] and ``volts`` [V]; never positive."""
         return -coefficient * volts * volts / (math.pi * height * (gap + offset))

@@ -60,8 +60,7 @@ class ImpactMap(Description):
     """The map in words, for reports."""
 
     passive: bool = Field(
-        default=True,
-        description="act through the nearest map that creates no energy; false runs the map as it is",
+        default=True, description="act through the nearest map that creates no energy; false runs the map as it is"
     )
 
     def direction(self, foot: str, normal: Array, body: Body) -> Array:
@@ -191,9 +190,7 @@ class MeasuredImpactMap(ImpactMap):
         struck = {points.index(point): foot for foot, point in foot_points.items()}
         still = [points[c] for c in range(len(points)) if c not in struck and np.any(change[:, c] != 0.0)]
         if still:
-            raise InputError(
-                f"CoR matrix: column of '{still[0]}' is not the identity's, but it is no struck foot"
-            )
+            raise InputError(f"CoR matrix: column of '{still[0]}' is not the identity's, but it is no struck foot")
         columns = {}
         for c, foot in struck.items():
             if change[c, c] == 0.0:
@@ -255,9 +252,7 @@ class Directed:
         out = np.eye(len(self.mass)) - (1.0 + e) * np.outer(spread, self.normal) / self.mobility
         if size > 0.0:
             side = self.across * root / size
-            out -= np.outer(
-                side, beta * self.normal / root + (1.0 - math.cos(theta)) * product(self.mass, side)
-            )
+            out -= np.outer(side, beta * self.normal / root + (1.0 - math.cos(theta)) * product(self.mass, side))
         return out
 
     def gain(self, *, passive: bool = False) -> float:

@@ -17,9 +17,7 @@ class Landing(Law):
     """Base of the landing rules."""
 
     slot = "landing"
-    slot_note = (
-        "whether a foot that lands departs or is held; absent: held unless the pull exceeds the adhesion"
-    )
+    slot_note = "whether a foot that lands departs or is held; absent: held unless the pull exceeds the adhesion"
 
 
 class CaptureUnlessPulled(Landing):

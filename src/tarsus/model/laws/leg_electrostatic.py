@@ -31,20 +31,12 @@ class LegElectrostatic(SmoothLaw):
     uses_rate: ClassVar[bool] = False
 
     coefficient: Amount = quantity("N m^2/V^2", "electrostatic coefficient C_e of the whole leg", ge=0)
-    offset: Amount = quantity(
-        "m", "distance between electrode and ground with the leg level on it, g_e", gt=0
-    )
+    offset: Amount = quantity("m", "distance between electrode and ground with the leg level on it, g_e", gt=0)
     rest: Amount = quantity("m", "gap of the foot at which the leg is level, g_r", ge=0)
 
     @staticmethod
     def force(
-        gap: float,
-        gap_rate: float,
-        volts: float,
-        time: float,
-        coefficient: float,
-        offset: float,
-        rest: float,
+        gap: float, gap_rate: float, volts: float, time: float, coefficient: float, offset: float, rest: float
     ) -> float:
         """Force [N] along the normal on the foot, at ``gap`` [m] and ``volts`` [V]; never positive."""
         if coefficient == 0.0:

@@ -126,9 +126,7 @@ class Program:
         known = np.isin(code[:, 0], [int(op) for op in Op])
         earlier = (code[:, 1:] >= 0) & (code[:, 1:] < (first + np.arange(len(code)))[:, None])
         if not len(code) or not known.all() or not earlier.all():
-            raise InputError(
-                "a program is a list of known operations, each on values before it, and has at least one"
-            )
+            raise InputError("a program is a list of known operations, each on values before it, and has at least one")
         for name, array in (("code", code), ("constants", constants)):
             array.flags.writeable = False
             object.__setattr__(self, name, array)

@@ -32,13 +32,7 @@ class StribeckFriction(FrictionLaw):
 
     @staticmethod
     def bound(
-        margin: float,
-        strength: float,
-        slip: float,
-        static: float,
-        dynamic: float,
-        speed: float,
-        exponent: float,
+        margin: float, strength: float, slip: float, static: float, dynamic: float, speed: float, exponent: float
     ) -> float:
         """Largest friction force [N] at the margin ``N + f_a >= 0`` [N] and the slip speed [m/s]."""
         fall = math.exp(-((slip / speed) ** exponent))
@@ -61,8 +55,6 @@ class RateWeakeningFriction(FrictionLaw):
     speed: float = quantity("m/s", "speed v_c at which friction has fallen half of the way", gt=0)
 
     @staticmethod
-    def bound(
-        margin: float, strength: float, slip: float, static: float, dynamic: float, speed: float
-    ) -> float:
+    def bound(margin: float, strength: float, slip: float, static: float, dynamic: float, speed: float) -> float:
         """Largest friction force [N] at the margin ``N + f_a >= 0`` [N] and the slip speed [m/s]."""
         return (dynamic + (static - dynamic) / (1.0 + slip / speed)) * margin

@@ -70,9 +70,14 @@ def _records(op: Op, *, reflected: bool = False) -> Callable[..., Any]:
 
 
 for _name, _op in {
-    "add": Op.ADD, "sub": Op.SUBTRACT, "mul": Op.MULTIPLY, "truediv": Op.DIVIDE, "floordiv": Op.FLOOR_DIVIDE,
-    "mod": Op.MODULO, "pow": Op.POWER,
-}.items():  # fmt: skip
+    "add": Op.ADD,
+    "sub": Op.SUBTRACT,
+    "mul": Op.MULTIPLY,
+    "truediv": Op.DIVIDE,
+    "floordiv": Op.FLOOR_DIVIDE,
+    "mod": Op.MODULO,
+    "pow": Op.POWER,
+}.items():
     setattr(Traced, f"__{_name}__", _records(_op))
     setattr(Traced, f"__r{_name}__", _records(_op, reflected=True))
 for _name, _op in {"lt": Op.LESS, "le": Op.LESS_EQUAL, "eq": Op.EQUAL, "ne": Op.NOT_EQUAL}.items():
@@ -98,11 +103,14 @@ class LawTracer:
         self.asked = 0
         self.known: dict[Any, Any] = {function: self._recorded(function, op) for function, op in _MATH.items()}
         self.known |= {
-            min: self._extreme(min, Op.MINIMUM), max: self._extreme(max, Op.MAXIMUM), math.log: self._log,
-            math.radians: lambda x: x * (math.pi / 180.0), math.degrees: lambda x: x * (180.0 / math.pi),
+            min: self._extreme(min, Op.MINIMUM),
+            max: self._extreme(max, Op.MAXIMUM),
+            math.log: self._log,
+            math.radians: lambda x: x * (math.pi / 180.0),
+            math.degrees: lambda x: x * (180.0 / math.pi),
             int: lambda x: self.apply(Op.TRUNC, x) if isinstance(x, Traced) else int(x),
             float: lambda x: x if isinstance(x, Traced) else float(x),
-        }  # fmt: skip
+        }
         self.known |= dict.fromkeys((print, input, open, exec, eval), self._refused)
         own = {one.__name__: made for one, made in self.known.items() if one.__module__ == "builtins"}
         self.builtins = vars(builtins) | own
@@ -227,11 +235,7 @@ class _Names:
 
 @lru_cache(maxsize=256)
 def translate(
-    function: Callable[..., float],
-    leading: int | None = None,
-    name: str | None = None,
-    *,
-    switched: bool = False,
+    function: Callable[..., float], leading: int | None = None, name: str | None = None, *, switched: bool = False
 ) -> Program:
     """The program of a plain function of floats.
 

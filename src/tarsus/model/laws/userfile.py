@@ -15,9 +15,16 @@ from tarsus.model.laws.translate import translate
 PURPOSE = "a law file only defines laws"
 _PROTOCOLS = (DampingLaw, SmoothLaw, ImpactLaw, AdhesionLaw, FrictionLaw)
 _TRIAL = {
-    "gap": 1e-6, "gap_rate": -1e-3, "volts": 1.0, "time": 1e-3, "speed": 1e-3, "age": 1e-3, "away": 1e-3,
-    "margin": 1e-6, "strength": 1e-6,
-}  # fmt: skip
+    "gap": 1e-6,
+    "gap_rate": -1e-3,
+    "volts": 1.0,
+    "time": 1e-3,
+    "speed": 1e-3,
+    "age": 1e-3,
+    "away": 1e-3,
+    "margin": 1e-6,
+    "strength": 1e-6,
+}
 """What a law is tried with when its file is read [SI]: numbers of a foot near the ground, where a law has a value."""
 
 

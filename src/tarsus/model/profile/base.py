@@ -53,12 +53,8 @@ class Profile(Relief, ABC):
     first point on, again and again: a friction of (1, 0.2) makes every second facet slippery.
     """
 
-    restitution: tuple[float, ...] | None = quantity(
-        "1", "factors of the speed of departure", default=None, ge=0, le=1
-    )
-    adhesion: tuple[float, ...] | None = quantity(
-        "1", "factors of the strength of a contact", default=None, ge=0
-    )
+    restitution: tuple[float, ...] | None = quantity("1", "factors of the speed of departure", default=None, ge=0, le=1)
+    adhesion: tuple[float, ...] | None = quantity("1", "factors of the strength of a contact", default=None, ge=0)
     friction: tuple[float, ...] | None = quantity("1", "factors of the bound of friction", default=None, ge=0)
 
     @abstractmethod
@@ -75,9 +71,7 @@ class Profile(Relief, ABC):
         places = sorted(set(feet.values())) if self.wide else [0.0]
         every = self.side_by_side(places) if self.wide else [self.points()]
         lines = [
-            GroundLine(
-                points, self.repeats, self.patches(len(points) - 1) if self.patched else np.zeros((0, 3))
-            )
+            GroundLine(points, self.repeats, self.patches(len(points) - 1) if self.patched else np.zeros((0, 3)))
             for points in every
         ]
         return lines, [places.index(y) if self.wide else 0 for y in feet.values()]

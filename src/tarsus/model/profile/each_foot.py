@@ -35,10 +35,7 @@ class EachFoot(Relief):
     def faults(self, feet: Mapping[str, float]) -> list[tuple[str, str]]:
         of = {name: self._key(name, y) for name, y in feet.items()}
         found = [
-            (
-                f"feet.{key}",
-                f"the robot has no foot '{key}', and it is no side, left or right{nearest(key, feet)}",
-            )
+            (f"feet.{key}", f"the robot has no foot '{key}', and it is no side, left or right{nearest(key, feet)}")
             for key in self.feet
             if key not in feet and key not in SIDES
         ]

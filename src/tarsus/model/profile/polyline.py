@@ -12,9 +12,7 @@ class Polyline(Profile):
     """Facets between given points."""
 
     kind: Literal["polyline"] = "polyline"
-    given: tuple[tuple[float, float], ...] = quantity(
-        "m", "points from rear to front: place along the way, height"
-    )
+    given: tuple[tuple[float, float], ...] = quantity("m", "points from rear to front: place along the way, height")
     periodic: bool = False
 
     def points(self) -> Floats:

@@ -36,9 +36,7 @@ class RandomGround(Profile):
     correlation_length: Amount = quantity("m", "length above which heights know nothing of one another", gt=0)
     hurst: Amount = quantity("1", "Hurst exponent: the lower, the rougher", default=0.8, gt=0, le=1)
     spacing: Amount = quantity("m", "distance between neighbouring points", gt=0)
-    facets: int = Field(
-        default=512, ge=4, le=1_000_000, description="how many until the ground repeats itself"
-    )
+    facets: int = Field(default=512, ge=4, le=1_000_000, description="how many until the ground repeats itself")
     growth: MaybeAmount = quantity(
         "1/m", "by which heights grow along the way, of those at its begin; absent: they do not", default=None
     )
@@ -85,9 +83,7 @@ def _numbers(facets: int, spacing: float) -> Floats:
 
 
 @lru_cache(maxsize=8)
-def _shares(
-    places: tuple[float, ...], correlation_length: float, hurst: float, spacing: float, facets: int
-) -> Floats:
+def _shares(places: tuple[float, ...], correlation_length: float, hurst: float, spacing: float, facets: int) -> Floats:
     """Shares (k, k + 1, nw) of independent waves in those of lines at places [m] across the way, the first of them the
     wave of the middle: Cholesky factors of how alike lines are."""
     number = _numbers(facets, spacing)
@@ -102,9 +98,7 @@ def _shares(
                 factor[i, i] = np.sqrt(np.maximum(rest, 0.0))
             else:
                 # of a line that is another one already, nothing is left to share
-                factor[i, j] = np.divide(
-                    rest, factor[j, j], out=np.zeros_like(rest), where=factor[j, j] > 1e-7
-                )
+                factor[i, j] = np.divide(rest, factor[j, j], out=np.zeros_like(rest), where=factor[j, j] > 1e-7)
     return factor[1:]
 
 

@@ -25,9 +25,7 @@ class SurveyedGround(Profile):
 
     kind: Literal["file"] = "file"
     file: str
-    spacing: MaybeAmount = quantity(
-        "m", "distance between points: the file is a map of heights", default=None, gt=0
-    )
+    spacing: MaybeAmount = quantity("m", "distance between points: the file is a map of heights", default=None, gt=0)
     row: int = Field(default=0, ge=0, description="row of the map")
     unit: Amount = quantity("m", "length that the file's numbers are in", default=1.0, gt=0)
     periodic: bool = False

@@ -76,9 +76,7 @@ class Structure(Description):
                 "of the structure: as many points with independent shapes are needed"
             )
         if point not in points:
-            raise InputError(
-                f"'{point}' is a combination of the coordinates ({', '.join(points)}), not one of them"
-            )
+            raise InputError(f"'{point}' is a combination of the coordinates ({', '.join(points)}), not one of them")
         own = np.array([float(name == point) for name in points])
         return solve(rows, own)
 

@@ -11,12 +11,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors
 from tarsus.base.spec import Amount, Amounts, quantity
 from tarsus.model.structure.base import Array, Matrices, Structure
-from tarsus.model.structure.cantilever import (
-    CantileverModes,
-    RigidTip,
-    cantilever_modes,
-    section_from_frequencies,
-)
+from tarsus.model.structure.cantilever import CantileverModes, RigidTip, cantilever_modes, section_from_frequencies
 
 
 class Beam(Structure):
@@ -42,9 +37,7 @@ class Beam(Structure):
         if not self.damping_ratios:
             raise PathErrors([("damping_ratios", "expected at least one, as each keeps a mode, got none")])
         if len(self.damping_ratios) > 12:
-            raise PathErrors(
-                [("damping_ratios", f"at most 12 modes are kept, got {len(self.damping_ratios)}")]
-            )
+            raise PathErrors([("damping_ratios", f"at most 12 modes are kept, got {len(self.damping_ratios)}")])
         if self.frequencies[1] <= self.frequencies[0]:
             raise PathErrors([("frequencies", "the second frequency must be above the first")])
         try:
@@ -57,9 +50,7 @@ class Beam(Structure):
     def tip(self) -> RigidTip:
         """Mass, inertia about its centre, and offset of the rigid tip."""
         mass = self.tip_density * self.tip_length * self.tip_width * self.tip_thickness
-        return RigidTip(
-            mass, mass * (self.tip_length**2 + self.tip_thickness**2) / 12.0, 0.5 * self.tip_length
-        )
+        return RigidTip(mass, mass * (self.tip_length**2 + self.tip_thickness**2) / 12.0, 0.5 * self.tip_length)
 
     def section(self) -> tuple[float, float]:
         """Bending stiffness ``EI`` [N m^2] and mass per length ``rhoA`` [kg/m]."""

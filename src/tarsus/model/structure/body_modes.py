@@ -50,9 +50,7 @@ def body_modes(
     own = np.sqrt(np.abs(np.outer(np.diag(damping), np.diag(damping))))
     between = np.abs(damping - np.diag(np.diag(damping)))[np.ix_(kept, kept)]
     if np.any(between > COUPLED * own[np.ix_(kept, kept)] + 1e-12 * np.abs(damping).max(initial=0.0)):
-        raise InputError(
-            "damping couples the modes of the structure: modes of a walker's body are damped one by one"
-        )
+        raise InputError("damping couples the modes of the structure: modes of a walker's body are damped one by one")
     out: dict[str, WalkerMode] = {}
     for number, k in enumerate(kept, 1):
         up, on = (
@@ -64,7 +62,10 @@ def body_modes(
             continue  # a mode that moves no hip and no payload is not felt
         rate = math.sqrt(squared[k])
         out[f"mode{number}"] = WalkerMode(
-            frequency=rate / (2.0 * math.pi), damping_ratio=damping[k, k] / (2.0 * rate), mass=size**-2,
-            upward={name: one / size for name, one in up.items()}, along={name: one / size for name, one in on.items()},
-        )  # fmt: skip
+            frequency=rate / (2.0 * math.pi),
+            damping_ratio=damping[k, k] / (2.0 * rate),
+            mass=size**-2,
+            upward={name: one / size for name, one in up.items()},
+            along={name: one / size for name, one in on.items()},
+        )
     return out

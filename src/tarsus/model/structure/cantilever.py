@@ -60,9 +60,11 @@ def _end_conditions(beta: float, mu: float, delta: float, kappa: float) -> tuple
     center_a, center_b = q - c + s + arm * slope_a, 1 - q * (c + s) + arm * slope_b
     turn_a, turn_b = turned * slope_a + delta * center_a, turned * slope_b + delta * center_b
     return (
-        -q - s - c + load * center_a, 1 + q * (c - s) + load * center_b,
-        q + c - s - beta * load * turn_a, 1 + q * (c + s) - beta * load * turn_b,
-    )  # fmt: skip
+        -q - s - c + load * center_a,
+        1 + q * (c - s) + load * center_b,
+        q + c - s - beta * load * turn_a,
+        1 + q * (c + s) - beta * load * turn_b,
+    )
 
 
 def _characteristic(beta: float, mu: float, delta: float, kappa: float) -> float:
@@ -71,12 +73,7 @@ def _characteristic(beta: float, mu: float, delta: float, kappa: float) -> float
 
 
 def _root(
-    function: Callable[[float], float],
-    low: float,
-    high: float,
-    f_low: float,
-    f_high: float,
-    tolerance: float = 1e-15,
+    function: Callable[[float], float], low: float, high: float, f_low: float, f_high: float, tolerance: float = 1e-15
 ) -> float:
     """Root in a bracket, by false position (Illinois) with a bisection every fourth time."""
     for count in range(100):
@@ -120,9 +117,7 @@ def _frequency_ratio(mu: float, delta: float, kappa: float) -> float:
 
 
 @lru_cache(maxsize=4096)
-def section_from_frequencies(
-    length: float, tip: RigidTip, first: float, second: float
-) -> tuple[float, float]:
+def section_from_frequencies(length: float, tip: RigidTip, first: float, second: float) -> tuple[float, float]:
     """Bending stiffness and mass per length that give the first two natural frequencies.
 
     Parameters

@@ -181,8 +181,5 @@ class SingleMode:
     def structure(self) -> Lumped:
         """As a structure with the one coordinate ``body``."""
         return Lumped(
-            coordinates=("body",),
-            mass=((self.mass,),),
-            damping=((self.damping,),),
-            stiffness=((self.stiffness,),),
+            coordinates=("body",), mass=((self.mass,),), damping=((self.damping,),), stiffness=((self.stiffness,),)
         )

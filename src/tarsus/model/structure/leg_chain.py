@@ -111,9 +111,7 @@ class Chain:
         gravity
             Acceleration of gravity [m/s^2], positive downward.
         """
-        (l0, l1, l2), (a0, a1, a2), (w0, w1, w2) = (
-            one.tolist() for one in (self.lengths, self.angles, self.moment)
-        )
+        (l0, l1, l2), (a0, a1, a2), (w0, w1, w2) = (one.tolist() for one in (self.lengths, self.angles, self.moment))
         (j00, j01, j02), (_, j11, j12), (_, _, j22) = self.inertia.tolist()
         (k_hip, k_knee), (b_hip, b_knee) = self.stiffness.tolist(), self.damping.tolist()
         reach = l0 * cos(a0) + l1 * cos(a1) + l2 * cos(a2)

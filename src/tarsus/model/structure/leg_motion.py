@@ -103,9 +103,7 @@ def standing_load(leg: Leg) -> float:
     return -float(found.fun)
 
 
-def step_response(
-    leg: Leg, times: ArrayLike, volts: float | None = None, gravity: float = GRAVITY
-) -> LegMotion:
+def step_response(leg: Leg, times: ArrayLike, volts: float | None = None, gravity: float = GRAVITY) -> LegMotion:
     """Answer of the nonlinear leg to a step from 0 V at time zero, from rest under its load (Fig. 4.4).
 
     Parameters
@@ -151,14 +149,7 @@ def free_motion(
     if _fastest_decay(leg) * when[-1] > _STIFF:
         options = {"method": "Radau", "jac": lambda _, state: _jacobian(slope, state, scale)}
     solution = solve_ivp(
-        slope,
-        (0.0, when[-1]),
-        start,
-        t_eval=when,
-        events=grounded,
-        rtol=_TOLERANCE,
-        atol=_TOLERANCE * scale,
-        **options,
+        slope, (0.0, when[-1]), start, t_eval=when, events=grounded, rtol=_TOLERANCE, atol=_TOLERANCE * scale, **options
     )
     if not solution.success:
         raise InputError(f"the leg's motion cannot be followed: {solution.message}")
@@ -192,9 +183,7 @@ def _jacobian(slope: Callable[[float, Array], list[float]], state: Array, scale:
     return derivatives
 
 
-def _motion(
-    chain: Chain, time: Array, y: Array, torque: float, gravity: float, *, complete: bool
-) -> LegMotion:
+def _motion(chain: Chain, time: Array, y: Array, torque: float, gravity: float, *, complete: bool) -> LegMotion:
     turns, rates = y[:2].T, y[2:4].T
     postures = [chain.posture(q) for q in turns]
     height = np.array([chain.height(theta) for theta in postures])

@@ -79,11 +79,7 @@ class Linkage(Structure):
     def _check(self) -> Linkage:
         faults = [] if self.links else [("links", "expected at least one link, got none")]
         named = [
-            *(
-                (f"hinges.{name}.between", link)
-                for name, hinge in self.hinges.items()
-                for link in hinge.between
-            ),
+            *((f"hinges.{name}.between", link) for name, hinge in self.hinges.items() for link in hinge.between),
             *((f"places.{name}.link", place.link) for name, place in self.places.items()),
         ]
         faults += [
@@ -97,9 +93,7 @@ class Linkage(Structure):
             if len(set(hinge.between)) < len(hinge.between)
         ]
         twice = [name for name, count in Counter(self.points).items() if count > 1]
-        faults += [
-            ("", f"two points have the name '{name}': rename a link, a hinge or a place") for name in twice
-        ]
+        faults += [("", f"two points have the name '{name}': rename a link, a hinge or a place") for name in twice]
         if not faults and not self._motions()[1]:
             faults = [("hinges", "they leave the links no motion")]
         if faults:
@@ -133,9 +127,7 @@ class Linkage(Structure):
         mass, damping, stiffness = np.zeros((3, self.size, self.size))
         linked = slice(len(free))
         mass[linked, linked] = product(motions.T * self._inertias(), motions)
-        springs: list[tuple[Array, Hinge | Pad]] = [
-            (self.row(name), hinge) for name, hinge in self.hinges.items()
-        ]
+        springs: list[tuple[Array, Hinge | Pad]] = [(self.row(name), hinge) for name, hinge in self.hinges.items()]
         for name in self._padded:
             pad, height = self.places[name].pad, self.row(name)
             assert pad is not None  # as `_padded` says
@@ -182,9 +174,9 @@ class Linkage(Structure):
                 bend[2 * k : 2 * k + 2] -= sign * arm[:, None, None] * np.outer(turn, turn)
         bound = [k for k in range(len(motions)) if k not in free]
         second = np.zeros((len(motions), len(free) ** 2))  # of all motions by the free ones, as hinges hold
-        second[bound] = -np.linalg.lstsq(
-            self._constraints()[:, bound], bend.reshape(len(bend), -1), rcond=_DEPENDENT
-        )[0]
+        second[bound] = -np.linalg.lstsq(self._constraints()[:, bound], bend.reshape(len(bend), -1), rcond=_DEPENDENT)[
+            0
+        ]
         out = np.zeros((self.size, self.size))
         weights = acceleration * np.array([one.mass for one in self.links.values()])
         out[: len(free), : len(free)] = (weights @ second[1::3]).reshape(len(free), len(free))
@@ -242,9 +234,7 @@ class Linkage(Structure):
     def _arms(self) -> list[tuple[int, float, float]]:
         """Which link, and place from its centre (along, up), of all centres and places."""
         order = list(self.links)
-        places = [
-            (p.link, p.x - self.links[p.link].x, p.z - self.links[p.link].z) for p in self.places.values()
-        ]
+        places = [(p.link, p.x - self.links[p.link].x, p.z - self.links[p.link].z) for p in self.places.values()]
         return [(order.index(link), a, b) for link, a, b in [*((link, 0.0, 0.0) for link in order), *places]]
 
     def _constraints(self) -> Array:
@@ -262,9 +252,7 @@ class Linkage(Structure):
         """
         rows, count = self._constraints(), len(self.links)
         arm = float(np.abs(rows[:, 2::3]).max(initial=0.0)) or 1.0
-        unit = np.tile(
-            [1.0, 1.0, 1.0 / arm], count
-        )  # of the coordinates, so that all constraints are of lengths
+        unit = np.tile([1.0, 1.0, 1.0 / arm], count)  # of the coordinates, so that all constraints are of lengths
         order = [3 * link + way for link in reversed(range(count)) for way in (0, 1)]
         order += [3 * link + 2 for link in reversed(range(count))]
         left, bound = rows * unit, list[int]()

@@ -31,21 +31,14 @@ class Lumped(Structure):
     stiffness: Matrix = quantity("N/m", "stiffness matrix, or the list of its diagonal")
     damping: Matrix | None = quantity("N s/m", "damping matrix, or the list of its diagonal", default=None)
     damping_ratios: tuple[float, ...] | None = quantity(
-        "1",
-        "damping ratio of each undamped mode, in order of frequency, instead of a matrix",
-        default=None,
-        ge=0,
+        "1", "damping ratio of each undamped mode, in order of frequency, instead of a matrix", default=None, ge=0
     )
-    weights: Named[tuple[float, ...]] = quantity(
-        "1", "extra points: weight of each coordinate", default=FrozenDict()
-    )
+    weights: Named[tuple[float, ...]] = quantity("1", "extra points: weight of each coordinate", default=FrozenDict())
     upward: tuple[float, ...] | None = quantity(
         "1", "coordinates of a unit upward translation, for gravity; all ones when absent", default=None
     )
     forward: tuple[float, ...] | None = quantity(
-        "1",
-        "coordinates of a unit translation forward along the ground, for gravity on an incline",
-        default=None,
+        "1", "coordinates of a unit translation forward along the ground, for gravity on an incline", default=None
     )
 
     @field_validator("mass", "stiffness", "damping", mode="before")
@@ -56,11 +49,7 @@ class Lumped(Structure):
             value = value.tolist()
         if isinstance(value, (str, int, float)):
             return ((value,),)
-        if (
-            isinstance(value, (list, tuple))
-            and value
-            and all(isinstance(v, (str, int, float)) for v in value)
-        ):
+        if isinstance(value, (list, tuple)) and value and all(isinstance(v, (str, int, float)) for v in value):
             n = len(value)
             return tuple(tuple(value[i] if i == j else 0.0 for j in range(n)) for i in range(n))
         return value
@@ -117,9 +106,7 @@ class Lumped(Structure):
         else:
             values = eigh(_unit_diagonal(mass))[0] if np.all(np.diag(mass) > 0) else np.zeros(1)
             if values[0] < -1e-12:
-                faults.append(
-                    ("mass", "the mass matrix is not positive definite: some motion has negative inertia")
-                )
+                faults.append(("mass", "the mass matrix is not positive definite: some motion has negative inertia"))
             elif values[0] <= 1e-13:
                 faults.append(("mass", "the mass matrix is singular: some motion has no inertia"))
         if self.damping_ratios is not None and float(np.abs(stiffness - stiffness.T).max()) > 1e-9 * float(

@@ -35,9 +35,7 @@ class Modal(Structure):
         default=None,
     )
     forward: tuple[float, ...] | None = quantity(
-        "1",
-        "modal coordinates of a unit translation forward along the ground, for gravity on an incline",
-        default=None,
+        "1", "modal coordinates of a unit translation forward along the ground, for gravity on an incline", default=None
     )
 
     @model_validator(mode="after")

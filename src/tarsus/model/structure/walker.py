@@ -24,9 +24,7 @@ class WalkerMode(Description):
     damping_ratio: Amount = quantity("1", "damping ratio", default=0.0, ge=0)
     mass: Amount = quantity("kg", "modal mass", gt=0)
     upward: Named[float] = quantity(
-        "1",
-        "shape upward at the hip of a leg or under a payload, by its name; 0 unless given",
-        default=FrozenDict(),
+        "1", "shape upward at the hip of a leg or under a payload, by its name; 0 unless given", default=FrozenDict()
     )
     along: Named[float] = quantity("1", "the same along the way", default=FrozenDict())
 
@@ -58,10 +56,7 @@ class WalkerBody(Description):
         "kg m^2", "moment of inertia about x, forward; absent: the body does not roll", default=None, gt=0
     )
     pitch_inertia: MaybeAmount = quantity(
-        "kg m^2",
-        "moment of inertia about y, to the left; absent: the body does not pitch",
-        default=None,
-        gt=0,
+        "kg m^2", "moment of inertia about y, to the left; absent: the body does not pitch", default=None, gt=0
     )
     yaw_inertia: MaybeAmount = quantity(
         "kg m^2",
@@ -147,9 +142,7 @@ class Walker(Structure):
     kind: Literal["walker"] = "walker"
     body: WalkerBody
     legs: Named[WalkerLeg] = Field(description="legs by name, at least one")
-    payloads: Named[Payload] = Field(
-        default=FrozenDict(), description="masses on springs on the body, by name"
-    )
+    payloads: Named[Payload] = Field(default=FrozenDict(), description="masses on springs on the body, by name")
 
     @model_validator(mode="after")
     def _check(self) -> Walker:
@@ -181,11 +174,7 @@ class Walker(Structure):
             text = f"modes, payloads and tips make {self.body_size} coordinates above the feet"
             faults.append(("", f"{text}: expected {MOST_COORDINATES} at most"))
         text = "a leg at an angle has a compliant tip, which touches the ground: give it a tip"
-        faults += [
-            (f"legs.{leg}.tilt", text)
-            for leg, one in self.legs.items()
-            if one.tilt is not None and not one.tip
-        ]
+        faults += [(f"legs.{leg}.tilt", text) for leg, one in self.legs.items() if one.tilt is not None and not one.tip]
         if faults:
             raise PathErrors(faults)
         return self
@@ -199,9 +188,7 @@ class Walker(Structure):
             text = "every leg has stiffness_t and damping_t, or none has either"
             return [(f"legs.{odd}.stiffness_t", text)]
         if not some:
-            text = (
-                "a body turns about z on legs that move across the way: give them stiffness_t and damping_t"
-            )
+            text = "a body turns about z on legs that move across the way: give them stiffness_t and damping_t"
             return [] if self.body.yaw_inertia is None else [("body.yaw_inertia", text)]
         faults = [(f"payloads.{name}", "a body that sways has no payloads") for name in self.payloads]
         text = "a leg that moves across the way has no compliant tip"
@@ -269,9 +256,7 @@ class Walker(Structure):
         masses |= {name: one.mass for name, one in self.payloads.items()}
         carried = [masses[point.removesuffix("_x")] for point in self._carried]
         own = [mode.mass for mode in self.body.modes.values()]
-        return np.array(
-            [self.body.mass, self.body.mass, *(i for i in turning if i is not None), *own, *carried]
-        )
+        return np.array([self.body.mass, self.body.mass, *(i for i in turning if i is not None), *own, *carried])
 
     @property
     def total_mass(self) -> float:
@@ -315,9 +300,7 @@ class Walker(Structure):
 
     def _own(self, point: str) -> tuple[Array, Array]:
         """The rows (nb,) of a point that is two coordinates of the body, along the way and upward."""
-        x, z = (
-            np.array([float(one == name) for one in self.body_coordinates]) for name in (f"{point}_x", point)
-        )
+        x, z = (np.array([float(one == name) for one in self.body_coordinates]) for name in (f"{point}_x", point))
         return x, z
 
     def leg_coordinate(self, leg: str) -> int:
@@ -398,11 +381,7 @@ class Walker(Structure):
         elif point == f"{leg}_y" and self.sways:
             row[self.body_size + 2 * len(self.legs) + list(self.legs).index(leg)] = 1.0
         else:
-            rows = {
-                f"{leg}_hip": self.hip_row_z,
-                f"{leg}_hip_x": self.hip_row_x,
-                f"{leg}_hip_y": self.hip_row_y,
-            }
+            rows = {f"{leg}_hip": self.hip_row_z, f"{leg}_hip_x": self.hip_row_x, f"{leg}_hip_y": self.hip_row_y}
             row[: self.body_size] = rows[point](leg)
         return row
 
@@ -431,9 +410,7 @@ MOST_COORDINATES = 16
 TURNS = ("roll", "pitch", "yaw")
 """Coordinates of a body that are angles [rad]."""
 
-STRAIGHT_AHEAD = (
-    "goes by the way straight ahead, which a walker leaves whose legs move across it: leave it out"
-)
+STRAIGHT_AHEAD = "goes by the way straight ahead, which a walker leaves whose legs move across it: leave it out"
 """What is said of ground that is not alike in all directions under a walker that sways."""
 
 TILTS = ("roll", "pitch")

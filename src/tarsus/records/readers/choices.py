@@ -49,8 +49,8 @@ class Choices(Description):
     empty takes every channel whose unit the file tells.
     """
 
-    channels: Annotated[dict[str, ChannelChoice], BeforeValidator(_table), AfterValidator(FrozenDict)] = (
-        Field(default_factory=FrozenDict, description="channels to read, by their names in the file")
+    channels: Annotated[dict[str, ChannelChoice], BeforeValidator(_table), AfterValidator(FrozenDict)] = Field(
+        default_factory=FrozenDict, description="channels to read, by their names in the file"
     )
     axis: str | None = Field(default=None, min_length=1, description="series of the times or frequencies")
     axis_unit: str | None = Field(default=None, min_length=1, description="unit of the axis")
@@ -63,9 +63,7 @@ class Choices(Description):
     )
     drive: str | None = Field(default=None, min_length=1, description="channel that recorded the drive")
     inputs: tuple[str, ...] = Field(default=(), description="inputs of the responses to read; empty is all")
-    input_unit: str | None = Field(
-        default=None, min_length=1, description="unit of the input of the responses"
-    )
+    input_unit: str | None = Field(default=None, min_length=1, description="unit of the input of the responses")
 
     @property
     def groups(self) -> set[str]:

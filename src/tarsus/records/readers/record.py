@@ -102,9 +102,7 @@ def _no_series(raw: RawFile) -> InputProblem:
     return InputProblem(said, fault=Fault.NO_SERIES)
 
 
-def _with_units(
-    raw: RawFile, choices: Choices, candidates: Sequence[RawSeries]
-) -> tuple[list[Selected], list[str]]:
+def _with_units(raw: RawFile, choices: Choices, candidates: Sequence[RawSeries]) -> tuple[list[Selected], list[str]]:
     """Series whose quantity is known; the others are a problem if they were asked for, else a note."""
     selected, notes, unknown = [], [], []
     for series, choice in chosen_series(raw, choices, candidates):
@@ -191,8 +189,7 @@ def _sampling(
                 f"{first.step:g} s from {first.start:g} s; read them one at a time",
             )
             for one, other in found[1:]
-            if abs(other.step - first.step) > 1e-9 * first.step
-            or abs(other.start - first.start) > 0.01 * first.step
+            if abs(other.step - first.step) > 1e-9 * first.step or abs(other.start - first.start) > 0.01 * first.step
         ]
         if problems:
             raise InputError(problems)
@@ -205,9 +202,7 @@ def _sampling(
         raise InputError(
             f"{raw.source} says neither times nor a sampling rate; give step, or the series of times with axis"
         )
-    notes = check_declared(
-        raw, used, known[0].step, known[0].resolution, False, f"{known[0].where} elsewhere"
-    )
+    notes = check_declared(raw, used, known[0].step, known[0].resolution, False, f"{known[0].where} elsewhere")
     return Sampling(known[0].step, known[0].start, known[0].rounding), [
         *notes,
         f"{raw.source}: the sampling step of {known[0].step:g} s is that of {known[0].where}",
@@ -231,8 +226,7 @@ def _drive(raw: RawFile, choices: Choices, selected: Sequence[Selected]) -> str 
                 return one.name
         names = [one.name for one in selected]
         raise InputError(
-            f"{raw.source}: the drive is missing: no channel '{choices.drive}' was read"
-            f"{nearest(choices.drive, names)}"
+            f"{raw.source}: the drive is missing: no channel '{choices.drive}' was read{nearest(choices.drive, names)}"
         )
     told = [one.name for one in selected if one.series.excitation]
     volts = [one.name for one in selected if one.scaled.quantity is Quantity.VOLTAGE]

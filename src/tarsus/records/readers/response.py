@@ -90,9 +90,7 @@ def response_of(raw: RawFile, choices: Choices) -> FrequencyResponse:
     for one in found:
         place = outputs.index(one.output.name), inputs.index(one.input)
         if (one.output.name, one.input) not in missing:
-            problems.append(
-                f"{raw.source}: the response of '{one.output.name}' to '{one.input}' is there twice"
-            )
+            problems.append(f"{raw.source}: the response of '{one.output.name}' to '{one.input}' is there twice")
         missing.discard((one.output.name, one.input))
         values[place][first:] = one.output.series.values[first:] * one.factor
         coherence[place], more = _coherence(raw, one, shape[-1])
@@ -135,9 +133,7 @@ def _reference(series: RawSeries) -> Reference:
     return series.reference or Reference(_ONE_INPUT, "")
 
 
-def _with_units(
-    raw: RawFile, choices: Choices, candidates: Sequence[RawSeries]
-) -> tuple[list[_Response], list[str]]:
+def _with_units(raw: RawFile, choices: Choices, candidates: Sequence[RawSeries]) -> tuple[list[_Response], list[str]]:
     """Responses whose quantities are known; the others are a problem if they were asked for, else a note."""
     found, notes, unknown = [], [], []
     for series, choice in chosen_series(raw, choices, candidates):
@@ -158,9 +154,7 @@ def _with_units(
     return found, [*notes, *(f"{text}: not used" for text in unknown)]
 
 
-def _quantities(
-    series: RawSeries, choice: ChannelChoice, choices: Choices
-) -> tuple[Scaled | None, Scaled | None]:
+def _quantities(series: RawSeries, choice: ChannelChoice, choices: Choices) -> tuple[Scaled | None, Scaled | None]:
     """Output and input of a response: from a unit of both, such as ``m/s/N``, or from a unit of each."""
     reference = _reference(series)
     of_input = scaled(reference.unit)
@@ -189,8 +183,7 @@ def _lines(raw: RawFile, choices: Choices, used: Sequence[RawSeries]) -> tuple[A
             f"{raw.source}: the responses '{used[0].name}' and '{one.name}' have different frequencies; read them one "
             "at a time"
             for one, axis in zip(used, own, strict=True)
-            if len(axis.values) != len(own[0].values)
-            or not np.allclose(axis.values, own[0].values, rtol=1e-9)
+            if len(axis.values) != len(own[0].values) or not np.allclose(axis.values, own[0].values, rtol=1e-9)
         ]
         if other:
             raise InputError(other)

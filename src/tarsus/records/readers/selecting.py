@@ -117,10 +117,7 @@ def not_finite(source: str, series: RawSeries, length: int, first: int = 0) -> l
 def channel_of(source: str, one: Selected) -> Channel:
     """Channel of a series, with noise and full scale in SI; raises InputError if one of them has another unit."""
     levels = []
-    for given, in_file in (
-        (one.choice.noise, one.series.noise),
-        (one.choice.full_scale, one.series.full_scale),
-    ):
+    for given, in_file in ((one.choice.noise, one.series.noise), (one.choice.full_scale, one.series.full_scale)):
         if given is not None:
             try:
                 levels.append(parse_quantity(given, one.scaled.quantity.unit))

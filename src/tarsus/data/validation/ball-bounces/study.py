@@ -11,8 +11,5 @@ def case(row, device):
     first, second = row["flight_1_s"], row["flight_2_s"]
     restitution = second / first
     speed = 0.5 * GRAVITY * first / restitution
-    changes = {
-        "ground.restitution.coefficient": restitution,
-        "robot.feet.ball.gap": speed**2 / (2.0 * GRAVITY),
-    }
+    changes = {"ground.restitution.coefficient": restitution, "robot.feet.ball.gap": speed**2 / (2.0 * GRAVITY)}
     return RowCase(changes, lambda run: {f"flight_{n}_s": flight(run, "ball", n) for n in range(3, 9)})

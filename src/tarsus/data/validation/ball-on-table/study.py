@@ -20,9 +20,7 @@ def case(row, device):
     speed = GRAVITY * PERIOD / (1.0 + e)
     least = math.pi * (1.0 - e) / (1.0 + e)
     if e == 0.0 or gamma < least:
-        raise InputError(
-            f"no ball of restitution {e:g} bounces once a period at {gamma:g} g: it takes {least:.3g} g"
-        )
+        raise InputError(f"no ball of restitution {e:g} bounces once a period at {gamma:g} g: it takes {least:.3g} g")
     changes = {
         "ground.restitution.coefficient": e,
         "signals.table.amplitude": gamma,
@@ -37,7 +35,4 @@ def case(row, device):
 def read(run):
     """Of the last impacts: mean speed of approach, and mean time between them."""
     last = run.events[-LAST:]
-    return {
-        "approach_m_s": float(last["speed_before"].mean()),
-        "interval_s": float(np.diff(last["time"]).mean()),
-    }
+    return {"approach_m_s": float(last["speed_before"].mean()), "interval_s": float(np.diff(last["time"]).mean())}

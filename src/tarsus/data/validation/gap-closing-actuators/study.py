@@ -41,9 +41,7 @@ EVENTS = {one: one for one in ("static", "pull_in", "release", "rear_bounce", "c
 def drawn() -> dict[str, dict[str, float]]:
     """Drawn dimensions [m] of every chip."""
     table = parse_rows((Path(__file__).parent / "layouts.csv").read_text(encoding="utf-8"), "layouts.csv")
-    return {
-        chip: {row["name"]: float(row[chip]) for row in table.rows if row[chip]} for chip in table.columns[1:]
-    }
+    return {chip: {row["name"]: float(row[chip]) for row in table.rows if row[chip]} for chip in table.columns[1:]}
 
 
 @dataclass(frozen=True)
@@ -62,9 +60,7 @@ class Actuator:
     path: float
 
     @classmethod
-    def of(
-        cls, at: dict[str, float], medium: Medium, overlap: float | None, support: float | None
-    ) -> Actuator:
+    def of(cls, at: dict[str, float], medium: Medium, overlap: float | None, support: float | None) -> Actuator:
         """From the layout; overlap of the fingers and drawn width of the supports [m] of the row's device."""
         edge = 2.0 * medium.undercut
         count, overlap = at["Nfing"], at["fingerL"] if overlap is None else overlap
@@ -72,9 +68,7 @@ class Actuator:
         length = overlap + at["fingerL_buffer"]
         width = (at["supportW"] if support is None else support) - edge
         if not min(width, overlap) > 0.0:
-            raise InputError(
-                f"etching takes {1e6 * edge:g} um: no support, or no overlap of fingers, is left"
-            )
+            raise InputError(f"etching takes {1e6 * edge:g} um: no support, or no overlap of fingers, is left")
         spine = (at["spineW"] - edge) * (at["spineL"] - edge) - holes(at, edge)
         stops = 2.0 * (at["gapstopW"] - edge) * at["gapstopL_half"]
         shuttle = spine + count * (at["fingerW"] - edge) * length + stops
@@ -82,28 +76,35 @@ class Actuator:
         between = count * length * (front + behind)
         short, long = min(overlap, HEIGHT), max(overlap, HEIGHT)
         return cls(
-            front, behind, at["x_GCA"] + edge,
+            front,
+            behind,
+            at["x_GCA"] + edge,
             HEIGHT * (DENSITY * (shuttle + supports / 3.0) + medium.density * between),
             2.0 * MODULUS / (1.0 - POISSON**2) * width**3 * HEIGHT / at["supportL"] ** 3,
             medium.viscosity * shuttle / OXIDE,
             0.5 * count * PERMITTIVITY * medium.permittivity * HEIGHT * overlap,
             medium.viscosity * count * long * short**3 * (1.0 - 0.58 * short / long),
             medium.path,
-        )  # fmt: skip
+        )
 
     def changes(self) -> dict[str, object]:
         """What the device has of it. Both electrodes have one distance at contact, so that the back one, which is never
         met, begins as much farther away as it is behind the fingers."""
         near = self.front - self.travel
         return {
-            "robot.structure.mass.0.0": self.mass, "robot.structure.stiffness.0.0": self.stiffness,
+            "robot.structure.mass.0.0": self.mass,
+            "robot.structure.stiffness.0.0": self.stiffness,
             "robot.structure.damping.0.0": self.damping,
-            "robot.feet.stop.gap": self.travel, "robot.feet.back.gap": self.behind - near,
-            "ground.electrostatic.coefficient": self.attraction, "ground.electrostatic.offset": near,
-            "ground.laws.fringes.coefficient": self.attraction, "ground.laws.fringes.offset": near,
-            "ground.laws.film.coefficient": self.film, "ground.laws.film.free_path": self.path,
+            "robot.feet.stop.gap": self.travel,
+            "robot.feet.back.gap": self.behind - near,
+            "ground.electrostatic.coefficient": self.attraction,
+            "ground.electrostatic.offset": near,
+            "ground.laws.fringes.coefficient": self.attraction,
+            "ground.laws.fringes.offset": near,
+            "ground.laws.film.coefficient": self.film,
+            "ground.laws.film.free_path": self.path,
             "ground.laws.film.thickness": near,
-        }  # fmt: skip
+        }
 
     def opening(self) -> dict[str, object]:
         """From the front stop back to the rear one, at 0 V."""
@@ -150,13 +151,20 @@ def static(one: Actuator) -> RowCase:
     """Ramps so slow that the shuttle follows its equilibrium: up in 0.5 s, some thousand cycles of the shuttle."""
     top = 1.3 * one.pull_in_volts()
     up = {
-        **one.changes(), "duration": 0.5, "signals.gate.start": 0.0, "signals.gate.stop": top,
+        **one.changes(),
+        "duration": 0.5,
+        "signals.gate.start": 0.0,
+        "signals.gate.stop": top,
         "signals.gate.duration": 0.5,
-    }  # fmt: skip
+    }
     down = {
-        **one.changes(), "duration": 5e-3, "signals.gate.start": top, "signals.gate.stop": 0.0,
-        "signals.gate.duration": 5e-3, "initial.displacement": (-one.travel,),
-    }  # fmt: skip
+        **one.changes(),
+        "duration": 5e-3,
+        "signals.gate.start": top,
+        "signals.gate.stop": 0.0,
+        "signals.gate.duration": 5e-3,
+        "initial.displacement": (-one.travel,),
+    }
     return RowCase(
         [up, down],
         lambda rising, falling: {

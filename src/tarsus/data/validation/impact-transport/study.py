@@ -20,9 +20,7 @@ def paths(trial):
     table = parse_rows((Path(__file__).parent / "paths.csv").read_text(encoding="utf-8"), "paths.csv")
     if f"part_{trial:g}" not in table.columns:
         raise ts.InputError(f"paths.csv has no trial {trial:g}")
-    return tuple(
-        np.array([1e-6 * float(row[f"{name}_{trial:g}"]) for row in table.rows]) for name in ("pad", "part")
-    )
+    return tuple(np.array([1e-6 * float(row[f"{name}_{trial:g}"]) for row in table.rows]) for name in ("pad", "part"))
 
 
 def case(row, device):
@@ -30,9 +28,7 @@ def case(row, device):
     pad, part = paths(row["trial"])
     times = np.arange(len(pad)) / RATE
     shift = {"kind": "sampled", "times": times.tolist(), "levels": pad.tolist(), "interpolation": "cubic"}
-    moving = ts.with_values(
-        device, {"duration": times[-1], "ground.motion": {"along": {"displacement": shift}}}
-    )
+    moving = ts.with_values(device, {"duration": times[-1], "ground.motion": {"along": {"displacement": shift}}})
     weight = device.robot.structure.mass[1][1] * device.ground.gravity.acceleration
 
     def off(run):

@@ -12,9 +12,8 @@ def case(row, device):
     changes: dict[str, object] = {"duration": LAST / hertz}
     for phase in ("first", "second"):
         changes |= {
-            f"signals.{phase}.amplitude": half, f"signals.{phase}.offset": half,
+            f"signals.{phase}.amplitude": half,
+            f"signals.{phase}.offset": half,
             f"signals.{phase}.frequency": hertz,
-        }  # fmt: skip
-    return RowCase(
-        changes, lambda run: {"velocity_m_s": point_speed(run, "shuttle", FIRST / hertz, LAST / hertz)}
-    )
+        }
+    return RowCase(changes, lambda run: {"velocity_m_s": point_speed(run, "shuttle", FIRST / hertz, LAST / hertz)})

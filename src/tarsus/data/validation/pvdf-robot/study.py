@@ -56,8 +56,5 @@ def standing():
 def places(pitch):
     """Centre and foot of both links from the hinge, the front one pitched and the rear one by the rest angle more."""
     front = [turned(one, pitch) for one in ((FRONT_PIN, 0.0), (FRONT_PIN + FRONT_FOOT[0], FRONT_FOOT[1]))]
-    rear = [
-        turned(one, pitch + REST_ANGLE)
-        for one in ((-REAR_PIN, 0.0), (-REAR_PIN + REAR_FOOT[0], REAR_FOOT[1]))
-    ]
+    rear = [turned(one, pitch + REST_ANGLE) for one in ((-REAR_PIN, 0.0), (-REAR_PIN + REAR_FOOT[0], REAR_FOOT[1]))]
     return front, rear

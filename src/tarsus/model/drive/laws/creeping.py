@@ -68,9 +68,7 @@ class Creeping(VoltageLaw):
             if len(values) != count
         ]
         if not self.gain > 0.0:
-            faults.append(
-                ("per_kelvin", f"leaves {self.gain:g} of the force at this temperature: expected above 0")
-            )
+            faults.append(("per_kelvin", f"leaves {self.gain:g} of the force at this temperature: expected above 0"))
         if faults:
             raise PathErrors(faults)
         return self
@@ -114,9 +112,7 @@ class Creeping(VoltageLaw):
         followed, rest = self._followed(track, history, now)
         return Channels.of([followed.along(rest if late is None else late)])
 
-    def late(
-        self, track: Track, history: Sequence[float], late: Floats | None = None, seconds: float = 0.0
-    ) -> Floats:
+    def late(self, track: Track, history: Sequence[float], late: Floats | None = None, seconds: float = 0.0) -> Floats:
         """Forces (nl,) [N] of the elements of each time, from the shortest on, at a moment of the track of one run."""
         if not len(self.times):
             return np.zeros(0)
@@ -141,9 +137,7 @@ class Creeping(VoltageLaw):
         )
         return followed, product(share, rest)
 
-    def along(
-        self, times: ArrayLike, volts: ArrayLike, history: Sequence[float] = (), *, loop: bool = False
-    ) -> Floats:
+    def along(self, times: ArrayLike, volts: ArrayLike, history: Sequence[float] = (), *, loop: bool = False) -> Floats:
         """Force (N,) [N] at times (N,) [s] at which the voltage is `volts` (N,) [V], straight between them.
 
         history [V]: visited before, all elements at rest at its end; loop: the samples are a period that is
@@ -172,9 +166,7 @@ class Creeping(VoltageLaw):
         low, high = max(low, limits[0]), min(high, limits[1])
         r, w, lags = self.elements()
         if np.any(w * math.copysign(1.0, self.instant.linear + sum(self.instant.weights)) < 0.0):
-            raise InputError(
-                "the creeping law has no inverse: its elements pull against what follows at once"
-            )
+            raise InputError("the creeping law has no inverse: its elements pull against what follows at once")
         when, wanted = (np.atleast_1d(np.asarray(one, dtype=np.float64)) for one in (times, forces))
         both = np.concatenate([self.instant.plays()[0], r])
         own = len(both) - len(r)
@@ -201,9 +193,7 @@ class Creeping(VoltageLaw):
         return out
 
 
-def _after(
-    plays: Floats, late: Floats, r: Floats, lags: Floats, start: float, end: float, span: float
-) -> Floats:
+def _after(plays: Floats, late: Floats, r: Floats, lags: Floats, start: float, end: float, span: float) -> Floats:
     """Elements (n,) after a straight move of the voltage from `start` to `end` [V] in the time `span` [s], from
     their states and those of their plays (n,) before it."""
     if span == 0.0:
@@ -276,9 +266,7 @@ class _Followed:
     lags: Floats
 
     @classmethod
-    def of(
-        cls, now: Pieces, volts: Pieces, begins: Floats, slope: Floats, level: Floats, lags: Floats
-    ) -> _Followed:
+    def of(cls, now: Pieces, volts: Pieces, begins: Floats, slope: Floats, level: Floats, lags: Floats) -> _Followed:
         """Of the force `now` that follows at once, and of `volts`, on which each lag follows a straight line,
         slope (P, nl) [N/V] and level (P, nl) [N], from the instants `begins` (P,) [s] on."""
         start, fresh = _united(now, volts)
@@ -356,20 +344,14 @@ class _Followed:
         rest = _Followed(ends, np.arange(len(wide)) == 0, -1, now, made, left, self.goals, self.lags)
         states = rest.states(state, slice(None))
         rows = np.concatenate([rows, now + rest._late(states[:, :-1], slice(None))])
-        return Pieces(
-            np.concatenate([self.start[:-1], ends]), rows, np.concatenate([self.kink, rest.kink]), -1
-        )
+        return Pieces(np.concatenate([self.start[:-1], ends]), rows, np.concatenate([self.kink, rest.kink]), -1)
 
     def _repeated(self, rows: Floats, state: Floats) -> Pieces:
         """With periods until all lags repeat, and one of those that repeat."""
         again = slice(self.loop, len(self.now))
         period = self.start[-1] - self.start[self.loop]
         steady = self.states(np.zeros(len(self.lags)), again)[:, -1] / -np.expm1(-period / self.lags)
-        spans = (
-            np.abs(rows).sum(axis=1).max(initial=0.0)
-            + np.abs(steady).max()
-            + np.abs(self.now).sum(axis=1).max()
-        )
+        spans = np.abs(rows).sum(axis=1).max(initial=0.0) + np.abs(steady).max() + np.abs(self.now).sum(axis=1).max()
         far = np.abs(state - steady) / (1e-13 * spans)
         wait = float((self.lags * np.log(np.maximum(far, 1.0))).max())
         count = (
@@ -382,17 +364,16 @@ class _Followed:
         whole = self.now[again] + self._late(self.states(steady, again)[:, :-1], again)
         fading = np.cumprod(_at_end(self.left[:, again]), axis=1)
         fading = np.concatenate([np.ones((len(self.lags), 1)), fading[:, :-1]], axis=1)
-        fades = (
-            fading[:, :, None] * self.left[:, again]
-        )  # (nl, each, 12) of a unit at the start of the period
-        more = whole + sum(
-            (decay[:, g] * (state - steady)[g])[:, None, None] * fades[g] for g in range(len(self.lags))
-        )
+        fades = fading[:, :, None] * self.left[:, again]  # (nl, each, 12) of a unit at the start of the period
+        more = whole + sum((decay[:, g] * (state - steady)[g])[:, None, None] * fades[g] for g in range(len(self.lags)))
         later = self.start[self.loop] + np.arange(1, count + 2)[:, None] * period
-        starts = np.concatenate([
-            self.start[: self.loop], (later - period + (self.start[self.loop : -1] - self.start[self.loop])).ravel(),
-            later[-1],
-        ])  # fmt: skip
+        starts = np.concatenate(
+            [
+                self.start[: self.loop],
+                (later - period + (self.start[self.loop : -1] - self.start[self.loop])).ravel(),
+                later[-1],
+            ]
+        )
         kink = np.concatenate([self.kink[: self.loop], *[self.kink[again]] * (count + 1)])
         rows = np.concatenate([rows, more.reshape(-1, TERMS), whole])
         return Pieces(starts, rows, kink, self.loop + count * each)
@@ -502,8 +483,7 @@ def fit_rates(
     from scipy.optimize import lsq_linear
 
     r, lags = (
-        one.ravel()
-        for one in np.meshgrid(np.asarray(thresholds, float), np.asarray(times, float), indexing="ij")
+        one.ravel() for one in np.meshgrid(np.asarray(thresholds, float), np.asarray(times, float), indexing="ij")
     )
     play = np.asarray(instant, dtype=np.float64)
     blocks, target, slopes = [], [], []
@@ -523,15 +503,15 @@ def fit_rates(
     bounds = np.full((2, columns.shape[1]), np.inf)
     bounds[0] = -np.inf
     bounds[0 if sum(slopes) > 0.0 else 1, 4:] = 0.0
-    found = (
-        lsq_linear(columns, force / size, bounds=(bounds[0], bounds[1]), method="bvls", tol=1e-14).x * size
-    )
+    found = lsq_linear(columns, force / size, bounds=(bounds[0], bounds[1]), method="bvls", tol=1e-14).x * size
     gains = (found / scale ** np.array([0, 1, 2, 3] + [1] * (len(found) - 4))).tolist()
     kept = len(play) + 4
     law = PrandtlIshlinskii(
-        constant=gains[0], linear=gains[1], quadratic=gains[2], cubic=gains[3], thresholds=tuple(play.tolist()),
+        constant=gains[0],
+        linear=gains[1],
+        quadratic=gains[2],
+        cubic=gains[3],
+        thresholds=tuple(play.tolist()),
         weights=tuple(gains[4:kept]),
-    )  # fmt: skip
-    return Creeping(
-        instant=law, thresholds=tuple(r.tolist()), weights=tuple(gains[kept:]), times=tuple(lags.tolist())
     )
+    return Creeping(instant=law, thresholds=tuple(r.tolist()), weights=tuple(gains[kept:]), times=tuple(lags.tolist()))

@@ -110,9 +110,7 @@ class PrandtlIshlinskii(VoltageLaw):
         kink[loop] |= np.abs(linear[loop] - linear[last]) > slack[again]
         return Parts(stretch, low, high, law, kink)
 
-    def engaged(
-        self, track: Track, history: Sequence[float]
-    ) -> tuple[NDArray[np.intp], Floats, Floats, Floats, Any]:
+    def engaged(self, track: Track, history: Sequence[float]) -> tuple[NDArray[np.intp], Floats, Floats, Floats, Any]:
         """Parts (Q,) of a track's stretches on which no play engages, from where to where in them; which plays
         (Q, n) are
         engaged, and the constant (Q, n) [V] by which each differs from the voltage then, or that it is if it rests."""
@@ -140,9 +138,7 @@ class PrandtlIshlinskii(VoltageLaw):
         return np.where(felt, r, np.inf), np.where(felt, w, 0.0), total
 
     @staticmethod
-    def _cuts(
-        track: Track, rest: Floats, r: Floats, engage: Floats
-    ) -> tuple[NDArray[np.intp], Floats, Floats]:
+    def _cuts(track: Track, rest: Floats, r: Floats, engage: Floats) -> tuple[NDArray[np.intp], Floats, Floats]:
         """Parts of stretches between the places where plays at rest (S, n) engage: stretch, and from where to where."""
         s = track.direction()[:, None]
         # a voltage that turns where it turned before only touches the play: what is beyond is rounding
@@ -188,10 +184,7 @@ class PrandtlIshlinskii(VoltageLaw):
         return float(low.max(initial=-math.inf)), float(high.min(initial=math.inf))
 
     def inverse(
-        self,
-        forces: ArrayLike,
-        history: Sequence[float] = (),
-        limits: tuple[float, float] | None = None,
+        self, forces: ArrayLike, history: Sequence[float] = (), limits: tuple[float, float] | None = None
     ) -> Floats:
         """Voltages (N,) [V] that give the wanted forces (N,) [N] one after the other, after `history` [V].
 
@@ -305,10 +298,5 @@ def fit_branches(
     gains = size * found / scale ** np.array([0, 1, 2, 3] + [1] * n_plays)
     c0, c1, c2, c3 = (float(g) for g in gains[:4])
     return PrandtlIshlinskii(
-        constant=c0,
-        linear=c1,
-        quadratic=c2,
-        cubic=c3,
-        thresholds=tuple(r.tolist()),
-        weights=tuple(gains[4:].tolist()),
+        constant=c0, linear=c1, quadratic=c2, cubic=c3, thresholds=tuple(r.tolist()), weights=tuple(gains[4:].tolist())
     )

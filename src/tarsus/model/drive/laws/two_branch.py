@@ -47,9 +47,7 @@ class TwoBranch(VoltageLaw):
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
         """One part for each stretch, on the branch of its direction."""
         rising = self._rises(track, history)
-        law = np.where(
-            rising[:, None], *(track.of_run(one.coefficients()) for one in (self.rising, self.falling))
-        )
+        law = np.where(rising[:, None], *(track.of_run(one.coefficients()) for one in (self.rising, self.falling)))
         changed = rising != rising[track.before()]
         fresh = track.runs[:-1]
         changed[fresh[track.loops != 0]] = False

@@ -46,7 +46,5 @@ class RampedSquare(Periodic):
         first, last = [bottom, top, top, bottom], [top, top, bottom, bottom]
         begin = self.phase / (2.0 * math.pi)
         return chosen(
-            top == bottom,
-            lambda: constant_track(top),
-            lambda: polyline_track(edges, first, last, begin, self.period),
+            top == bottom, lambda: constant_track(top), lambda: polyline_track(edges, first, last, begin, self.period)
         )

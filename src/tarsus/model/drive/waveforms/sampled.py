@@ -182,9 +182,7 @@ def _spline(times: Floats, levels: Floats) -> Floats:
 
 
 @lru_cache(maxsize=16)
-def _cached(
-    path: str, changed: int, time_column: str, value_column: str, measured: Quantity
-) -> RecordedSignal:
+def _cached(path: str, changed: int, time_column: str, value_column: str, measured: Quantity) -> RecordedSignal:
     """Samples of one version of a file."""
     from tarsus.model.drive.recorded import column_of, read_signal  # readers of files, which few signals need
 

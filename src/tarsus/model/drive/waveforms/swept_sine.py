@@ -35,6 +35,4 @@ class SweptSine(Signal):
 
     def track(self) -> Track:
         """Half cycles of the sweep, and the hold."""
-        return swept_track(
-            self.amplitude, self.start_frequency, self.stop_frequency, self.duration, self.offset
-        )
+        return swept_track(self.amplitude, self.start_frequency, self.stop_frequency, self.duration, self.offset)
