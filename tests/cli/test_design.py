@@ -68,6 +68,7 @@ def test_one_line_makes_a_header_a_signal_and_a_page(tarsus, tmp_path, opened):
         (("--request", "risk=cvar:0.9", "--over", "robot.feet.tip.gap=66um:74um"), "{cvar = 0.9}"),
         (("--request", "objective=beauty"), "objective"),
         (("--request", "tick=fast"), "tick"),
+        (("--foot", "tip", "--request", "foot=toe"), "--request foot: the line itself names it already"),
     ],
 )
 def test_a_bad_request_gets_one_sentence_and_writes_nothing(tarsus, tmp_path, words, told):
@@ -93,3 +94,15 @@ def test_the_printed_request_is_a_file_that_the_verb_takes(tarsus, tmp_path):
     (tmp_path / "own.toml").write_text(printed.replace("effort", "effrt"))
     assert "did you mean 'effort'" in tarsus(*words).sentences[0]
     assert "nothing" in tarsus("design", "request", "nothing").sentences[0]
+
+
+def test_beside_a_file_of_settings_only_single_ones_may_stand(tarsus, tmp_path):
+    own, other = tmp_path / "own.toml", tmp_path / "other.toml"
+    own.write_text('scene = "cantilever"\nobjective = "most peak"\n[free]\n"signals.pzt.amplitude" = ["6 V", "8 V"]\n')
+    other.write_text("candidates = 64\n")
+    refused = tarsus("design", own, "--request", other, "-o", tmp_path / "out")
+    assert refused.code == 2 and len(refused.sentences) == 1 and not (tmp_path / "out").exists()
+    assert f"--request {other}: '{own}' is the file of settings" in refused.sentences[0]
+    words = ("--request", "candidates=64", "--request", "from_rest=60 ms", "--no-report", "--json")
+    done = tarsus("design", own, *words, "-o", tmp_path / "out")
+    assert done.code == 0 and done.json()["candidates"] == 64 and done.json()["duration"] == 0.06, done.err

@@ -7,15 +7,35 @@ NAME=VALUE, or both, of which the words prevail. `tarsus design request VERB` pr
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import contextlib
 from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import App, Parameter
 
 from tarsus.cli.options import HERE, PAGES, UNCHANGED, Changes, Folder, Grounds, Pages, Resume, Work
+from tarsus.cli.verb import Verb
 
 design = App(name="design", help="What a description or a signal should be, given what it should do.")
+
+GRAMMAR = Verb(
+    "tarsus.design.verb:found_for",
+    files="tarsus.design.search:DESIGN_FILES",
+    page="tarsus.report.gait_page:write_gait_report",
+    title="designs",
+)
+LANDING = Verb(
+    "tarsus.design.soft_landing:landing",
+    files="tarsus.design.landing_design:LANDING_FILES",
+    page="tarsus.report.landing_page:landing_html",
+    title="design",
+)
+ADAPT = Verb(
+    "tarsus.design.adaptive:adapt",
+    files="tarsus.design.adaptive_gait:ADAPT_FILES",
+    page="tarsus.report.gait_page:adapt_html",
+    title="adaptive gait",
+)
 
 Request = Annotated[
     list[str] | None,
@@ -24,6 +44,10 @@ Request = Annotated[
         help="a TOML file of settings, or one of them as NAME=VALUE, e.g. pairs=2; may be repeated. `tarsus design "
         "request` prints a file with all of them.",
     ),
+]
+Words = Annotated[
+    list[str] | None,
+    Parameter(negative=(), help="NAME=VALUE, one setting in place of that of the file; may be repeated."),
 ]
 Free = Annotated[
     list[str] | None,
@@ -48,7 +72,7 @@ def whole(
     /,
     *,
     output: Folder,
-    request: Request = None,
+    request: Words = None,
     changes: Changes = UNCHANGED,
     work: Work = HERE,
     resume: Resume = False,
@@ -67,16 +91,15 @@ def whole(
     from tarsus.base.errors import InputError
     from tarsus.design.problem import DesignSettings, problem_of
     from tarsus.design.request import settings_of
-    from tarsus.design.verb import design as made
 
-    given = _asked(request, None)[1]
+    other, given = _asked(request, None)
+    if other is not None:
+        raise InputError(f"--request {other}: '{file}' is the file of settings; beside it only NAME=VALUE may stand")
     options = settings_of(DesignSettings, file, **given)
     if options.scene is None:
         raise InputError(f"{file}: scene: name a device or a scene file")
-    the_scene = changes.scene(options.scene)
-    problem_of(the_scene, options, options.risk)  # before a file is touched
-    named = {**given, "request": file}
-    return _searched(made, the_scene, named, ("design", output), work, pages, resume)
+    asked = problem_of(changes.scene(options.scene), options, options.risk)
+    return _made(GRAMMAR, "design", output, work, pages, {"asked": asked, "options": options}, resume)
 
 
 @design.command
@@ -103,23 +126,9 @@ def landing(
     foot
         name of the foot.
     """
-    from tarsus.cli import console
-    from tarsus.design.landing_design import LANDING_FILES
-    from tarsus.design.soft_landing import landing as made
-
-    file, given = _asked(request, over, foot=foot)
-    the_scene = changes.scene(scene)
-    target = pages.target(output, "design landing", LANDING_FILES)
-    with console.progress_bar("design") as progress, work.workers() as workers:
-        found = made(the_scene, request=file, progress=progress, threads=workers, **given)
-    with target.writing() as folder:
-        found.write(folder)
-        if pages.report:
-            from tarsus.report.landing_page import landing_html
-            from tarsus.report.pages import write_page
-
-            write_page(landing_html(found), folder / "report.html")
-    return _shown(found, folder, pages)
+    file, given = _asked(request, over, scene=scene, foot=foot)
+    given |= {"scene": changes.scene(scene), "request": file}
+    return _made(LANDING, "design landing", output, work, pages, given)
 
 
 @design.command
@@ -148,16 +157,13 @@ def gait(
         gait of the front.
     """
     from tarsus.design.presets import GaitSettings
-    from tarsus.design.presets import gait as made
     from tarsus.design.request import settings_of
     from tarsus.design.walker_problem import gait_problem
 
-    file, given = _asked(request, over, free=_free(free), limits=limits and ",".join(limits))
-    the_scene = changes.scene(scene)
+    file, given = _asked(request, over, scene=scene, free=_free(free), limits=limits and ",".join(limits))
     options = settings_of(GaitSettings, file, **given)
-    gait_problem(the_scene, options, options.risk)  # before a file is touched
-    named = {**given, "request": file}
-    return _searched(made, the_scene, named, ("design gait", output), work, pages, resume)
+    asked = gait_problem(changes.scene(scene), options, options.risk)
+    return _made(GRAMMAR, "design gait", output, work, pages, {"asked": asked, "options": options}, resume)
 
 
 @design.command
@@ -182,23 +188,9 @@ def adapt(
     output
         folder for adapt.json, hidden.csv and report.html.
     """
-    from tarsus.cli import console
-    from tarsus.design.adaptive import adapt as made
-    from tarsus.design.adaptive_gait import ADAPT_FILES
-
-    file, given = _asked(request, over, free=_free(free))
-    the_scene = changes.scene(scene)
-    target = pages.target(output, "design adapt", ADAPT_FILES)
-    with console.progress_bar("adaptive gait") as progress, work.workers() as workers:
-        found = made(the_scene, request=file, progress=progress, threads=workers, **given)
-    with target.writing() as folder:
-        found.write(folder)
-        if pages.report:
-            from tarsus.report.gait_page import adapt_html
-            from tarsus.report.pages import write_page
-
-            write_page(adapt_html(found), folder / "report.html")
-    return _shown(found, folder, pages)
+    file, given = _asked(request, over, scene=scene, free=_free(free))
+    given |= {"scene": changes.scene(scene), "request": file}
+    return _made(ADAPT, "design adapt", output, work, pages, given)
 
 
 @design.command
@@ -216,35 +208,33 @@ def request(verb: str, /) -> int:
     return 0
 
 
-def _searched(
-    made: Callable[..., Any],
-    scene: Any,
-    given: dict[str, Any],
-    named: tuple[str, Path],
-    work: Work,
-    pages: Pages,
-    resume: bool,
+def _made(
+    row: Verb, verb: str, output: Path, work: Work, pages: Pages, given: dict[str, Any], resume: bool | None = None
 ) -> int:
-    """Make a design in its folder, of the name of a verb, with its pages, and show it."""
+    """Make a design in its folder, with its page, and show it; ``resume`` of one that keeps its runs there."""
     from tarsus.cli import console
-    from tarsus.design.front import FRONT_FILES
-    from tarsus.design.search import KEPT_FILES
+    from tarsus.cli.asked import Asked
 
-    verb, output = named
-    target = pages.target(output, verb, (*FRONT_FILES, *KEPT_FILES), resume=resume)
-    with (
-        console.resumable(),
-        target.writing(resume=resume) as folder,
-        console.progress_bar("designs") as progress,
-        work.workers() as workers,
-    ):
-        found = made(scene, folder=folder, resume=resume, progress=progress, threads=workers, **given)
-        found.write(folder)
-        if pages.report:
-            from tarsus.report.gait_page import write_gait_report
-
-            write_gait_report(found, folder)
-    return _shown(found, folder, pages)
+    words = {"output": output, "work": work, "pages": pages}
+    if resume is not None:
+        words, given = {**words, "resume": resume}, {**given, "folder": output}
+    asked = Asked(row, verb, words)
+    asked.check(output)
+    with contextlib.ExitStack() as stack:
+        if resume is not None:
+            stack.enter_context(asked.writing(output))
+        with asked.calling(**given) as function:
+            found = function()
+        if resume is None:
+            stack.enter_context(asked.writing(output))
+        found.write(output)
+        asked.paged(found, output)
+    if pages.json:
+        console.print_json(found.to_dict())
+    else:
+        console.table(found.table())
+        console.wrote([output])
+    return 0
 
 
 def _asked(words: list[str] | None, over: list[str] | None, **named: Any) -> tuple[Path | None, dict[str, Any]]:
@@ -257,9 +247,13 @@ def _asked(words: list[str] | None, over: list[str] | None, **named: Any) -> tup
     if len(files) > 1:
         raise InputError(f"--request: expected one file, got {' and '.join(files)}")
     given = requests.settings([word for word in words or () if "=" in word], "--request")
+    named = {name: value for name, value in named.items() if value is not None}
     if over:
-        given["over"] = ranges_or_file(over, "--over")
-    given |= {name: value for name, value in named.items() if value is not None}
+        named["over"] = ranges_or_file(over, "--over")
+    twice = [f"--request {name}: the line itself names it already" for name in named if name in given]
+    if twice:
+        raise InputError(twice)
+    given |= named
     return Path(files[0]) if files else None, given
 
 
@@ -271,14 +265,3 @@ def _free(words: list[str] | None) -> dict[str, Any] | None:
     parts = [part for word in words or () for part in word.split(",")]
     free = values_of(parts, "--free")
     return {path: None if ends is None else range_of(ends, f"--free {path}=a:b") for path, ends in free.items()} or None
-
-
-def _shown(found: Any, folder: Path, pages: Pages) -> int:
-    from tarsus.cli import console
-
-    if pages.json:
-        console.print_json(found.to_dict())
-    else:
-        console.table(found.table())
-        console.wrote([folder])
-    return 0

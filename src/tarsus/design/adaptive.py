@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -129,12 +130,12 @@ def adapt(
         problems.append("sense: 'nothing' stands alone")
     if not options.over:
         problems.append("over: name the grounds between which the robot cannot know, each with its range")
-    asked = problems.tried(lambda: gait_problem(as_scene(scene), options, MEAN, threads))
+    asked = problems.tried(lambda: gait_problem(as_scene(scene), options, MEAN))
     if asked is not None and (len(asked.objectives) != 1 or not asked.objectives[0].grounded):
         problems.append("objective: a robot adapts to its ground for one objective that depends on it, such as speed")
     if problems or asked is None:
         raise InputError(problems)
-    return _Adapter(asked, options, senses, progress or silent).design()
+    return _Adapter(replace(asked, threads=threads), options, senses, progress or silent).design()
 
 
 class _Adapter:

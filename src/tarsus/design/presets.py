@@ -67,8 +67,8 @@ def gait(
         With every problem of the request.
     """
     options = settings_of(GaitSettings, request, free=free, objective=objective, over=over, risk=risk, **settings)
-    asked = gait_problem(as_scene(scene), options, options.risk, threads)
-    return found_for(asked, options, folder, progress, resume=resume)
+    asked = gait_problem(as_scene(scene), options, options.risk)
+    return found_for(asked, options, folder, progress, threads=threads, resume=resume)
 
 
 def steady(scene: SceneLike, free: Any, speed: float | str, **settings: Any) -> Design:

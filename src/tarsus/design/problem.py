@@ -169,7 +169,7 @@ class DesignProblem:
         return [free.numbers.low, free.numbers.high, free.base, free.share, limits, *grounds]
 
 
-def problem_of(scene: Scene, options: SearchSettings, risk: Any, threads: Workers = None) -> DesignProblem:
+def problem_of(scene: Scene, options: SearchSettings, risk: Any) -> DesignProblem:
     """Check everything; raises InputError with every problem that can be told at once."""
     problems = Problems()
     objectives = problems.tried(lambda: objectives_of(options.objective)) or ()
@@ -184,7 +184,7 @@ def problem_of(scene: Scene, options: SearchSettings, risk: Any, threads: Worker
     problems += unmeasured(scene, [one.measure for one in (*objectives, *limits)], episodes or motion is None)
     if problems or free is None or motion is None:
         raise InputError(problems)
-    return DesignProblem(free.scene, free, objectives, over, judged, options, motion, limits, threads)
+    return DesignProblem(free.scene, free, objectives, over, judged, options, motion, limits)
 
 
 def _motion(free: Free, options: SearchSettings) -> Motion | LastPeriod:

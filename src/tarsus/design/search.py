@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.progress import Progress, silent
-from tarsus.design.front import Candidate, Design
+from tarsus.design.front import FRONT_FILES, Candidate, Design
 from tarsus.design.grounds import Grounds, drawn, started, with_starts
 from tarsus.design.judge import CLOSED, NOMINAL, WORST, Certificate, Each, Judge, Look, Risk, Round, excess, finite
 from tarsus.design.motion import MOTIONS, motions_of
@@ -67,11 +67,12 @@ _STATED, _MOTION, _PERCENTS = 2, 3, 4
 """Numbers of these sets of starts, of those that say what a motion is, and of these pairs; 0 and 1 are those of short
 and of long runs."""
 
-KEPT_FILES = (
+DESIGN_FILES = (
+    *FRONT_FILES,
     *(f"{name}{end}" for name in ("scene.toml", "request.txt", "plan.json", "laws/*.py") for end in ("", ".*.part")),
     *UNIT_FILES,
 )
-"""What a design keeps in its folder while it works, as glob patterns."""
+"""What a design writes into its folder, and keeps there while it works, as glob patterns."""
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -86,8 +87,8 @@ def design(
     scene = options.scene if scene is None else scene
     if scene is None:
         raise InputError("scene: name a device or a scene file, or a request that does")
-    asked = problem_of(as_scene(scene), options, options.risk, threads)
-    return found_for(asked, options, folder, progress, resume=resume)
+    asked = problem_of(as_scene(scene), options, options.risk)
+    return found_for(asked, options, folder, progress, threads=threads, resume=resume)
 
 
 def found_for(
@@ -96,9 +97,10 @@ def found_for(
     folder: str | Path | None = None,
     progress: Progress | None = None,
     *,
+    threads: Workers = None,
     resume: bool = False,
 ) -> Design:
     """What the search of a problem finds; runs are kept in a folder, if any."""
     texts = {**scene_texts(asked.scene), "request.txt": asked.text}
     store = RunStore.open(folder, texts, resume=resume, what="design", values=asked.numbers)
-    return DesignSearch(asked, options, store, progress).design()
+    return DesignSearch(replace(asked, threads=threads), options, store, progress).design()

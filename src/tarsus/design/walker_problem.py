@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from tarsus.base.errors import InputError
-from tarsus.base.workers import Workers
 from tarsus.design.free import PHASES, Symmetry
 from tarsus.design.problem import DesignProblem, SearchSettings, problem_of
 from tarsus.design.problems import Problems
@@ -18,7 +17,7 @@ TIED = "of free phases: none, mirror, pairs or wave"
 DEAD = "legs that do not move"
 
 
-def gait_problem(scene: Scene, options: SearchSettings, risk: Any, threads: Workers = None) -> DesignProblem:
+def gait_problem(scene: Scene, options: SearchSettings, risk: Any) -> DesignProblem:
     """The problem of a walker's gait, checked; raises InputError with every problem that can be told at once."""
     if not isinstance(scene.robot.structure, Walker):
         raise InputError(f"'{scene.name}' does not walk: only a scene whose structure is a walker has a gait to design")
@@ -31,7 +30,7 @@ def gait_problem(scene: Scene, options: SearchSettings, risk: Any, threads: Work
     elif symmetry not in (None, Symmetry.NONE) and PHASES not in free:
         problems.append(f"symmetry: '{symmetry.value}' ties phases, so {PHASES} has to be free")
     tied = options.model_copy(update={"free": free})
-    made = problems.tried(lambda: problem_of(lame, tied, risk, threads))
+    made = problems.tried(lambda: problem_of(lame, tied, risk))
     if problems or made is None:
         raise InputError(problems)
     return made
