@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from tarsus.design.problem import DesignSettings, problem_of
+from tarsus.design.request import settings_of
 from tarsus.files.toml import scene_text
 from tarsus.model.scene import Source
 
@@ -69,6 +71,34 @@ def test_a_new_study_of_a_scene_file_runs(tarsus, tmp_path):
     assert 0.0 < seen["least"] <= seen["median"] <= seen["most"] and 0 < seen["runs"] <= 15
     assert set(seen["most_at"]) == {"ground.restitution.coefficient", "volts"}
     assert re.search("impact_speed .*mm/s", tarsus("show", tmp_path / "out").out)
+
+
+def test_a_new_design_is_searched_as_it_is_and_on_grounds(tarsus, tmp_path):
+    """It lies in another folder than its scene, which is named from there; the line of a ground may be uncommented."""
+    scene, file = tmp_path / "mine.toml", tmp_path / "designs" / "best.toml"
+    tarsus("new", "device", scene, "--device", "cantilever")
+    file.parent.mkdir()
+    assert tarsus("new", "design", file, "--device", scene).code == 0
+    text = file.read_text()
+    assert 'scene = "../mine.toml"' in text and '# "ground.restitution.coefficient" = [' in text
+    few = [word for one in ("candidates=64", "from_rest=60 ms", "look=2") for word in ("--request", one)]
+    found = tarsus("design", file, *few, "--no-report", "--json", "-o", tmp_path / "out").json()
+    assert found["free"] == ["signals.pzt.amplitude", "signals.pzt.frequency"] and found["over"] == []
+    assert found["robust"]["nominal"]["mean apex"] > 0.0
+    file.write_text(text.replace('# "ground', '"ground'))
+    found = tarsus("design", file, *few, "--no-report", "--json", "-o", tmp_path / "other").json()
+    assert found["over"] == ["ground.restitution.coefficient"] and found["risk"] == "worst"
+
+
+@pytest.mark.parametrize("device", ["hexapod-walker", "climber", "mems-switch"])
+def test_a_new_design_asks_for_what_its_device_has(tarsus, tmp_path, device):
+    file = tmp_path / "mine.toml"
+    assert tarsus("new", "design", file, "--device", device).code == 0
+    scene = ts.load_scene(device)
+    asked = problem_of(scene, settings_of(DesignSettings, file), None)
+    (path, *_), (wanted,) = asked.free.paths, asked.objectives
+    assert path.startswith("gait." if scene.gait else "signals.")
+    assert wanted.measure == ("mean_apex" if device == "mems-switch" else "mean_speed")
 
 
 @pytest.fixture

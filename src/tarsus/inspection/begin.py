@@ -1,4 +1,4 @@
-"""The verb that begins: a device, a law, a study, or the campaign of a folder of records, as a file to be completed."""
+"""The verb that begins: a device, a law, a study, a design, or a campaign of records, as a file to be completed."""
 
 from __future__ import annotations
 
@@ -14,34 +14,41 @@ from tarsus.files.library import load_scene
 from tarsus.files.toml import scene_text
 from tarsus.files.whole import write_text
 from tarsus.inspection.begin_campaign import campaign_text
+from tarsus.inspection.begin_design import design_text
 from tarsus.inspection.begin_study import study_text
 from tarsus.inspection.begin_walker import walker_text
 from tarsus.tables.table import Table
 from tarsus.tables.view import View
 
-TEMPLATES = {"device": "device.toml", "law": "law.py", "study": "study.toml", "campaign": "campaign.toml"}
+TEMPLATES = {
+    "device": "device.toml",
+    "law": "law.py",
+    "study": "study.toml",
+    "design": "design.toml",
+    "campaign": "campaign.toml",
+}
 
 
 def new(
-    kind: Literal["device", "law", "study", "campaign"],
+    kind: Literal["device", "law", "study", "design", "campaign"],
     path: str | os.PathLike[str],
     *,
     device: str | None = None,
     legs: int | None = None,
     mass: str | None = None,
 ) -> View:
-    """Write a file to begin with: a device, a law of the ground, a study, or the campaign of a folder of records.
+    """Write a file to begin with: a device, a law of the ground, a study, a design, or a campaign of records.
 
     Parameters
     ----------
     kind
-        device and study are scene and study files (TOML), law a Python file, campaign a campaign.toml for the records
-        that lie in a folder.
+        device, study and design are files of a scene, a study and a design (TOML), law a Python file, campaign a
+        campaign.toml for the records that lie in a folder.
     path
         The file to write, which is never replaced; for a campaign the folder of its records.
     device
-        What to begin with: of a device a packaged one to copy, of a study its scene, of a campaign what is known
-        beforehand.
+        What to begin with: of a device a packaged one to copy, of a study or a design its scene, of a campaign
+        what is known beforehand.
     legs
         Of a device: a robot that walks on so many legs, from 1 to 40; without it one foot on a vibrating structure.
     mass
@@ -73,7 +80,8 @@ def new(
     elif kind == "campaign":
         text, remarks = campaign_text(Path(path), device)
     else:
-        text = study_text(device, target.parent) if kind == "study" else _text(kind, device)
+        made = {"study": study_text, "design": design_text}.get(kind)
+        text = _text(kind, device) if made is None else made(device, target.parent)
     write_text(target, text)
     data = {"file": str(target), "remarks": remarks}
     return View(data, Table(f"wrote {target}; {_next(kind, target)}", (), ()), tuple(together(remarks)))
@@ -91,10 +99,10 @@ def _text(kind: str, device: str | None) -> str:
 
 def _next(kind: str, target: Path) -> str:
     """What to do with it."""
-    if kind == "law":
-        return f"try it with `tarsus simulate cantilever --law {target}`"
-    if kind == "study":
-        return f"run it with `tarsus sweep {target} -o FOLDER`"
-    if kind == "campaign":
-        return f"say what each set is for, then `tarsus check {target}` and `tarsus identify {target}`"
-    return f"run it with `tarsus simulate {target} -o FOLDER`"
+    said = {
+        "law": f"try it with `tarsus simulate cantilever --law {target}`",
+        "study": f"run it with `tarsus sweep {target} -o FOLDER`",
+        "design": f"run it with `tarsus design {target} -o FOLDER`",
+        "campaign": f"say what each set is for, then `tarsus check {target}` and `tarsus identify {target}`",
+    }
+    return said.get(kind, f"run it with `tarsus simulate {target} -o FOLDER`")
