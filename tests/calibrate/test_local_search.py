@@ -13,7 +13,6 @@ from tarsus.calibrate.problem import Archive, HypothesisFit
 from tarsus.calibrate.search import search_hypotheses
 from tarsus.calibrate.studyfile import load_study
 from tarsus.fit import Prior, least_squares
-from tarsus.fit.case import Case
 
 TRUTH = (0.8, 0.6)
 
@@ -48,12 +47,7 @@ def test_residuals_of_a_branch_are_its_cost_and_have_its_slopes():
     numbers = unknowns("ab", priors=(None, Prior(0.4, 0.2)))
     one = problem(table, function, numbers, limits=(SoftLimit("high", (1,), 2, 0.0, 5.2, 0.1),))
 
-    def slopes(run, x, rows):
-        h = 1e-6 * np.eye(2)
-        return np.stack([(function(run, x + e) - function(run, x - e)) / 2e-6 for e in h], axis=-1)
-
-    given = type(one)(**{**one.__dict__, "slopes": slopes})
-    archive = Archive(given)
+    archive = Archive(one)
     fit = HypothesisFit(archive, 0)
     x = np.array([0.6, 0.7])
     readings = archive.evaluate(0, x[None])
@@ -63,12 +57,12 @@ def test_residuals_of_a_branch_are_its_cost_and_have_its_slopes():
     np.testing.assert_allclose(fit.jacobian(x), slopes_by_differences(fit, x, 1e-5), rtol=1e-5, atol=1e-5)
 
 
-def test_readings_of_a_ball_have_exact_slopes(tmp_path):
+def test_heights_of_a_ball_have_slopes_and_counts_have_none(tmp_path):
     found = lowered(tmp_path)
     one, x = found.problem, np.array([0.61, 0.43])
     for number in range(len(one.hypotheses)):
         fit = HypothesisFit(Archive(one), number)
-        told, wanted = fit.jacobian(x), slopes_by_differences(fit, x, 1e-3)
+        told, wanted = fit.jacobian(x), slopes_by_differences(fit, x, 2e-4)
         rates, heights = slice(0, 6, 2), slice(1, 6, 2)  # row by row
         assert number < 2 and np.abs(told[heights]).max() > 1.0
         np.testing.assert_allclose(told[heights], wanted[heights], rtol=0.01, atol=0.02)
@@ -98,13 +92,3 @@ def test_a_search_ends_lower_with_the_polish_and_resumes_to_the_same_bytes(tmp_p
     before = (tmp_path / "out" / "calibration.json").read_bytes()
     calibrate(file, tmp_path / "out", threads=2, resume=True)
     assert (tmp_path / "out" / "calibration.json").read_bytes() == before
-
-
-def test_what_the_engine_has_no_derivatives_of_is_differenced(tmp_path, monkeypatch):
-    one, at, span = lowered(tmp_path), np.array([0.72, 0.55]), np.array([0.45, 1.5])
-    exact = one.forward.slopes(0, at, (0, 1, 2), span)
-    monkeypatch.setattr(Case, "run", lambda self, at, span: None)
-    found = one.forward.slopes(0, at, (0, 1, 2), span)
-    heights = [one.forward.channels.index(name) for name in ("peak", "mean_height")]
-    assert np.abs(exact[:, heights]).min() > 0.01
-    np.testing.assert_allclose(found[:, heights], exact[:, heights], rtol=5e-3)

@@ -108,7 +108,7 @@ class Search(Description):
     Every hypothesis, a combination of options, gets `prescreening` sets spread evenly and `short` generations; those
     that are still `rejected` times the best are rejected; the others get up to `generations` more, as long as they gain
     and could still come near the best; the best set of those that may be kept goes down by `local_search` steps of
-    least squares with derivatives; then `spread` generations follow the likelihood. The same search is made
+    least squares; then `spread` generations follow the likelihood. The same search is made
     without each row (`leave_out`), from nothing that knew it.
     """
 
@@ -117,7 +117,7 @@ class Search(Description):
     prescreening: int = Field(default=128, ge=5, description="sets a hypothesis at the start")
     short: int = Field(default=6, ge=0, description="generations before hypotheses are rejected")
     generations: int = Field(default=40, ge=0, description="generations of a hypothesis that is not, at most")
-    local_search: int = Field(default=10, ge=0, description="most steps of the local search with derivatives; 0: none")
+    local_search: int = Field(default=10, ge=0, description="most steps of the local search; 0: none")
     spread: int = Field(default=10, ge=0, description="generations of the ensemble")
     leave_out: bool = Field(
         default=True, description="search again without each row, and predict it; as much again for every row"

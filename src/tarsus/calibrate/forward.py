@@ -3,7 +3,7 @@ nor neighbours change one."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any
@@ -16,19 +16,13 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.base.workers import Workers, is_executor, spread, workers
 from tarsus.calibrate.description import TableSampling
-from tarsus.calibrate.readings import MOTION, motion_of, readings, table_readings
+from tarsus.calibrate.readings import MOTION, motion_of, readings
 from tarsus.calibrate.scenes import Row, Variant
-from tarsus.fit.case import Case
 from tarsus.measure.periods import scene_period
 from tarsus.model.scene import Scene
 from tarsus.solve import Accuracy, Shared, simulate_batch
 
 Ints = NDArray[np.intp]
-
-DIFFERENCE = 1e-3
-"""Step of differences of readings, in parts of an unknown's bounds: what a search's accuracy leaves of 1e-5 is a
-hundredth of that."""
-
 
 TOGETHER = 64
 """Most sets that a thread simulates together: what is done once for many runs costs little then, and their events fit
@@ -100,72 +94,6 @@ class Forward:
         for runs in groups.values():
             self._group(runs, out)
         return out
-
-    def slopes(self, variant: int, one: Floats, rows: Sequence[int], span: Floats) -> Floats:
-        """Derivatives (rows, channels, samples, nu) of the readings of a set (nu,) by its SI values; zero where there
-        is none: of counts, at kinks, of what no window has.
-
-        Rows that the engine has no derivatives of, or whose motion is read, are differenced over 2e-3 of the bounds'
-        span (nu,).
-        """
-        chosen, (at, names) = self.variants[variant], self._windowed
-
-        def of(number: int) -> Floats | None:
-            row = chosen.rows[number]
-            run = self._run((0, 0), chosen, row, one.tolist())
-            if run is None or row.motion:
-                return None
-
-            def values(x: Floats) -> dict[str, float]:
-                nowhere = dict.fromkeys(run.values, np.nan)
-                return chosen.values(dict(zip(self.unknowns, x.tolist(), strict=True)), row) or nowhere
-
-            found = self._window_slopes(run, values, one, span, names)
-            if found is None:
-                return None
-            out = np.zeros((len(self.channels), self.samples, len(one)))
-            out[at] = found
-            return out
-
-        found = dict(zip(rows, spread(of, list(rows), self.threads), strict=True))
-        other = [number for number in rows if found[number] is None]
-        if other:
-            found |= dict(zip(other, self._differences(variant, one, other, span), strict=True))
-        return np.nan_to_num(np.array([found[number] for number in rows]), posinf=0.0, neginf=0.0)
-
-    def _window_slopes(
-        self, run: _Run, values: Callable[[Floats], dict[str, float]], one: Floats, span: Floats, names: list[str]
-    ) -> Floats | None:
-        """Derivatives (names, samples, nu) of window readings of a row; None where the engine has none, or where the
-        windows move."""
-        s, template, edges = self.sampling, run.template, self._edges(run)
-        foot, index = self._foot(template)
-        starts = _starts(template, foot, s) if s.draws > 1 else {}
-        parts = []
-        for draw in range(s.draws):
-            begun = {path: float(column[draw]) for path, column in starts.items()}
-            case = Case(
-                with_values(template, begun) if begun else template,
-                values,
-                float(edges[-1]),
-                Accuracy(gap=s.accuracy),
-                self._shared,
-            )
-            made = case.run(one, span)
-            if made is None or (s.settle is None and made.period_moves):
-                return None
-            slopes = made.slopes_of(lambda table: table_readings(table, index, names, edges, s.resolution))
-            parts.append(np.nan_to_num(slopes))
-        return np.concatenate(parts, axis=1)
-
-    def _differences(self, variant: int, one: Floats, rows: list[int], span: Floats) -> Floats:
-        """Differences (rows, channels, samples, nu) of readings to both sides of a set (nu,)."""
-        steps = DIFFERENCE * span * np.eye(len(one))
-        found = self(variant, np.concatenate([one + steps, one - steps]), rows).astype(float)
-        ahead, behind = found[: len(one)], found[len(one) :]
-        both = np.isfinite(ahead) & np.isfinite(behind)  # what was not read on both sides has no slope
-        changes = np.subtract(ahead, behind, out=np.zeros_like(ahead), where=both)
-        return np.moveaxis(changes, 0, -1) / (2.0 * DIFFERENCE * span)
 
     @cached_property
     def _windowed(self) -> tuple[list[int], list[str]]:

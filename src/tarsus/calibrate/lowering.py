@@ -99,7 +99,6 @@ def lower_study(described: Described, threads: Workers = None) -> Lowered:
         tuple(f"row {n + 1}" for n in trained),
         study.sampling.resolution,
         channels.index(PEAK),
-        lambda run, one, numbers: forward.slopes(run, one, numbers, unknowns.high - unknowns.low),
     )
     return Lowered(study, table, forward, problem, trained, others, cells.at(range(len(trained), len(chosen))))
 

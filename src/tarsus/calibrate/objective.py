@@ -13,9 +13,7 @@ fraction of windows that have it, half a window added to either side. A constrai
 the same tail.
 
 No piece of the cost is below zero. Their roots are the residuals of a least-squares fit, that of the misfit with the
-sign of its pull, and the cost is the sum of their squares. Existence and counts are constant between jumps: they have
-no slope, and a step that raises them is not taken. So is a reading that has no derivative (an event on the edge of a
-window) held for a step.
+sign of its pull, and the cost is the sum of their squares.
 """
 
 from __future__ import annotations
@@ -150,17 +148,15 @@ class Objective:
 
 
 class ReadingCosts:
-    """The pieces of a cost by readings (ns, rows, channels, samples), their roots, and the slopes of these.
+    """The pieces of a cost by readings (ns, rows, channels, samples), and their roots.
 
     Attributes
     ----------
     failed : (ns, nr, nk)
         Whether the run of a reading did not reach its end.
-    u : (ns, nr, nk, samples)
-        Readings on the scale on which cells are compared, less the observed value; one that is not there counts as
-        zero.
     mean, scatter, pull : (ns, nr, nk)
-        Mean residual z, its variance over the windows, and z over the root of 1 + s^2.
+        Mean residual z, a reading that is not there counted as zero, its variance over the windows, and z over the root
+        of 1 + s^2.
     """
 
     def __init__(self, objective: Objective, hypothesis: Hypothesis, readings: Floats) -> None:
@@ -168,24 +164,21 @@ class ReadingCosts:
         self.cells = objective.cells
         self.table = readings[:, : len(self.cells.observed)][:, :, list(hypothesis.columns)]
         self.failed = np.asarray(np.isinf(self.table).any(axis=-1))
-        self._log, self._scale, self._by_value = self._scaled()
-        self.u = self._log * self._scale[:, :, None]
-        self.mean = np.where(self.failed, FAILED, self.u.mean(axis=-1))
-        self.scatter = np.where(self.failed, 0.0, self.u.var(axis=-1))
+        self._log, scale = self._scaled()
+        u = self._log * scale[:, :, None]
+        self.scatter = np.where(self.failed, 0.0, u.var(axis=-1))
+        self.mean = np.where(self.failed, FAILED, u.mean(axis=-1))
         self.pull = self.mean / np.sqrt(1.0 + self.scatter)
 
-    def _scaled(self) -> tuple[Floats, Floats, Floats]:
-        """Logarithms of the values' ratios to the observed ones (ns, nr, nk, samples), their scale (nr, nk), and the
-        derivative (ns, nr, nk, samples) of the scaled logarithm by the value."""
+    def _scaled(self) -> tuple[Floats, Floats]:
+        """Logarithms of the values' ratios to the observed ones (ns, nr, nk, samples), and their scale (nr, nk)."""
         a, o = self.cells.absolute, np.nan_to_num(self.cells.observed)
         tau = tolerance(o, a, self.cells.relative)
         scale = np.divide(o + a, tau, out=np.ones_like(tau), where=tau > 0.0)
         whole = np.where(o + a > 0.0, o + a, 1.0)[:, :, None]
         floor = np.where(o + a > 0.0, 1e-6 * (o + a), 1.0)[:, :, None]  # a reading of zero, where nothing else is added
         values = np.maximum(np.where(np.isfinite(self.table), self.table, 0.0), 0.0)
-        held = np.maximum(values + a[:, :, None], floor)
-        moves = (values > 0.0) & (held > floor)
-        return np.log(held / whole), scale, np.where(moves, scale[:, :, None] / held, 0.0)
+        return np.log(np.maximum(values + a[:, :, None], floor) / whole), scale
 
     @cached_property
     def _there(self) -> Floats:
@@ -206,49 +199,15 @@ class ReadingCosts:
             np.sqrt(self._there),
         )
         cells = [(weight * one)[:, self.cells.known] for one in pieces]
-        limits = [np.sqrt(soft(self._excess(one)[0] ** 2)) for one in self.objective.limits]
+        limits = [np.sqrt(soft(self._excess(one) ** 2)) for one in self.objective.limits]
         return np.concatenate([*cells, *limits], axis=1)
 
-    def slopes(self, slopes: Floats) -> Floats:
-        """Derivatives (n, nu) of the first set's residuals, of those (rows, channels, samples, nu) of its readings."""
-        nu, known = slopes.shape[-1], self.cells.known
-        table = slopes[: len(known)][:, list(self.hypothesis.columns)]
-        moved = np.where(self.failed[0][..., None, None], 0.0, self._by_value[0][..., None] * table)
-        off = (self.u[0] - self.u[0].mean(axis=-1, keepdims=True))[..., None]
-        of_scatter = 2.0 * (off * moved).mean(axis=2)
-        wide = 1.0 + self.scatter[0][..., None]
-        of_pull = moved.mean(axis=2) / np.sqrt(wide) - 0.5 * self.pull[0][..., None] * of_scatter / wide
-        of_misfit = self._root_slope(self.pull[0])[..., None] * of_pull
-        root = np.sqrt(np.log1p(self.scatter[0]))[..., None]
-        of_root = np.divide(0.5 * of_scatter / wide, root, out=np.zeros_like(of_scatter), where=root > 0.0)
-        weight = np.sqrt(self.cells.weight)[:, None]
-        cells = [(weight * one)[known] for one in (of_misfit, of_root, np.zeros_like(of_root))]
-        return np.concatenate([*cells, *(self._limit_slopes(one, slopes) for one in self.objective.limits)]).reshape(
-            -1, nu
-        )
-
-    def _limit_slopes(self, limit: SoftLimit, slopes: Floats) -> Floats:
-        excess, place, sign = (one[0] for one in self._excess(limit))
-        part = slopes[list(limit.rows), limit.channel]
-        own = np.take_along_axis(part, place[:, None, None], axis=1)[:, 0] * sign[:, None] / limit.softness
-        return self._root_slope(excess)[:, None] * own * (excess > 0.0)[:, None]
-
-    def _root_slope(self, pull: Floats) -> Floats:
-        """Derivative of the root of a soft cost by its pull."""
-        square = (pull / self.objective.robust) ** 2
-        root = np.sqrt(np.divide(np.log1p(square), square, out=np.ones_like(square), where=square > 0.0))
-        return 1.0 / ((1.0 + square) * root)
-
-    def _excess(self, limit: SoftLimit) -> tuple[Floats, NDArray[np.intp], Floats]:
-        """Excess (ns, rows) over a constraint in its softness, the sample that decides, and its sign."""
+    def _excess(self, limit: SoftLimit) -> Floats:
+        """Excess (ns, rows) over a constraint in its softness."""
         part = self.readings[:, list(limit.rows), limit.channel]
         values = np.where(np.isfinite(part), part, 0.0)
-        above, below = values.max(axis=-1) - limit.high, limit.low - values.min(axis=-1)
-        over = above >= below
-        excess = np.maximum(np.where(over, above, below), 0.0) / limit.softness
-        excess = np.where(np.isinf(part).any(axis=-1), FAILED, excess)
-        place = np.where(over, values.argmax(axis=-1), values.argmin(axis=-1))
-        return excess, place, np.where(over, 1.0, -1.0)
+        over = np.maximum(values.max(axis=-1) - limit.high, limit.low - values.min(axis=-1))
+        return np.where(np.isinf(part).any(axis=-1), FAILED, np.maximum(over, 0.0) / limit.softness)
 
     @property
     def costs(self) -> Costs:
@@ -260,7 +219,7 @@ class ReadingCosts:
         for k in np.flatnonzero(self.cells.exists):
             p = existence(self.table[:, :, k])
             wrong[:, :, k] = np.where(self.cells.observed[:, k] > 0.0, 1.0 - p, p)
-        limits = [soft(self._excess(one)[0] ** 2).sum(axis=-1) for one in self.objective.limits]
+        limits = [soft(self._excess(one) ** 2).sum(axis=-1) for one in self.objective.limits]
         pulls, missed, wrong = (np.where(known, one, np.nan) for one in (self.pull, self._missed(), wrong))
         of_limits = np.stack(limits, axis=-1) if limits else np.zeros((len(cost), 0))
         rows, of_pulls = ((one * weight).sum(axis=-1) for one in (cost, misfit))

@@ -22,12 +22,12 @@ T = TypeVar("T")
 Simulate = Callable[[int, Floats, Sequence[int]], Readings]
 """Readings (ns, rows, channels, samples) of sets (ns, nu) in SI in a variant of the runs, for the rows of these
 numbers."""
-Slopes = Callable[[int, Floats, Sequence[int]], Floats]
-"""Derivatives (rows, channels, samples, nu) of the readings of one set (nu,) in a variant of the runs by its SI values;
-zero where there is none."""
-
 DIGITS = 9
 """Digits to which points of the unit cube are rounded: a point that comes back from an optimiser is the same point."""
+STEP = 1e-3
+"""Step of differences in the cube: what a search's accuracy leaves of 1e-5 is a hundredth of that."""
+BENT = 0.5
+"""Part of the difference to both sides from which on that to one side is another: of a jump it is all of it."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class CalibrationProblem:
 
     simulate: the forward model; objective: cost of its readings; rows: numbers of the rows that are simulated in the
     search, those of the table that are fitted first; labels: what they are called; resolution [m] of the instrument;
-    peak: channel of the highest gap, or None; slopes: derivatives of the forward model, or None.
+    peak: channel of the highest gap, or None.
     """
 
     unknowns: Unknowns
@@ -47,7 +47,6 @@ class CalibrationProblem:
     labels: tuple[str, ...]
     resolution: float = 0.0
     peak: int | None = None
-    slopes: Slopes | None = None
 
     @property
     def trained(self) -> int:
@@ -118,20 +117,14 @@ class Archive:
         """Number of sets that were visited."""
         return len(self._found)
 
+    def beside(self, run: int, points: Floats) -> Readings:
+        """Readings (ns, rows, channels, samples) at points (ns, nu) that are no sets of the search: for slopes."""
+        return self._asked(f"{self.part}/{run}/beside", run, _rounded(points), self.problem.rows)
+
     def elsewhere(self, run: int, points: Floats, row: int) -> Readings:
         """Readings (ns, channels, samples) at points (ns, nu) in a row that the search does not know, for its
         prediction."""
         return self._asked(f"{self.part}/{run}/row {row}", run, _rounded(points), (row,))[:, 0]
-
-    def slopes(self, run: int, point: Floats) -> Floats:
-        """Derivatives (rows, channels, samples, nu) of the readings at a point (nu,) by the unknowns' SI values."""
-        slopes, unknowns = self.problem.slopes, self.problem.unknowns
-        assert slopes is not None
-
-        def made(points: Floats) -> dict[str, Floats]:
-            return {"slopes": np.array([slopes(run, one, self.problem.rows) for one in unknowns.values(points)])}
-
-        return self.store.evaluate(_rounded(point[None]), made, name=f"{self.part}/{run}/slopes")["slopes"][0]
 
     def _asked(self, name: str, run: int, points: Floats, rows: tuple[int, ...]) -> Readings:
         def simulated(fresh: Floats) -> dict[str, Readings]:
@@ -169,10 +162,18 @@ class HypothesisFit(Residuals):
         return self.problem.residuals(self.pieces(self.archive.evaluate(self.hypothesis.run, points, found)), points)
 
     def jacobian(self, x: ArrayLike) -> Floats:
-        at = self.point(x)
-        pieces = self.pieces(self.archive.evaluate(self.hypothesis.run, at[None], self.way))
-        slopes = self.archive.slopes(self.hypothesis.run, at) * self.unknowns.slopes(at)
-        return np.concatenate([pieces.slopes(slopes), np.diag(self.unknowns.prior_slopes(at))])
+        """Differences to both sides. A reading that jumps or bends between them, as counts do, or that is not on all
+        sides is held: its slope is zero."""
+        middle = np.clip(self.point(x), STEP, 1.0 - STEP)
+        aside = STEP * np.eye(len(middle))
+        points = np.concatenate([middle + aside, middle - aside, middle[None]])
+        read = self.archive.beside(self.hypothesis.run, points).astype(float)
+        ahead, behind, here = read[: len(middle)], read[len(middle) : -1], read[-1]
+        with np.errstate(invalid="ignore"):
+            smooth = np.abs(ahead + behind - 2.0 * here) <= BENT * np.abs(ahead - behind)
+        moved = [np.where(smooth, one, here) for one in (ahead, behind)]
+        ends = self.problem.residuals(self.pieces(np.concatenate(moved)), points[:-1])
+        return (ends[: len(middle)] - ends[len(middle) :]).T / (2.0 * STEP)
 
     def visited(self) -> tuple[Floats, Floats]:
         """All visited points (n, nu) of its runs, and their residuals (n, nr)."""

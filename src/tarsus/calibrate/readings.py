@@ -11,7 +11,6 @@ from scipy.signal import find_peaks
 from tarsus.base.arrays import Floats
 from tarsus.measure.history import Counting, EventHistories
 from tarsus.measure.periods import PER_WINDOW, by_window
-from tarsus.measure.table import RunTable
 from tarsus.model.scene import Scene
 from tarsus.solve import Accuracy, Batch, simulate
 
@@ -45,16 +44,12 @@ def readings(batch: Batch, foot: int, names: Sequence[str], edges: Floats, resol
     """
     out = np.full((len(batch), len(names), len(edges) - 1), np.nan)
     for members, table in batch.tables():
-        out[members] = table_readings(table, foot, names, edges, resolution)
+        histories = EventHistories(table.events, table.first, table.ends, [foot], len(table.feet))
+        found = by_window(histories, edges, Counting.of(table.period, resolution), names)
+        scale = table.period[:, None] / np.diff(edges)
+        read = [found[name] * (scale if name in PER_PERIOD else 1.0) for name in names]
+        out[members] = np.stack(read, axis=1)
     return out
-
-
-def table_readings(table: RunTable, foot: int, names: Sequence[str], edges: Floats, resolution: float) -> Floats:
-    """The same of runs as measures see them."""
-    histories = EventHistories(table.events, table.first, table.ends, [foot], len(table.feet))
-    found = by_window(histories, edges, Counting.of(table.period, resolution), names)
-    scale = table.period[:, None] / np.diff(edges)
-    return np.stack([found[name] * (scale if name in PER_PERIOD else 1.0) for name in names], axis=1)
 
 
 def oscillations_per_step(gap: Floats, steps: float) -> float:

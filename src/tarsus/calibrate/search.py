@@ -1,5 +1,5 @@
 """Searching the hypotheses: sets spread evenly, steps down by regressions beside differential evolution, hypotheses
-that fall behind rejected, a local search with derivatives, then chains that follow the likelihood.
+that fall behind rejected, a local search by least squares, then chains that follow the likelihood.
 
 All randomness comes from the study's seed and the place in the sequence (row excluded, stage, hypothesis), never from
 time or threads. A search knows nothing but its own problem and archive: the one without a row is a search like any
@@ -208,7 +208,7 @@ def search_hypotheses(archive: Archive, search: Search) -> tuple[dict[int, Searc
     scale = _race(descents, rejected, search)
     best = {b: one.best() for b, one in descents.items()}
     near = _near(best, rejected, scale, search)
-    if search.local_search and problem.slopes:
+    if search.local_search:
         for b in near:
             _improved(fits[b], search.local_search)
             best[b] = descents[b].best()
@@ -258,7 +258,7 @@ def _near(best: Mapping[int, float], rejected: dict[int, str], scale: float, sea
 
 
 def _improved(fit: HypothesisFit, rounds: int) -> None:
-    """Go down from the best set by derivatives; what is visited is kept in the archive."""
+    """Go down from the best set by least squares; what is visited is kept in the archive."""
     points, costs = fit.costs_visited()
     least_squares(fit, points[int(np.argmin(costs))], rounds, LOCAL)
 
