@@ -12,9 +12,10 @@ from dataclasses import dataclass
 from enum import Enum
 
 from tarsus.files.rows import parse_rows
+from tarsus.measure.walking import OF_EPISODES
 from tarsus.model.scene import Scene
 from tarsus_reproduce.packaged import data_text
-from tarsus_reproduce.trends import Claim, Direction, HasExtrema, HasMaximum, falls, rises
+from tarsus_reproduce.trends import Claim, Direction, HasExtrema, HasMaximum, MuchAbove, falls, rises
 
 
 class FilmUnit(Enum):
@@ -47,7 +48,7 @@ class Trend:
     """One thing that is said of a figure: of which quantity, over which packaged study, and what.
 
     measures: the one that the figure shows, then others that the words could mean; film: the unit's interpretation,
-    where the figure has one for each.
+    where the figure has one for each; scored: False of a cause that is told (E15).
     """
 
     figure: str
@@ -56,6 +57,7 @@ class Trend:
     claim: Claim
     measures: tuple[str, ...]
     film: FilmUnit | None = None
+    scored: bool = True
 
     @property
     def says(self) -> str:
@@ -65,7 +67,7 @@ class Trend:
     @property
     def directional(self) -> bool:
         """Whether it says a direction, which noise rarely shows; white noise has local extrema nearly always."""
-        return isinstance(self.claim, Direction)
+        return isinstance(self.claim, Direction | MuchAbove)
 
 
 CLAIMS: dict[str, Callable[[float | None], Claim]] = {
@@ -73,6 +75,9 @@ CLAIMS: dict[str, Callable[[float | None], Claim]] = {
     "rises": rises,
     "maximum": lambda _: HasMaximum(),
     "extrema": lambda _: HasExtrema(),
+    "much above (b)": lambda _: MuchAbove("(b)", (1, 1)),
+    "much above (a) with C_e of (b)": lambda _: MuchAbove("(a) with the electrostatics of (b)", (1, 0)),
+    "much above (a) with C_adh of (b)": lambda _: MuchAbove("(a) with the adhesion of (b)", (0, 1)),
 }
 """Words of the table of trends -> what is said of a curve, or of its part from a number on."""
 
@@ -88,6 +93,7 @@ def _trends() -> tuple[Trend, ...]:
             CLAIMS[row["says"]](float(row["beyond"]) if row["beyond"] else None),
             tuple(row["measures"].split()),
             films.get(row["film"]),
+            row["scored"] != "no",
         )
         for row in parse_rows(data_text(TRENDS_FILE), TRENDS_FILE).rows
     )
@@ -95,19 +101,26 @@ def _trends() -> tuple[Trend, ...]:
 
 TRENDS_FILE = "trends_4_4_1.csv"
 TRENDS = _trends()
-"""Trends of section 4.4.1, in its order; that of Fig. 4.9 once for each unit."""
+"""Trends of section 4.4.1 in its order: that of Fig. 4.9 once for each unit, that of Fig. 4.7 with its causes."""
 
-EXAMPLE_CLAIM = "the body oscillates much more on ground (a) than on (b)"
-"""What is said of Fig. 4.7; it counts as a directional trend."""
+GROUNDS = "grounds"
+"""The study of Fig. 4.7: C_e and C_adh of ground (a), then of (b)."""
+FROM_REST = "_from_rest"
+"""End of the name of a measure by drive period that is taken over the run from rest."""
+
+
+def of_episode(measure: str) -> bool:
+    """Whether a measure is one of a whole run from rest, not of the settled motion."""
+    return measure in OF_EPISODES or measure.endswith(FROM_REST)
 
 
 def scored_trends(film: FilmUnit) -> list[Trend]:
-    """The 15 trends that a device is scored by: of Fig. 4.9 the one in its own unit."""
-    return [trend for trend in TRENDS if trend.film in (None, film)]
+    """The 16 trends that a device is scored by: of Fig. 4.9 the one in its own unit."""
+    return [trend for trend in TRENDS if trend.scored and trend.film in (None, film)]
 
 
-DIRECTIONAL = 1 + sum(trend.directional for trend in TRENDS)
-"""Directional trends, Fig. 4.7 included."""
+DIRECTIONAL = sum(trend.directional and trend.scored for trend in TRENDS)
+"""Directional trends."""
 
 
 def examples(film: FilmUnit) -> Mapping[str, dict[str, float]]:

@@ -17,18 +17,16 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths, with_values
 from tarsus.files.library import device_names, load_scene
-from tarsus.measure import STANDSTILL, Measure
+from tarsus.measure import Measure
 from tarsus.measure.walking import OF_EPISODES
 from tarsus.model.structure import Walker
-from tarsus.orbits.motion import FromRest, Motion, SettledMotion, motion_asked
-from tarsus.orbits.returns import drive_period
-from tarsus.orbits.scored import scored
-from tarsus.solve import Run, Shared, simulate
+from tarsus.orbits.motion import FromRest, Motion, SettledMotion
+from tarsus.solve import Run
 from tarsus.study.studyfile import load_sweep
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import OUTCOMES
-from tarsus_reproduce.claims import EXAMPLE_CLAIM, TRENDS, FilmUnit, Trend, examples, scored_trends
-from tarsus_reproduce.trends import RELEVANT, Finding, TrendCurve, TrendVerdict
+from tarsus_reproduce.claims import FROM_REST, GROUNDS, TRENDS, FilmUnit, Trend, examples, of_episode, scored_trends
+from tarsus_reproduce.trends import Finding, TrendCurve, TrendVerdict
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
@@ -39,9 +37,6 @@ VARIANTS = ("millipede", "millipede-table", "millipede-printed")
 
 CHOSEN = "Chosen within the range of random readings so that the trends of section 4.4.1 come out."
 """What the provenance of a number says that was found by its score."""
-
-MUCH = 2.0
-"""A ratio that counts as 'much greater': the least that nobody would call 'greater' alone, and a convention."""
 
 
 @dataclass(frozen=True)
@@ -56,10 +51,10 @@ class Coarse:
 class Swept:
     """A figure's study run on one device.
 
-    path, unit, x (nx,): what varies; replicates (nr,): restitutions; values, spreads (nx, nr) by measure, spreads from
-    period to period and, of a settled motion, the standard error from start to start; motions: what each measure is
-    taken over; settled: share of the starts that repeat; about: unit and definition of each measure; codes: how many
-    runs ended how.
+    path, unit, x (nx,): what varies; replicates (nr,): restitutions, of Fig. 4.7 growths of adhesion; values, spreads
+    (nx, nr) by measure, spreads from period to period and, of a settled motion, the standard error from start to start;
+    motions: what each measure is taken over; settled: share of the starts that repeat; about: unit and definition of
+    each measure; codes: how many runs ended how.
     """
 
     study: str
@@ -84,7 +79,7 @@ class Swept:
             "path": self.path,
             "unit": self.unit,
             "x": self.x.tolist(),
-            "restitution": self.replicates.tolist(),
+            "replicates": self.replicates.tolist(),
             "motions": {name: str(one) for name, one in self.motions.items()},
             "settled": self.settled,
             "measures": {name: values.tolist() for name, values in self.values.items()},
@@ -104,7 +99,7 @@ class JudgedTrend:
     @property
     def lasting(self) -> bool:
         """Whether it is judged on the settled motion, by the first measure of it that the words could mean."""
-        return self.measure == next(name for name in self.trend.measures if name not in OF_EPISODES)
+        return self.measure == next(name for name in self.trend.measures if not of_episode(name))
 
     @property
     def of_figure(self) -> bool:
@@ -113,44 +108,8 @@ class JudgedTrend:
 
 
 @dataclass(frozen=True)
-class Example:
-    """One run of Fig. 4.7; settled: vertical amplitude and stride [m] of its settled motions by their share, and their
-    standard deviation over them."""
-
-    name: str
-    run: Run
-    settled: Mapping[str, tuple[float, float]] | None = None
-
-    @property
-    def amplitude(self) -> float:
-        """Vertical amplitude of the body after the transients of the run [m]."""
-        return self.run.measures["vertical_amplitude"].value
-
-    @property
-    def stride(self) -> float:
-        """Travel per drive period after the transients of the run [m]."""
-        return self.run.measures["stride"].value
-
-
-@dataclass(frozen=True)
-class GroundComparison:
-    """What is said of two runs of Fig. 4.7, and the ratio of the body's vertical amplitudes [1]; lasting: the same of
-    their settled motions."""
-
-    says: str
-    verdict: TrendVerdict
-    ratio: float
-    lasting: GroundComparison | None = None
-
-    @property
-    def words(self) -> str:
-        """The ratio in words."""
-        return f"{self.ratio:.3g} times" if np.isfinite(self.ratio) else "the other stands still"
-
-
-@dataclass(frozen=True)
 class Score:
-    """How many of the 16 (15 trends and Fig. 4.7) have each verdict, and of the directional ones how many agree."""
+    """How many of the 16 trends have each verdict, and of the directional ones how many agree."""
 
     agree: int
     contradict: int
@@ -184,35 +143,24 @@ class DeviceTrends:
     film: FilmUnit
     swept: tuple[Swept, ...]
     trends: tuple[JudgedTrend, ...]
-    examples: tuple[Example, ...]
-    comparisons: tuple[GroundComparison, ...]
 
     def scores(self, trend: Trend) -> bool:
-        """Whether a trend is scored: Fig. 4.9 in the device's own interpretation of the film's unit."""
+        """Whether a trend is scored: no cause, and Fig. 4.9 in the device's own interpretation of the film's unit."""
         return trend in scored_trends(self.film)
 
     @property
     def score(self) -> Score:
         """By the measure of each figure."""
-        verdicts = [
-            (one.finding.verdict, one.trend.directional)
-            for one in self.trends
-            if one.of_figure and self.scores(one.trend)
-        ]
-        return Score.of([*verdicts, (self.comparisons[0].verdict, True)])
+        return self._counted([one for one in self.trends if one.of_figure])
 
     @property
     def lasting(self) -> Score | None:
         """By the settled motion; None where that was not judged."""
-        much = self.comparisons[0].lasting
-        if much is None:
-            return None
-        found = [
-            (one.finding.verdict, one.trend.directional)
-            for one in self.trends
-            if one.lasting and self.scores(one.trend)
-        ]
-        return Score.of([*found, (much.verdict, True)])
+        found = [one for one in self.trends if one.lasting]
+        return self._counted(found) if found else None
+
+    def _counted(self, judged: Sequence[JudgedTrend]) -> Score:
+        return Score.of([(one.finding.verdict, one.trend.directional) for one in judged if self.scores(one.trend)])
 
     @property
     def motions(self) -> tuple[str, str]:
@@ -239,17 +187,15 @@ class DeviceTrends:
     @property
     def problems(self) -> list[str]:
         """Sentences about runs that did not reach their end."""
-        bad = [
+        return [
             f"{self.name}, {swept.study}: {count} runs: {OUTCOMES[name]}"
             for swept in self.swept
             for name, count in swept.codes.items()
             if name != "DONE"
         ]
-        return bad + [f"{self.name}, Fig. 4.7({one.name}): {one.run.code}" for one in self.examples if not one.run.ok]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data in SI."""
-        grounds = examples(self.film)
         return {
             **vars(self.score),
             "motion": self.motions[0],
@@ -269,26 +215,6 @@ class DeviceTrends:
                     **one.finding.to_dict(),
                 }
                 for one in self.trends
-            ],
-            "examples": [
-                {
-                    "name": one.name,
-                    **grounds[one.name],
-                    "vertical_amplitude_m": one.amplitude,
-                    "stride_m": one.stride,
-                    **{f"settled_{name}_m": value for name, (value, _) in (one.settled or {}).items()},
-                    **{f"settled_{name}_over_starts_m": off for name, (_, off) in (one.settled or {}).items()},
-                }
-                for one in self.examples
-            ],
-            "comparisons": [
-                {
-                    "says": one.says,
-                    "verdict": one.verdict.value,
-                    "ratio": one.ratio,
-                    "settled": one.lasting and {"verdict": one.lasting.verdict.value, "ratio": one.lasting.ratio},
-                }
-                for one in self.comparisons
             ],
             "curves": {one.study: one.to_dict() for one in self.swept},
         }
@@ -322,7 +248,7 @@ def judge_devices(
     coarse: Coarse | None = None,
     progress: Progress | None = None,
 ) -> tuple[DeviceTrends, ...]:
-    """Run every figure's study and the two grounds of Fig. 4.7 on devices, and judge them.
+    """Run every figure's study on devices, and judge them.
 
     devices: names or files of walkers whose ground has film, electrostatics, adhesion and restitution, by default the
     variants of `VARIANTS` that are installed; duration: of every episode [s], by default that of the studies;
@@ -361,7 +287,7 @@ def judge_scene(
     walker_of(scene)
     film = FilmUnit.of(scene)
     said = scored_trends(film) if scored_only else TRENDS
-    sweeps = _sweeps(scene, _measured(said, scored_only), duration, coarse)
+    sweeps = _sweeps(scene, film, _measured(said, scored_only), duration, coarse)
     swept: dict[str, Swept] = {}
     for number, (study, each) in enumerate(sweeps.items()):
         if progress is not None:
@@ -372,8 +298,7 @@ def judge_scene(
         for trend in said
         for measure in trend.measures[: 1 if scored_only else None]
     )
-    runs, comparisons = _fig_4_7(scene, film, duration, lasting=not scored_only)
-    return DeviceTrends(name, scene, film, tuple(swept.values()), trends, runs, comparisons)
+    return DeviceTrends(name, scene, film, tuple(swept.values()), trends)
 
 
 def _judged(trend: Trend, measure: str, swept: Swept) -> JudgedTrend:
@@ -393,23 +318,18 @@ def _measured(said: Sequence[Trend], scored_only: bool) -> dict[str, tuple[str, 
 
 
 def _sweeps(
-    scene: Scene, studies: Mapping[str, tuple[str, ...]], duration: float | None, coarse: Coarse | None
+    scene: Scene, film: FilmUnit, studies: Mapping[str, tuple[str, ...]], duration: float | None, coarse: Coarse | None
 ) -> dict[str, list[Sweep]]:
-    """Packaged studies on a scene, by name, with the measures given there, or their own: those of a whole run from
-    rest, and those of a drive period over the settled motion."""
+    """Studies on a scene, by name, with the measures given there, or their own: those of a whole run from rest, and
+    those of a drive period over the settled motion."""
     sweeps: dict[str, list[Sweep]] = {}
     problems: list[str] = []
     for study, measures in studies.items():
-        packaged = load_sweep(study)
-        table: dict[str, Any] = {name: getattr(packaged, name) for name in type(packaged).model_fields}
-        table |= {"scene": scene, "from_rest": duration or packaged.from_rest}
-        if coarse is not None:
-            path, restitution = packaged.vary
-            axis = packaged.vary[path].model_copy(update={"count": coarse.values})
-            table["vary"] = {path: axis, restitution: list(coarse.restitutions)}
-        every = measures or packaged.measures
-        whole = tuple(name for name in every if name in OF_EPISODES)
-        rest = tuple(name for name in every if name not in OF_EPISODES)
+        table = _grounds(scene, film) if study == GROUNDS else _packaged(study, scene, coarse)
+        table["from_rest"] = duration or table["from_rest"]
+        every = measures or table["measures"]
+        whole = tuple(name.removesuffix(FROM_REST) for name in every if of_episode(name))
+        rest = tuple(name for name in every if not of_episode(name))
         parts = [{"measures": whole}, {"measures": rest, "from_rest": None}]
         try:
             sweeps[study] = [Sweep(**{**table, **own}) for own in parts if own["measures"]]
@@ -418,6 +338,30 @@ def _sweeps(
     if problems:
         raise InputError(list(dict.fromkeys(problems)))
     return sweeps
+
+
+def _packaged(study: str, scene: Scene, coarse: Coarse | None) -> dict[str, Any]:
+    """Fields of a packaged study on a scene."""
+    packaged = load_sweep(study)
+    table: dict[str, Any] = {name: getattr(packaged, name) for name in type(packaged).model_fields} | {"scene": scene}
+    if coarse is not None:
+        path, restitution = packaged.vary
+        axis = packaged.vary[path].model_copy(update={"count": coarse.values})
+        table["vary"] = {path: axis, restitution: list(coarse.restitutions)}
+    return table
+
+
+def _grounds(scene: Scene, film: FilmUnit) -> dict[str, Any]:
+    """Fields of the study of Fig. 4.7 on a scene: ground (a), (b), and (a) with one number of (b)."""
+    first, second = examples(film).values()
+    names = ("vertical_amplitude", "stride")
+    return {
+        "name": GROUNDS,
+        "scene": with_values(scene, first),
+        "from_rest": scene.duration,
+        "vary": {path: [value, second[path]] for path, value in first.items() if value != second[path]},
+        "measures": (*(name + FROM_REST for name in names), *names),
+    }
 
 
 def _swept(study: str, sweeps: Sequence[Sweep]) -> Swept:
@@ -435,67 +379,14 @@ def _swept(study: str, sweeps: Sequence[Sweep]) -> Swept:
         if isinstance(motion, SettledMotion):
             settled = float(arrays["settled"].mean())
             spread = np.hypot(np.nan_to_num(spread), arrays["over_starts"] / np.sqrt(motion.starts))
-        for j, name in enumerate(sweep.measures):
+        for j, measure in enumerate(sweep.measures):
+            whole = isinstance(motion, FromRest) and measure not in OF_EPISODES
+            name = measure + FROM_REST if whole else measure
             found.values[name] = arrays["value"][:, j].reshape(len(x), len(replicates))
             found.spreads[name] = spread[:, j].reshape(len(x), len(replicates))
-            found.about[name], found.motions[name] = about[name], motion
+            found.about[name], found.motions[name] = about[measure], motion
         counts = np.bincount(arrays["code"], minlength=len(OUTCOMES)).tolist()
         for name, count in zip(OUTCOMES, counts, strict=True):
             if count:
                 found.codes[name] = found.codes.get(name, 0) + count
     return replace(found, settled=settled)
-
-
-def _fig_4_7(
-    scene: Scene, film: FilmUnit, duration: float | None, *, lasting: bool
-) -> tuple[tuple[Example, ...], tuple[GroundComparison, ...]]:
-    """The runs on both grounds of Fig. 4.7, and what is said of them: only the first claim is scored (E15); with
-    ``lasting`` of their settled motions too."""
-    grounds = examples(film)
-
-    def example(name: str, ground: Mapping[str, float]) -> Example:
-        own = with_values(scene, dict(ground))
-        return Example(name, simulate(own, duration), _settled(own) if lasting else None)
-
-    first, second = (example(name, ground) for name, ground in grounds.items())
-    causes = {"electrostatics": "ground.electrostatic.coefficient", "adhesion": "ground.adhesion.rate"}
-    alone = (
-        _compare(
-            f"that is because of {cause}: (a) against (a) with that of (b)",
-            first,
-            example(f"a with the {cause} of b", {**grounds["a"], path: grounds["b"][path]}),
-        )
-        for cause, path in causes.items()
-    )
-    return (first, second), (_compare(EXAMPLE_CLAIM, first, second), *alone)
-
-
-SETTLED = ("vertical_amplitude", "stride")
-"""What is told of the settled motions of Fig. 4.7."""
-
-
-def _settled(scene: Scene) -> dict[str, tuple[float, float]]:
-    """Each of them [m], the mean over starts, and its standard deviation from start to start."""
-    motion = motion_asked(drive_period(scene))
-    found = scored(motion, scene, {}, SETTLED, Shared())
-    assert found.over_starts is not None
-    return dict(zip(SETTLED, zip(found.value[0].tolist(), found.over_starts[0].tolist(), strict=True), strict=True))
-
-
-def _compare(says: str, one: Example, other: Example) -> GroundComparison:
-    lasting = None
-    if one.settled is not None and other.settled is not None:
-        mean = [example["vertical_amplitude"][0] for example in (one.settled, other.settled)]
-        lasting = GroundComparison(says, *_much(*mean))
-    return GroundComparison(says, *_much(one.amplitude, other.amplitude), lasting)
-
-
-def _much(one: float, other: float) -> tuple[TrendVerdict, float]:
-    """What two amplitudes [m] say of the claim that the one is much greater, and their ratio."""
-    moves = [amplitude > STANDSTILL for amplitude in (one, other)]
-    ratio = one / other if moves[1] else np.inf
-    if not any(moves) or abs(ratio - 1.0) <= RELEVANT:
-        return TrendVerdict.INSENSITIVE, float(ratio)
-    if not moves[0] or ratio < 1.0:
-        return TrendVerdict.CONTRADICTS, float(ratio)
-    return (TrendVerdict.AGREES if ratio >= MUCH else TrendVerdict.NOT_DETERMINED), float(ratio)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +10,9 @@ import numpy as np
 
 from tarsus.files.library import load_scene
 from tarsus.measure import STANDSTILL
-from tarsus.measure.walking import OF_EPISODES
 from tarsus.tables import Column, Section, Table, amount, spaced
 from tarsus.tables.numbers import percent
-from tarsus_reproduce.claims import DIRECTIONAL, TRENDS, examples
+from tarsus_reproduce.claims import DIRECTIONAL, FROM_REST, GROUNDS, TRENDS, examples, of_episode
 from tarsus_reproduce.interpretations import (
     CHOICES,
     COUNTS,
@@ -23,7 +22,7 @@ from tarsus_reproduce.interpretations import (
     judged_interpretations,
     packaged_interpretations,
 )
-from tarsus_reproduce.millipede import VARIANTS, DeviceTrends, Example, GroundComparison, judge_devices
+from tarsus_reproduce.millipede import VARIANTS, DeviceTrends, judge_devices
 from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction
 from tarsus_reproduce.scatter import scatter_scores, scatter_table
 from tarsus_reproduce.trends import CRITERION, TrendVerdict
@@ -103,9 +102,10 @@ def millipede_reproduction(
         },
         columns={name: (name,) for name in ("variant", *about, "least_rho", "largest_rho")},
         lines=[
-            {"variant": name, **one, "least_rho": min(one["rho"]), "largest_rho": max(one["rho"])}
+            {"variant": name, **one, "least_rho": min(rho), "largest_rho": max(rho)}
             for name, variant in variants.items()
             for one in variant["trends"]
+            for rho in [one["rho"] or [None]]
         ],
         sections=(
             Section("Trends", _scores(devices, drawn), _trends(devices)),
@@ -141,7 +141,7 @@ def _scores(devices: Sequence[DeviceTrends], drawn: Interpretations) -> Table:
     ]
     verdicts = (Column(one.value, digits=2) for one in TrendVerdict)
     columns = ("device", "measured over", *verdicts, "directional trends that agree")
-    return Table("Score over 15 trends and Fig. 4.7", columns, rows, notes)
+    return Table("Score over 16 trends", columns, rows, notes)
 
 
 def _trends(devices: Sequence[DeviceTrends]) -> Table:
@@ -161,11 +161,12 @@ def _trends(devices: Sequence[DeviceTrends]) -> Table:
                 if finding.verdict is TrendVerdict.CONTRADICTS:
                     flagged.append((len(rows), 3 + len(cells)))
                 ends = f"{_shown(finding.first, one.unit)} to {_shown(finding.last, one.unit)}"
-                other = "" if device.scores(trend) else "; not this device's film unit"
+                why = "not scored" if trend.film is None else "not this device's film unit"
+                other = "" if device.scores(trend) else f"; {why}"
                 cells.append(f"{finding.verdict.value}\n{finding.words}; {ends}{other}")
             said = f"{trend.quantity} {trend.says}" if first else ""
-            over = "from rest" if measure in OF_EPISODES else "settled"
-            shown = f"{spaced(measure)}{'' if first else ' *'}\n{over}"
+            over = "from rest" if of_episode(measure) else "settled"
+            shown = f"{spaced(measure.removesuffix(FROM_REST))}{'' if first else ' *'}\n{over}"
             rows.append((trend.figure if first else "", said, shown, *cells))
     notes = (
         "The dissertation prints no numbers, only trends in words, and neither masses nor stiffness of its model: the "
@@ -255,12 +256,11 @@ def _over(devices: Sequence[DeviceTrends]) -> list[FigureCall]:
 
 
 def _walks(devices: Sequence[DeviceTrends]) -> list[FigureCall]:
-    whole = [one for one in devices if one.examples and all(example.run.ok for example in one.examples)]
-    return [FigureCall("millipede_figures.walks_figure", one.examples, one.name) for one in whole]
+    return [FigureCall("millipede_figures.walks_figure", one.scene, examples(one.film), one.name) for one in devices]
 
 
 def _grounds(devices: Sequence[DeviceTrends]) -> tuple[Table, ...]:
-    """The two grounds of Fig. 4.7, what is said of them, and how far the body swings on each."""
+    """The two grounds of Fig. 4.7, and how far the body swings on each."""
     tables = []
     for film in dict.fromkeys(device.film for device in devices):
         grounds = examples(film)
@@ -270,43 +270,23 @@ def _grounds(devices: Sequence[DeviceTrends]) -> tuple[Table, ...]:
         columns = ("ground", *(path.removeprefix("ground.") for path in paths))
         tables.append(Table("Grounds of Fig. 4.7", columns, rows, (note,)))
     note = (
-        "'Much more' is taken as at least twice. That electrostatics cause it contradicts Fig. 4.8, which says that "
+        "'Much greater' is taken as at least twice. That electrostatics cause it contradicts Fig. 4.8, which says that "
         "attraction lowers the amplitude (erratum E15); both are computed, and only the first line is scored."
     )
-    claims = list(zip(*(device.comparisons for device in devices), strict=True))
-    rows = [(own[0].says, *(f"{one.verdict.value}\n{one.words}{_lasting(one)}" for one in own)) for own in claims]
-    flagged = [
-        (k, 1 + j)
-        for k, own in enumerate(claims)
-        for j, one in enumerate(own)
-        if one.verdict is TrendVerdict.CONTRADICTS
-    ]
-    columns = ("the source says", *(device.name for device in devices))
-    tables.append(Table("What is said of Fig. 4.7", columns, rows, (note,), flagged=flagged))
-    swings = [
-        (device.name, what, *(_still(value(one)) for value in (amplitude, stride) for one in device.examples))
-        for device in devices
-        for what, amplitude, stride in (
-            ("from rest", lambda one: one.amplitude, lambda one: one.stride),
-            *((("settled", _of("vertical_amplitude"), _of("stride")),) * (device.lasting is not None)),
-        )
-    ]
+    swings = []
+    for device in devices:
+        swept = next(one for one in device.swept if one.study == GROUNDS)
+        for what, end in (("from rest", FROM_REST), ("settled", "")):
+            found = [swept.values.get(name + end) for name in ("vertical_amplitude", "stride")]
+            cells = [_still(float(one[k, k])) for one in found if one is not None for k in (0, 1)]
+            if cells:
+                swings.append((device.name, what, *cells))
     columns = (
         "device",
         "measured over",
         *(Column(f"({name})", "m", 3, over=what) for what in ("vertical amplitude", "stride") for name in "ab"),
     )
-    return (*tables, Table("Walks on both grounds", columns, swings))
-
-
-def _of(name: str) -> Callable[[Example], float]:
-    """A measure of the settled motions of an example [m]."""
-    return lambda one: (one.settled or {})[name][0]
-
-
-def _lasting(one: GroundComparison) -> str:
-    """The same of settled motions."""
-    return "" if one.lasting is None else f"; settled: {one.lasting.verdict.value}, {one.lasting.words}"
+    return (*tables, Table("Walks on both grounds", columns, swings, (note,)))
 
 
 def _still(length: float) -> float:

@@ -17,6 +17,7 @@ from scipy.signal import find_peaks
 from scipy.stats import spearmanr
 
 from tarsus.base.arrays import Floats
+from tarsus.measure import STANDSTILL
 
 RELEVANT = 0.01
 """A change counts from so much of the largest magnitude on: what is said of a trend was read off a printed figure, in
@@ -148,14 +149,23 @@ class Finding:
 
 
 class Claim(ABC):
-    """Something said of a curve; each_place: of its places one for each replicate is told, else each place once."""
-
-    each_place = True
+    """Something said of a curve."""
 
     @property
     @abstractmethod
     def words(self) -> str:
         """What is said, as a verb: 'falls'."""
+
+    @abstractmethod
+    def judge(self, curve: TrendCurve) -> Finding:
+        """What the curve says of it."""
+
+
+class ReplicateClaim(Claim):
+    """Something that each replicate shows or not; each_place: of its places one for each replicate is told, else each
+    place once."""
+
+    each_place = True
 
     @abstractmethod
     def shown(self, one: Replicate) -> tuple[bool, bool, list[float]]:
@@ -170,7 +180,6 @@ class Claim(ABC):
         return curve
 
     def judge(self, curve: TrendCurve) -> Finding:
-        """What the curve says of it."""
         part = self.part(curve)
         replicates = part.replicates
         shown = [self.shown(one) for one in replicates]
@@ -199,7 +208,7 @@ class Claim(ABC):
 
 
 @dataclass(frozen=True)
-class Direction(Claim):
+class Direction(ReplicateClaim):
     """The curve goes one way (sign 1 or -1), over its whole range or from `beyond` on."""
 
     sign: int
@@ -232,7 +241,7 @@ def falls(beyond: float | None = None) -> Direction:
 
 
 @dataclass(frozen=True)
-class HasMaximum(Claim):
+class HasMaximum(ReplicateClaim):
     """It is largest at a critical value strictly inside the range."""
 
     @property
@@ -248,7 +257,7 @@ class HasMaximum(Claim):
 
 
 @dataclass(frozen=True)
-class HasExtrema(Claim):
+class HasExtrema(ReplicateClaim):
     """It has both a local maximum and a local minimum strictly inside the range."""
 
     each_place = False
@@ -267,6 +276,39 @@ class HasExtrema(Claim):
         places = [one.extrema() for one in replicates]
         kinds = [name for k, name in enumerate(("maximum", "minimum")) if any(place[k] for place in places)]
         return f"local {' and '.join(kinds)} at {_range(at)}"
+
+
+MUCH = 2.0
+"""A ratio that counts as 'much greater': the least that nobody would call 'greater' alone, and a convention."""
+
+
+@dataclass(frozen=True)
+class MuchAbove(Claim):
+    """Its first value, of the first replicate, is much greater than another (of a place and a replicate): `MUCH` times.
+
+    A length below `STANDSTILL` is none. other: of what that is, in words.
+    """
+
+    other: str
+    place: tuple[int, int]
+
+    @property
+    def words(self) -> str:
+        return f"is much greater than on {self.other}"
+
+    def judge(self, curve: TrendCurve) -> Finding:
+        one, other = (float(curve.y[at]) for at in ((0, 0), self.place))
+        ratio = one / other if other > STANDSTILL else np.inf
+        words = f"{ratio:.3g} times" if np.isfinite(ratio) else "the other stands still"
+        if not np.isfinite([one, other]).all():
+            verdict, words = TrendVerdict.NOT_DETERMINED, "too few runs reached their end"
+        elif max(one, other) <= STANDSTILL or abs(ratio - 1.0) <= RELEVANT:
+            verdict = TrendVerdict.INSENSITIVE
+        elif one <= STANDSTILL or ratio < 1.0:
+            verdict = TrendVerdict.CONTRADICTS
+        else:
+            verdict = TrendVerdict.AGREES if ratio >= MUCH else TrendVerdict.NOT_DETERMINED
+        return Finding(verdict, words, one, other, ())
 
 
 def _range(values: Sequence[float]) -> str:

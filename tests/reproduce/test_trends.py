@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tarsus_reproduce.trends import HasExtrema, HasMaximum, TrendCurve, TrendVerdict, falls, rises
+from tarsus_reproduce.trends import HasExtrema, HasMaximum, MuchAbove, TrendCurve, TrendVerdict, falls, rises
 
 X = np.linspace(1.0, 3.0, 21)
 UP, HUMP, WAVE = X, 4.0 - (X - 1.8) ** 2, X + np.sin(6.0 * X)
@@ -79,3 +79,21 @@ def test_runs_that_failed_are_left_out():
     broken[[3, 7]] = np.nan
     assert rises().judge(curve(broken)).verdict is AGREES
     assert rises().judge(curve(np.full(21, np.nan))).verdict is OPEN
+
+
+@pytest.mark.parametrize(
+    ("values", "verdict", "words"),
+    [
+        ([[4.0, 9.0], [9.0, 2.0]], AGREES, "2 times"),
+        ([[3.0, 9.0], [9.0, 2.0]], OPEN, "1.5 times"),
+        ([[1.0, 9.0], [9.0, 2.0]], CONTRADICTS, "0.5 times"),
+        ([[2.001, 9.0], [9.0, 2.0]], INSENSITIVE, "1 times"),
+        ([[1.0, 9.0], [9.0, 1e-12]], AGREES, "the other stands still"),
+        ([[1e-12, 9.0], [9.0, 1e-13]], INSENSITIVE, "the other stands still"),
+        ([[np.nan, 9.0], [9.0, 1.0]], OPEN, "too few runs reached their end"),
+    ],
+)
+def test_much_greater_is_twice(values, verdict, words):
+    pair = np.array(values)
+    found = MuchAbove("(b)", (1, 1)).judge(TrendCurve(np.arange(2.0), pair, 0.0 * pair))
+    assert (found.verdict, found.words) == (verdict, words)

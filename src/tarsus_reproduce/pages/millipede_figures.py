@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 
+from tarsus.base.spec import with_values
+from tarsus.model.scene import Scene
 from tarsus.report.pages import Plate
 from tarsus.report.sheet import Sheet, few_ticks, line, name_axes, plate
 from tarsus.report.style import BLUE, CYCLE, GREEN, RULE, VERMILION
+from tarsus.solve import simulate
 from tarsus_reproduce.interpretations import Interpretations
-from tarsus_reproduce.millipede import DeviceTrends, Example, Swept
+from tarsus_reproduce.millipede import DeviceTrends, Swept
 
 PANELS = (
     (("max_heave",), "largest heave"),
@@ -58,20 +61,21 @@ def swept_figure(swept: Sequence[tuple[str, Swept]], title: str, symbol: str) ->
     return plate(draw, f"{title}: means and ranges over restitutions of {low:g} to {high:g}.")
 
 
-def walks_figure(examples: Sequence[Example], title: str) -> Plate:
+def walks_figure(scene: Scene, grounds: Mapping[str, Mapping[str, float]], title: str) -> Plate:
     """Walks in time (as Fig. 4.7): heights of body and feet on each ground, and the ways of the body on both."""
+    runs = {name: simulate(with_values(scene, dict(ground))) for name, ground in grounds.items()}
 
     def draw(sheet: Sheet) -> None:
-        panels = sheet.grid(len(examples) + 1, 1.0)
+        panels = sheet.grid(len(runs) + 1, 1.0)
         *heights, along = panels
-        for axes, example, look in zip(heights, examples, ("-", "--"), strict=True):
-            one = example.run.variables()
+        for axes, (name, run), look in zip(heights, runs.items(), ("-", "--"), strict=True):
+            one = run.variables()
             time, (way, up) = one["time"].values, one["body"].values[:2]
-            for name, values, color in zip(example.run.foot_names, one["gap"].values, (VERMILION, GREEN), strict=False):
-                line(axes, time, values, color=color, lw=0.9, label=f"foot {name}")
+            for foot, values, color in zip(run.foot_names, one["gap"].values, (VERMILION, GREEN), strict=False):
+                line(axes, time, values, color=color, lw=0.9, label=f"foot {foot}")
             line(axes, time, up, color=BLUE, lw=0.9, label="body")
-            name_axes(axes, ("time", "s"), (f"({example.name}): height", "m"))
-            line(along, time, way, color=BLUE, lw=0.9, ls=look, label=f"({example.name})")
+            name_axes(axes, ("time", "s"), (f"({name}): height", "m"))
+            line(along, time, way, color=BLUE, lw=0.9, ls=look, label=f"({name})")
         name_axes(along, ("time", "s"), ("way of the body", "m"))
         for axes in panels:
             sheet.legend(axes)
