@@ -66,7 +66,7 @@ def device_ensemble(study: str, scene: Scene, driven: Callable[[Scene, Mapping[s
     module = ModuleType(scene.name)
     setattr(module, FUNCTION, changes)
     defined = RowFunction(Path(scene.name), FUNCTION, module, b"")
-    forward = replace(lowered.forward, variants=(Variant(scene, defined, {}, set(), (), {}),))
+    forward = replace(lowered.forward, variants=(Variant(scene, defined, {}, (), {}),))
     columns = tuple(forward.channels.index(one.measure) for one in lowered.study.measures.values())
     middle, one = np.full((1, len(lowered.problem.unknowns)), 0.5), np.ones(1)
     alone = HypothesisEnsemble(middle, one, 0.0 * one, Hypothesis({}, 0, columns), np.zeros((1, 0)))

@@ -165,6 +165,7 @@ def test_every_fault_of_a_study_is_told_at_once(tmp_path):
         ('"spread": 3', '"spread": 3, "withn": 3', "withn"),
         ('"low": 0.5', '"low": 0.5, "size": 0', "unknowns.e: size: expected a value above 0"),
         ("unknowns.push]", "unknowns.pusch]", "there is no unknown 'pusch'; did you mean 'push'"),
+        ("unknowns.push]", "len(unknowns.height)]", "there is no unknown 'height'"),
         ("row['drop']", "row['dorp']", "line 20: KeyError: 'dorp'"),
         ("    return {", "    return 3, {", "expected changes by path, got tuple"),
         ("2 * unknowns.push", "1 / (unknowns.push - 0.75)", "row 1: the function has no value in the middle"),
@@ -179,13 +180,6 @@ def test_a_fault_is_told_with_its_place(tmp_path, old, new, said):
     with pytest.raises(InputError) as error:
         lower_study(load_study(ball_study(tmp_path, "50,1,1\n", BALL.replace(old, new))))
     assert said in str(error.value)
-
-
-def test_an_option_that_is_looked_at_for_some_values_alone_is_refused(tmp_path):
-    text = BALL.replace("[2 * unknowns.push]", "[2 * unknowns.push if unknowns.e != 0.6 else len(unknowns.height)]")
-    lowered = lower_study(load_study(ball_study(tmp_path, "50,1,1\n", text)))
-    with pytest.raises(InputError, match="the function looks at 'height' for some values alone"):
-        lowered.forward(0, np.array([[0.6, 1.0]]), (0,))
 
 
 def test_structure_and_whole_numbers_may_depend_on_unknowns(tmp_path):

@@ -28,7 +28,7 @@ class MeasureColumn(Description):
 
 
 class Choice(Description):
-    """A discrete unknown: one of some words, which the study's function looks at, or which says what a column means."""
+    """A discrete unknown: one of some words, which the study's function looks at, or by word what a column means."""
 
     options: tuple[Name, ...] | dict[Name, dict[str, str]] = Field(
         min_length=1,

@@ -20,7 +20,7 @@ from tarsus.calibrate.forward import Forward
 from tarsus.calibrate.objective import Cells, Hypothesis, Objective
 from tarsus.calibrate.problem import CalibrationProblem
 from tarsus.calibrate.readings import MOTION, known_measures
-from tarsus.calibrate.scenes import Cell, Key, Row, RowChanges, Template, Variant, in_si, key_of
+from tarsus.calibrate.scenes import Cell, Row, RowChanges, Variant, in_si
 from tarsus.calibrate.studyfile import Described
 from tarsus.files.rows import TableRows, number_of
 from tarsus.fit.unknowns import Unknowns
@@ -81,7 +81,7 @@ def lower_study(described: Described, threads: Workers = None) -> Lowered:
     faults.stop()
     rows += _constraint_rows(study, table, rows[0].cells, faults)
     faults.stop()
-    variants, numbers = _variants(described, unknowns, tuple(rows), faults)
+    variants = _variants(described, unknowns, tuple(rows), faults)
     faults.stop()
     forward = Forward(variants, unknowns.names, tuple(channels), study.sampling, threads)
     everywhere = any(one.rows == "all" for one in study.constraints)
@@ -92,7 +92,7 @@ def lower_study(described: Described, threads: Workers = None) -> Lowered:
     faults.stop()
     problem = CalibrationProblem(
         unknowns,
-        tuple(_hypotheses(study, channels, numbers)),
+        tuple(_hypotheses(study, channels, variants)),
         forward,
         Objective(cells.at(range(len(trained))), tuple(limits), study.search.robust),
         (*range(fitted), *range(len(chosen), len(rows))),
@@ -197,33 +197,44 @@ def strange(study: Study, given: Iterable[str], where: str) -> list[str]:
     ]
 
 
-def _variants(
-    described: Described, unknowns: Unknowns, rows: tuple[Row, ...], faults: Faults
-) -> tuple[tuple[Variant, ...], dict[tuple[str, ...], int]]:
-    """A variant for every combination of the options that the study's function looks at; by the options of every
-    combination the number of its variant.
+def _variants(described: Described, unknowns: Unknowns, rows: tuple[Row, ...], faults: Faults) -> tuple[Variant, ...]:
+    """A variant for every combination of words that the study's function looks at, with the paths that unknowns or
+    words move; numbers that nothing moves become the scene's own.
 
     The function is called in the middle of the bounds and at their ends.
     """
-    study, looked = described.study, set[str]()
+    study, sets = described.study, probes(unknowns)
     paths = {path: name for name, own in zip(unknowns.names, unknowns.targets, strict=True) for path in own}
-    sets = probes(unknowns)
+    words = {name: one.options for name, one in study.choices.items() if not isinstance(one.options, dict)}
     every = []
-    for options in product(*(one.options for one in study.choices.values())):
-        named = dict(zip(study.choices, options, strict=True))
-        draws = study.sampling.draws > 1
-        every.append(Variant(study.scene, described.defined, named, looked, rows, paths, draws))
-        for each in sets:
+    plain: list[dict[str, float | str]] = []
+    seen: list[dict[str, float | str]] = []
+    for options in product(*words.values()):
+        named = dict(zip(words, options, strict=True))
+        one = Variant(study.scene, described.defined, named, rows, paths, study.sampling.draws > 1)
+        every.append(one)
+        for row in rows:
             with faults.noted():
-                every[-1].changes(each, rows[0], looked)
+                found = one.changes(sets[0], row)
+                plain += [found.numbers] if found else []
+                faults.add(*() if found else (f"{row.name}: the function has no value in the middle of the bounds",))
+        with faults.noted():
+            seen += [found.numbers for each in sets if (found := one.changes(each, rows[0]))]
     faults.stop()
-    variants: dict[tuple[str, ...], Variant] = {}
-    numbers = {}
-    for one in every:
-        own = {name: option for name, option in one.options.items() if name in looked}
-        variants.setdefault(tuple(own.values()), one)
-        numbers[tuple(one.options.values())] = list(variants).index(tuple(own.values()))
-    return _prepared(list(variants.values()), sets, faults), numbers
+    driven = tuple(path for path in seen[0] if any(one.get(path) != seen[0][path] for one in seen[1:]))
+    fixed = {path for path in plain[0] if path not in driven and len({one.get(path) for one in plain}) == 1}
+    scene, known = study.scene, float_paths(study.scene)
+    with faults.noted("changes"):
+        own = {path: in_si(plain[0][path], known[path].unit) for path in plain[0] if path in fixed & known.keys()}
+        scene = override(scene, own, by="a study")
+    out = tuple(replace(one, scene=scene, driven=driven) for one in every)
+    for one in out:
+        check_rows(one, sets[0], faults)
+    faults.stop()
+    with faults.noted("unknowns"):
+        for each in sets:
+            with_values(out[0].scene_of(sets[0], rows[0]), {path: each[name] for path, name in paths.items()})
+    return out
 
 
 def probes(unknowns: Unknowns) -> list[dict[str, float]]:
@@ -233,60 +244,21 @@ def probes(unknowns: Unknowns) -> list[dict[str, float]]:
     return [unknowns.by_name(place) for place in [np.full(count, 0.5), *places]]
 
 
-def _prepared(variants: Sequence[Variant], sets: Sequence[Mapping[str, float]], faults: Faults) -> tuple[Variant, ...]:
-    """Variants with the templates of all rows, which the middle of the bounds gives, and the paths that unknowns or
-    options move; numbers that nothing moves become the scene's own."""
-    rows = variants[0].rows
-    middle = [[_in_the_middle(one, sets[0], row, faults) for row in rows] for one in variants]
-    faults.stop()
-    seen = [found.numbers for one in variants for each in sets if (found := one.changes(each, rows[0]))]
-    driven = tuple(path for path in seen[0] if any(one.get(path) != seen[0][path] for one in seen[1:]))
-    plain = [one.numbers for found in middle for one in found]
-    fixed = {path for path in plain[0] if path not in driven and len({one.get(path) for one in plain}) == 1}
-    scene = variants[0].scene
-    known = float_paths(scene)
-    with faults.noted("changes"):
-        own = {path: in_si(plain[0][path], known[path].unit) for path in plain[0] if path in fixed & known.keys()}
-        scene = override(scene, own, by="a study")
-    moved = [replace(one, scene=scene, driven=driven) for one in variants]
-    out = tuple(with_rows(one, rows, sets[0], faults) for one in moved)
-    faults.stop()
-    with faults.noted("unknowns"):
-        for each in sets:
-            with_values(out[0].scene_of(sets[0], rows[0]), {path: each[name] for path, name in out[0].paths.items()})
-    return out
-
-
-def with_rows(variant: Variant, rows: Sequence[Row], values: Mapping[str, float], faults: Faults) -> Variant:
-    """A variant with these rows and their templates, which ``values`` of the unknowns give."""
-    templates: dict[Key, tuple[Template, ...]] = {}
-    for row in rows:
-        changes = _in_the_middle(variant, values, row, faults)
-        kept = templates.get(key_of(changes), ())
+def check_rows(variant: Variant, values: Mapping[str, float], faults: Faults) -> None:
+    """Note what is wrong with the scenes of a variant's rows for SI values of the unknowns."""
+    for row in variant.rows:
         with faults.noted(row.name):
-            changes.scene(variant.scene)
-            if not any(one.serves(changes) for one in kept):
-                made = Template.of(variant.scene, changes, variant.moving)
-                templates[key_of(changes)] = (*kept, made)
-    return replace(variant, rows=tuple(rows), templates=templates)
+            variant.scene_of(values, row)
 
 
-def _in_the_middle(variant: Variant, values: Mapping[str, float], row: Row, faults: Faults) -> RowChanges:
-    """Changes of a row in the middle of the bounds, where there must be some."""
-    with faults.noted():
-        if found := variant.changes(values, row):
-            return found
-        faults.add(f"{row.name}: the function has no value in the middle of the bounds")
-    return RowChanges.of({})
-
-
-def _hypotheses(study: Study, channels: list[str], numbers: Mapping[tuple[str, ...], int]) -> list[Hypothesis]:
+def _hypotheses(study: Study, channels: list[str], variants: Sequence[Variant]) -> list[Hypothesis]:
     """Every combination of options, with its variant of the runs and the channel of every column."""
-    out = []
-    for options, run in numbers.items():
+    out, words = [], [one.options for one in variants]
+    for options in product(*(one.options for one in study.choices.values())):
+        named = dict(zip(study.choices, options, strict=True))
         meaning = {name: one.measure for name, one in study.measures.items()}
-        for choice, option in zip(study.choices.values(), options, strict=True):
-            meaning |= choice.measures(option)
-        columns = tuple(channels.index(measure) for measure in meaning.values())
-        out.append(Hypothesis(dict(zip(study.choices, options, strict=True)), run, columns))
+        for choice, option in named.items():
+            meaning |= study.choices[choice].measures(option)
+        run = words.index({name: named[name] for name in words[0]})
+        out.append(Hypothesis(named, run, tuple(channels.index(measure) for measure in meaning.values())))
     return out

@@ -23,15 +23,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm
 
 from tarsus.base.arrays import Floats
-from tarsus.calibrate.objective import Cells, Hypothesis, existence, tolerance
+from tarsus.calibrate.objective import Cells, existence, tolerance
 from tarsus.fit.ranges import weighted_quantile
+
+if TYPE_CHECKING:
+    from tarsus.calibrate.ensemble import HypothesisEnsemble
 
 INTERVAL = 0.8
 """Probability of the intervals."""
@@ -133,17 +136,8 @@ def discrepancy_of(
     return Discrepancy(sigma, error)
 
 
-class Weighted(Protocol):
-    """Members of a hypothesis with their weights (nm,)."""
-
-    @property
-    def weights(self) -> Floats: ...
-    @property
-    def hypothesis(self) -> Hypothesis: ...
-
-
 def predict_row(
-    ensembles: Sequence[Weighted],
+    ensembles: Sequence[HypothesisEnsemble],
     weights: Floats,
     readings: Sequence[NDArray[np.floating]],
     cells: Cells,

@@ -4,9 +4,10 @@ the floats of one set."""
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Set
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -25,19 +26,11 @@ Key = tuple[object, ...]
 _AMOUNT = re.compile(r"\s*[-+]?[0-9.]+(e[-+]?[0-9]+)?(\s+\S.*)?", re.IGNORECASE)
 
 
-class UnknownValues:
+class UnknownValues(SimpleNamespace):
     """What a study's function is given of a set: SI values of unknowns and options of choices, as attributes."""
 
-    def __init__(self, values: Mapping[str, float], options: Mapping[str, str], looked: set[str]) -> None:
-        self.__dict__.update(values)
-        self._options, self._looked = options, looked
-
-    def __getattr__(self, name: str) -> str:
-        if name not in self._options:
-            known = [*(one for one in self.__dict__ if not one.startswith("_")), *self._options]
-            raise AttributeError(f"there is no unknown '{name}'{nearest(name, known)}")
-        self._looked.add(name)
-        return self._options[name]
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(f"there is no unknown '{name}'{nearest(name, vars(self))}")
 
 
 @dataclass(frozen=True)
@@ -114,59 +107,55 @@ class Template:
 
 @dataclass(frozen=True)
 class Variant:
-    """Options that need runs of their own, the rows that are run with them, and the templates of these.
+    """Words that the study's function looks at, the rows that are run with them, and their templates so far.
 
-    paths: those that take an unknown's value as it is, with its name; moving: whether draws set initial velocities.
+    paths: those that take an unknown's value as it is, with its name; moving: whether draws set initial velocities;
+    driven: paths that unknowns or options move.
     """
 
     scene: Scene
     defined: RowFunction
     options: Mapping[str, str]
-    looked: Set[str]
     rows: tuple[Row, ...]
     paths: Mapping[str, str]
     moving: bool = False
     driven: tuple[str, ...] = ()
-    templates: Mapping[Key, tuple[Template, ...]] = field(default_factory=dict)
+    templates: dict[Key, tuple[Template, ...]] = field(init=False, default_factory=dict, compare=False, repr=False)
 
-    def changes(self, unknowns: Mapping[str, float], row: Row, looked: set[str] | None = None) -> RowChanges | None:
+    def changes(self, unknowns: Mapping[str, float], row: Row) -> RowChanges | None:
         """Changes of a row for SI values of the unknowns; None where the arithmetic of the function has no value.
 
-        looked: gets the choices whose options the function looks at; without it these are known.
         Raises InputError where the function fails.
         """
-        at: set[str] = set()
         with self.defined.at_row(row.name):
             try:
-                found = self.defined.function(UnknownValues(unknowns, self.options, at), dict(row.cells))
+                found = self.defined.function(UnknownValues(**unknowns, **self.options), dict(row.cells))
             except InputError:
                 raise
             except (ArithmeticError, ValueError):
                 return None
             if not isinstance(found, Mapping):
                 raise TypeError(f"expected changes by path, got {type(found).__name__}")
-        if looked is not None:
-            looked |= at
-        elif late := at - self.looked:
-            raise InputError(f"{row.name}: the function looks at '{late.pop()}' for some values alone")
         if twice := self.paths.keys() & found:
             raise InputError(f"unknowns.{self.paths[min(twice)]}: the function changes '{min(twice)}' too")
         return RowChanges.of({**{path: unknowns[name] for path, name in self.paths.items()}, **found}, row.last)
 
     def run(self, unknowns: Mapping[str, float], row: Row) -> tuple[Scene, dict[str, float]] | None:
-        """The template of a row for SI values of the unknowns, and its floats by path; None where it has none.
-
-        Templates that the middle of the bounds does not have are made of the set itself.
-        """
+        """The template of a row for SI values of the unknowns, and its floats by path; None where it has none."""
         changes = self.changes(unknowns, row)
-        if changes is None:
-            return None
         try:
-            known = (one for one in self.templates.get(key_of(changes), ()) if one.serves(changes))
-            found = next(known, None) or Template.of(self.scene, changes, self.moving)
-            return found.scene, found.floats(changes)
+            return None if changes is None else self._templated(changes)
         except InputError:
             return None
+
+    def _templated(self, changes: RowChanges) -> tuple[Scene, dict[str, float]]:
+        key = key_of(changes)
+        kept = self.templates.get(key, ())
+        found = next((one for one in kept if one.serves(changes)), None)
+        if found is None:
+            found = Template.of(self.scene, changes, self.moving)
+            self.templates[key] = (*kept, found)
+        return found.scene, found.floats(changes)
 
     def values(self, unknowns: Mapping[str, float], row: Row) -> dict[str, float]:
         """The floats alone; none where the row has none."""
@@ -175,10 +164,10 @@ class Variant:
 
     def scene_of(self, unknowns: Mapping[str, float], row: Row) -> Scene:
         """The scene of a row for SI values of the unknowns. Raises InputError where there is none."""
-        found = self.run(unknowns, row)
-        if found is None:
-            raise InputError(f"{row.name}: these unknowns give no scene")
-        return with_values(found[0], found[1])
+        changes = self.changes(unknowns, row)
+        if changes is None:
+            raise InputError("the function has no value for these unknowns")
+        return with_values(*self._templated(changes))
 
 
 def key_of(changes: RowChanges) -> Key:

@@ -19,7 +19,7 @@ from tarsus.calibrate.description import TableSampling
 from tarsus.calibrate.ensemble import HypothesisEnsemble
 from tarsus.calibrate.faults import Faults
 from tarsus.calibrate.forward import Forward
-from tarsus.calibrate.lowering import Lowered, conditions_of, lower_study, probes, strange, with_rows
+from tarsus.calibrate.lowering import Lowered, check_rows, conditions_of, lower_study, probes, strange
 from tarsus.calibrate.prediction import Discrepancy, Prediction, predict_row
 from tarsus.calibrate.scenes import Row
 from tarsus.calibrate.studyfile import STUDY_FILE, load_study
@@ -128,9 +128,9 @@ class WeightedEnsemble:
         faults.stop()
         chosen = sampling or own.sampling
         middle = probes(lowered.problem.unknowns)[0]
-        variants = tuple(
-            with_rows(replace(one, moving=chosen.draws > 1), asked, middle, faults) for one in own.variants
-        )
+        variants = tuple(replace(one, rows=tuple(asked), moving=chosen.draws > 1) for one in own.variants)
+        for one in variants:
+            check_rows(one, middle, faults)
         faults.stop()
         return replace(own, variants=variants, sampling=chosen, threads=own.threads if threads is None else threads)
 
