@@ -325,13 +325,13 @@ def _sweeps(
     sweeps: dict[str, list[Sweep]] = {}
     problems: list[str] = []
     for study, measures in studies.items():
-        table = _grounds(scene, film) if study == GROUNDS else _packaged(study, scene, coarse)
-        table["from_rest"] = duration or table["from_rest"]
-        every = measures or table["measures"]
-        whole = tuple(name.removesuffix(FROM_REST) for name in every if of_episode(name))
-        rest = tuple(name for name in every if not of_episode(name))
-        parts = [{"measures": whole}, {"measures": rest, "from_rest": None}]
         try:
+            table = _grounds(scene, film) if study == GROUNDS else _packaged(study, scene, coarse)
+            table["from_rest"] = duration or table["from_rest"]
+            every = measures or table["measures"]
+            whole = tuple(name.removesuffix(FROM_REST) for name in every if of_episode(name))
+            rest = tuple(name for name in every if not of_episode(name))
+            parts = [{"measures": whole}, {"measures": rest, "from_rest": None}]
             sweeps[study] = [Sweep(**{**table, **own}) for own in parts if own["measures"]]
         except InputError as error:
             problems += [f"{study}: {text.removeprefix('Sweep.vary.')}" for text in error.problems]

@@ -125,7 +125,7 @@ def test_a_millipede_without_a_law_that_varies_is_refused(tarsus, tmp_path):
     write_scene(ts.with_values(ts.load_scene("millipede"), without), tmp_path / "bare.toml")
     result = tarsus("reproduce", "millipede", "--device", tmp_path / "bare.toml")
     assert result.code == 2
-    assert len(result.sentences) == 7  # five studies vary the restitution, two of them the film
+    assert len(result.sentences) == 9  # five studies vary the restitution, two the film, the grounds of Fig. 4.7 both
     assert any("ground.film.coefficient" in sentence for sentence in result.sentences)
 
 
