@@ -102,10 +102,14 @@ def millipede_reproduction(
         },
         columns={name: (name,) for name in ("variant", *about, "least_rho", "largest_rho")},
         lines=[
-            {"variant": name, **one, "least_rho": min(rho), "largest_rho": max(rho)}
+            {
+                "variant": name,
+                **one,
+                "least_rho": min(one["rho"], default=None),
+                "largest_rho": max(one["rho"], default=None),
+            }
             for name, variant in variants.items()
             for one in variant["trends"]
-            for rho in [one["rho"] or [None]]
         ],
         sections=(
             Section("Trends", _scores(devices, drawn), _trends(devices)),
