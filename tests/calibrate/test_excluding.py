@@ -55,7 +55,7 @@ def watched(share=False, rows=3, plan=PLAN):
 
 
 def test_the_search_without_a_row_asks_for_nothing_of_it():
-    problem, seen, found = watched(plan=search(generations=4, spread=2))
+    problem, seen, found = watched(plan=search(generations=4, spread=2, local_search=0))
     assert seen.shared == set() and len(found) == 3
     for row in problem.rows:
         asked = seen.rows[row + 1]

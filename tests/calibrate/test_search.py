@@ -73,7 +73,7 @@ def test_a_choice_of_a_columns_meaning_needs_no_runs_of_its_own():
 
     table = cells(straight(0, np.array(TRUTH))[:, :, 0])
     two = (Hypothesis({"column": "itself"}, 0, (0,)), Hypothesis({"column": "squared"}, 0, (1,)))
-    first = search(short=0, generations=0, spread=0)
+    first = search(short=0, generations=0, spread=0, local_search=0)
     solve(problem(table, both, unknowns("ab"), two), first)
     assert len(asked) == first.prescreening and set(asked) == {0}
     found = solve(problem(table, both, unknowns("ab"), two), search())
@@ -126,7 +126,7 @@ class Killed(Exception):
 @pytest.mark.parametrize(("left", "threads"), [pytest.param(0, 1, marks=pytest.mark.slow), (3, 2)])
 def test_a_killed_search_goes_on_to_the_same_result(tmp_path, left, threads):
     """In the search of the whole table, and in one of those without a row, beside another."""
-    plan = search(leave_out=True, members=6, generations=3, spread=2)
+    plan = search(leave_out=True, members=6, generations=3, spread=2, local_search=0)
     whole = solve(of(0), plan)
     each = [whole.fit.sets, *(one.fit.sets for one in whole.refits or ())]
     calls = 0
