@@ -1,10 +1,12 @@
-"""Links of the built pages: what they point to is there, nothing comes from elsewhere, pages of names say something.
+"""Links of the built pages: what they point to is there, nothing comes from elsewhere, pages of names say something;
+words that readers look for are in the index of the search, and lead to the glossary.
 
 python docs/check_links.py docs/_build/html
 """
 
 from __future__ import annotations
 
+import json
 import sys
 from functools import cache
 from html.parser import HTMLParser
@@ -13,6 +15,23 @@ from urllib.parse import unquote, urlsplit
 
 LOADED = {"script": "src", "img": "src", "link": "href", "source": "src", "iframe": "src"}
 """Tags whose targets a browser fetches by itself, which must not need the network."""
+SOUGHT = ("adhes", "impact", "veloc", "mujoco", "slurm")
+"""Stems that the search must find."""
+TERMS = (
+    "chatter",
+    "zeno-behaviour",
+    "pull-in",
+    "pull-out",
+    "pull-off",
+    "stiction",
+    "sticking-velocity",
+    "contact-ageing",
+    "dwell-time",
+    "pareto-front",
+    "impact-law",
+    "cor",
+)
+"""Entries of the glossary that some page must lead to."""
 
 
 class Page(HTMLParser):
@@ -63,7 +82,14 @@ def broken(folder: Path) -> list[str]:
                 found.append(f"{name} points to {link}, which is not there")
             elif parts.fragment and target.suffix == ".html" and unquote(parts.fragment) not in page(target).places:
                 found.append(f"{name} points to {link}, a place that is not there")
-    return found
+    index = json.loads((folder / "searchindex.js").read_text(encoding="utf-8")[len("Search.setIndex(") : -1])
+    found += [
+        f"the search does not find {stem}" for stem in SOUGHT if not {stem} & {*index["terms"], *index["titleterms"]}
+    ]
+    linked = {
+        link.rpartition("#term-")[2] for file in folder.glob("*.html") for link in page(file).links if "#term-" in link
+    }
+    return found + [f"no page leads to {term} in the glossary" for term in TERMS if term not in linked]
 
 
 if __name__ == "__main__":

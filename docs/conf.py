@@ -27,6 +27,7 @@ extensions = [
     "names",
     "reference",
     "explorers",
+    "terms",
 ]
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_update_mathjax = False

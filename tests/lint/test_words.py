@@ -29,7 +29,11 @@ MEAN = 16.0
 TASK = 600
 """Words of a page that somebody reads with a task in hand, with tables and without code."""
 PAGE = 1500
-"""Words of a page, with code and tables but those that a tool writes: five minutes of reading."""
+"""Words of a page, with code and tables: five minutes of reading."""
+ALL = 32_000
+"""Words of README and all pages of docs."""
+BEFORE = 80
+"""Words before the first code of a page that somebody reads with a task in hand."""
 REFERENCE = {"file-format.md"}
 """Pages that are looked things up in, key by key, and may be longer."""
 
@@ -130,13 +134,21 @@ def pages_of(*kinds: str) -> set[str]:
 def test_a_page_is_short_and_its_sentences_are(page: Path) -> None:
     counted = list(lengths(plain(page)))
     assert [sentence for count, sentence in counted if count > LONGEST] == []
-    typed = re.sub(r"<!-- figures:.*?<!-- end -->", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    typed = page.read_text(encoding="utf-8")
     if page.name in pages_of("Tutorials", "How to") | {"README.md"}:
         assert fmean(count for count, _ in counted) <= MEAN
     if page.name in pages_of("How to"):
-        assert sum(bool(re.search(r"\w", word)) for word in _CODE.sub("", typed).split()) <= TASK
+        bare = re.sub(r"<!-- figures:.*?<!-- end -->", "", _CODE.sub("", typed), flags=re.DOTALL)
+        assert sum(bool(re.search(r"\w", word)) for word in bare.split()) <= TASK
+        assert len(typed.split("```")[0].split()) <= BEFORE
     if page.parent == DOCS and page.name not in REFERENCE:
         assert len(typed.split()) <= PAGE
+
+
+def test_the_manual_is_short() -> None:
+    assert (
+        sum(len(page.read_text(encoding="utf-8").split()) for page in (*DOCS.glob("*.md"), ROOT / "README.md")) <= ALL
+    )
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
