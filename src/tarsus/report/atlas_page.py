@@ -1,43 +1,51 @@
-"""The page of an atlas: a map to look around in, with every run's numbers and its command line."""
+"""The page of an atlas: maps of its classes and measures, and the command line of a run of each class."""
 
 from __future__ import annotations
 
-import base64
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.image import AxesImage
+from matplotlib.ticker import MaxNLocator
 
-from tarsus.atlas.cells import MEASURES
+from tarsus.atlas.cells import MEASURES, MOST_PERIODS
 from tarsus.atlas.classes import meanings, words
-from tarsus.atlas.overlays import Overlay
 from tarsus.atlas.result import Atlas
 from tarsus.orbits.returns import drive_period
-from tarsus.report.packing import packed, script_text
-from tarsus.report.pages import Fold, Section, rendered, sections_page, terms, write_page
-from tarsus.tables.numbers import amount, spaced
+from tarsus.report.pages import Fold, Plate, Section, sections_page, terms, write_page
+from tarsus.report.sheet import QUARTER, few_ticks, name_axes, panel, panels
+from tarsus.report.style import BLUE, GREEN, INK, MUTED, PURPLE, VERMILION, scale_of
+from tarsus.tables.numbers import amount, percent, spaced
 
-MOST_BYTES = 2_600_000
-"""Of the numbers of all runs before they are written as text, which takes a third more: a page stays below 4 MB."""
+COLOURS = ("#56b4ea", "#0073b2", "#e69f00", "#009f73", "#d55f00", "#cc79a7", "#f0e442", "#7b3fa0", "#8fd19e", "#a6761d")
+"""Of classes that repeat, again from the first where there are more; those of others are greys. A dark page changes
+none of them, for they are pixels of a picture."""
+
+GREYS = {"chaotic": "#3a3a3a", "not settled": "#8a8a8a"}
+LINES = (VERMILION, INK, PURPLE, GREEN, BLUE)
+
+MOST = 513
+"""Points of a map each way that are drawn, about one for a pixel; `atlas.nc` has all."""
 
 
 def atlas_html(found: Atlas) -> str:
     """The page as text."""
     table, (measures,) = found.table(), found.table().parts
-    notes = [f"{note}." for note in table.notes]
-    what = Fold("What the classes are", terms(meanings(found.classes)))
-    sections = [Section("Classes", table.bare(), *notes, what), Section("Measures", measures.bare())]
-    about = [_ranges(found), rendered("atlas.html", found=found, data=script_text(page_data(found)))]
-    scene = found.scene.name
-    return sections_page(f"Atlas: {scene}", about, sections, head=f"{scene} – atlas")
-
-
-def _ranges(found: Atlas) -> str:
-    """What the map is over."""
-    ends = [
+    about = ", ".join(
         f"{one.path} from {amount(one.low, one.unit)} to {amount(one.high, one.unit)}" for one in (found.x, found.y)
+    )
+    what = Fold("What the classes are", terms(meanings(found.classes)))
+    sections = [
+        Section("Classes", _map(found), table.bare(), *(f"{note}." for note in table.notes), what, _commands(found)),
+        Section("Measures", _measures(found), measures.bare()),
     ]
-    return f"{', '.join(ends)}."
+    name = found.scene.name
+    footer = "Every run is a line of cells.csv."
+    return sections_page(f"Atlas: {name}", [f"{about}."], sections, footer, head=f"{name} – atlas")
 
 
 def write_atlas(found: Atlas, folder: Path) -> list[Path]:
@@ -45,66 +53,69 @@ def write_atlas(found: Atlas, folder: Path) -> list[Path]:
     return [*found.write(folder), write_page(atlas_html(found), folder / "report.html")]
 
 
-def page_data(found: Atlas) -> dict[str, Any]:
-    """What the script draws: which points were run (a bit each, by x and y), and numbers of these in that order; of
-    every second point each way, or fewer, where a page does not hold all."""
-    names = [name for name, values in found.measures.items() if np.isfinite(values).any()]
-    step = 1
-    while True:
-        known, source = found.grid.known[::step, ::step], found.grid.source[::step, ::step]
-        order = source[known]
-        sizes = {bits: len(order) * (1 + bits // 8 * len(names)) + known.size // 8 for bits in (16, 8)}
-        fitting = [bits for bits, size in sizes.items() if size <= MOST_BYTES]
-        if fitting:
-            break
-        step *= 2
-    bits, kinds = fitting[0], found.classes
-    number = {code: i for i, code in enumerate(kinds)}
-    own = np.array([number.setdefault(int(code), len(number)) for code in found.code[order]], dtype=np.uint8)
-    return {
-        "axes": [axis.to_dict() | {"name": axis.path} for axis in (found.x, found.y)],
-        "size": len(known),
-        "coarse": _coarse(known),
-        "known": _text(np.packbits(known)),
-        "own": _text(own),
-        "classes": [{"name": words(code), "open": code < 0, "share": found.share(code)} for code in kinds],
-        "measures": [
-            {
-                "name": spaced(name),
-                "unit": MEASURES[name][0],
-                "about": MEASURES[name][1],
-                **packed(found.measures[name][order][None], bits, gaps=True),
-            }
-            for name in names
-        ],
-        "overlays": [_drawn(one, found) for one in found.overlays],
-        "period": _period(found),
-        "paths": [found.x.path, found.y.path],
-    }
+def _field(axes: Axes, found: Atlas, values: np.ndarray, **look: Any) -> AxesImage:
+    """Values (n, n) at the points of the grid as colours, a pixel each."""
+    step = -(-(found.size - 1) // (MOST - 1))
+    inside = {"transform": axes.transAxes, "extent": (0.0, 1.0, 0.0, 1.0), "aspect": "auto"}
+    image = axes.imshow(values[::step, ::step].T, origin="lower", interpolation="none", **inside, **look)
+    half = 0.5 * step / (found.size - 1)
+    ends = [one.at([-half, 1.0 + half]).tolist() for one in (found.x, found.y)]
+    axes.set(xscale="log" if found.x.log else "linear", yscale="log" if found.y.log else "linear")
+    axes.set(xlim=ends[0], ylim=ends[1])
+    axes.dataLim.set_points(np.transpose(ends))
+    name_axes(axes, (found.x.path, found.x.unit), (found.y.path, found.y.unit))
+    few_ticks(axes, x=None if found.x.log else 4, y=None if found.y.log else 4)
+    return image
 
 
-def _coarse(known: np.ndarray) -> int:
-    """Step of the grid of which every point was run."""
-    step = len(known) - 1
-    while not known[::step, ::step].all():
-        step //= 2
-    while step > 1 and known[:: step // 2, :: step // 2].all():
-        step //= 2
-    return step
+def _map(found: Atlas) -> Plate:
+    """Classes by colour, with what is drawn over them."""
+    colours = [GREYS.get(words(code), "#c8c8c8") if code < 0 else "" for code in found.classes]
+    for n, place in enumerate(place for place, colour in enumerate(colours) if not colour):
+        colours[place] = COLOURS[n % len(COLOURS)]
+    number = np.array([found.classes.index(code) for code in found.grid.code.ravel().tolist()])
+
+    def draw(axes: Axes) -> None:
+        shown = number.reshape(found.grid.code.shape)
+        _field(axes, found, shown, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(colours) - 0.5)
+        for code, colour in zip(found.classes, colours, strict=True):
+            label = f"{words(code)} ({percent(found.share(code))})"
+            axes.plot([], [], "s", ms=6.0, color=colour, mec=MUTED, mew=0.5, label=label)
+        for n, one in enumerate(found.overlays):
+            look = {"ls": "", "marker": "o", "ms": 4.0, "mfc": "none"} if one.marks else {}
+            for places in one.lines:
+                axes.plot(*places.T, color=LINES[n % len(LINES)], label=one.name, scalex=False, scaley=False, **look)
+
+    shown = panel(3.2, draw, "Classes of the settled motion over both numbers.", width=4.4)
+    return Plate(Markup('<div class="large">{}</div>').format(shown.picture), shown.caption)
 
 
-def _period(found: Atlas) -> float | None:
-    """Drive period [s]; None where it is not that of the whole map."""
+def _measures(found: Atlas) -> Plate:
+    """A map of every measure."""
+    known = [name for name, values in found.measures.items() if np.isfinite(values).any()]
+
+    def draw(axes: Axes, name: str) -> None:
+        low, high = np.nanpercentile(found.measures[name], (1.0, 99.0))
+        scale = scale_of(MEASURES[name][0], low, high)
+        shown = found.measures[name][found.grid.source] / scale.step
+        image = _field(axes, found, shown, vmin=low / scale.step, vmax=high / scale.step)
+        axes.figure.colorbar(image, ax=axes, label=scale.axis(spaced(name)), ticks=MaxNLocator(3))
+
+    ends = "a colour at an end of a scale stands for what lies beyond"
+    return panels(known, 1.7, draw, f"Measures over both numbers; {ends}.", width=QUARTER)
+
+
+def _commands(found: Atlas) -> Fold:
+    """Of every class the command line of a run in its middle."""
     moved = any(axis.path.endswith(".frequency") for axis in (found.x, found.y))
-    return None if moved else drive_period(found.scene)
-
-
-def _drawn(one: Overlay, found: Atlas) -> dict[str, Any]:
-    """An overlay in shares of the axes."""
-    lines = [np.column_stack([found.x.share(places[:, 0]), found.y.share(places[:, 1])]) for places in one.lines]
-    kept = [line[np.isfinite(line).all(axis=1)].round(6).tolist() for line in lines]
-    return {"name": one.name, "marks": one.marks, "lines": kept}
-
-
-def _text(content: np.ndarray) -> str:
-    return base64.b64encode(content.tobytes()).decode()
+    period, settled = None if moved else drive_period(found.scene), found.measures.get("settled_after")
+    lines = {}
+    for code in found.classes:
+        own = np.flatnonzero(found.code == code)
+        share = found.grid.points[own]
+        run = own[np.argmin(np.hypot(*(share - share.mean(axis=0)).T))]
+        sets = [f"--set {axis.path}={at:.15g}" for axis, at in zip((found.x, found.y), found.places[run], strict=True)]
+        after = MOST_PERIODS if settled is None or not np.isfinite(settled[run]) else settled[run]
+        lasts = f" --duration {(after + 20.0) * period:.6g}s" if period else ""
+        lines[words(code)] = f"tarsus simulate scene.toml {' '.join(sets)}{lasts}"
+    return Fold("A run of each class", terms(lines))

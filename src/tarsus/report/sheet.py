@@ -35,6 +35,9 @@ QUARTER = 2.8
 BELOW, LEGEND_ROW = 0.5, 0.19
 """Room for the words of a panel's horizontal axis, and for a row of a legend [inch]."""
 
+DPI = 160
+"""Of pictures in a panel, such as maps: two pixels to one of a screen of usual size."""
+
 PIXELS = 300
 """Stretches of a line of which each keeps its extremes: a panel is about so many pixels wide."""
 
@@ -170,7 +173,7 @@ class Sheet:
         """So many stacks of panels of the given heights [inch], each a picture."""
         stacks: list[list[Axes]] = []
         for _ in range(count):
-            figure = Figure(figsize=(width, sum(heights) + BELOW), layout="constrained")
+            figure = Figure(figsize=(width, sum(heights) + BELOW), layout="constrained", dpi=DPI)
             made = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)
             stacks.append(list(made[:, 0]))
             for axes in stacks[-1][:-1]:  # ticks without labels would be a tenth of all that a page draws
@@ -229,9 +232,9 @@ def panels(
     return plate(each, caption)
 
 
-def panel(height: float, draw: Callable[[Axes], object], caption: str) -> Plate:
+def panel(height: float, draw: Callable[[Axes], object], caption: str, *, width: float = WIDTH) -> Plate:
     """A figure of one panel."""
-    return panels((None,), height, lambda axes, _: draw(axes), caption)
+    return panels((None,), height, lambda axes, _: draw(axes), caption, width=width)
 
 
 def _read_powers(figure: Figure) -> None:
@@ -242,9 +245,27 @@ def _read_powers(figure: Figure) -> None:
             axis.set_minor_formatter(NullFormatter())
 
 
-_TAG, _LONG_NUMBER = re.compile(r"<[^>]*>"), re.compile(r"-?\d+\.\d{3,}")
-_IDS_AND_LAYOUT = re.compile(r' id="[a-z][a-z0-9.]*_\d+"|<metadata>.*?</metadata>|\n\s*(?=<)', re.DOTALL)
-"""Names of groups, which are the same in every figure and used by nothing; who made it; indentation."""
+_TAG, _LONG_NUMBER = re.compile(r"<(?!image)[^>]*>"), re.compile(r"-?\d+\.\d{3,}")
+_NEEDLESS = re.compile(
+    r' id="[A-Za-z][A-Za-z0-9.]*_\d+"|<metadata>.*?</metadata>|<defs>\s*<style.*?</style>\s*</defs>'
+    r'|\s*\n\s*(?=[<LCQMz"])| transform="rotate\(-0 [^"]*"|<path d="[^"]*" style="fill: none"/>',
+    re.DOTALL,
+)
+"""Names of groups, which are the same in every figure and used by nothing; who made it; how lines join, which the
+page's style says; line breaks; turns by nothing; frames that are not drawn."""
+
+_WORDS = re.compile(r'<text style="([^"]*)"')
+_USUAL = re.compile(rf"font-family: .*|font-size: 8px|text-anchor: start|fill: {INK}")
+"""What the page's style says of letters."""
+
+_MARKS = re.compile(r'<g([^>]*)>((?:<use [^>]*?( style="[^"]*")/>)(?:<use [^>]*?\3/>)*)</g>')
+"""Marks of one look, which is said once for all of them."""
+
+_FRAME = re.compile(
+    rf' style="(?:fill: (?:none|{MUTED}); )?stroke: {MUTED}; stroke-width: 0\.6'
+    r'(?:; stroke-linejoin: miter; stroke-linecap: square)?"'
+)
+"""What ticks and the lines of axes look like, which is in the page's style."""
 
 
 def to_svg(figure: Figure, salt: str) -> Markup:
@@ -260,8 +281,15 @@ def to_svg(figure: Figure, salt: str) -> Markup:
     head, body = text[text.index("<svg") :].split(">", 1)
     box = re.search(r'viewBox="[^"]*"', head)
     assert box is not None, "matplotlib writes one"
-    body = _TAG.sub(lambda tag: _LONG_NUMBER.sub(_hundredths, tag[0]), _IDS_AND_LAYOUT.sub("", body))
+    body = _TAG.sub(lambda tag: _LONG_NUMBER.sub(_hundredths, tag[0]), _NEEDLESS.sub("", body))
+    body = _MARKS.sub(lambda found: f"<g{found[1]}{found[3]}>{found[2].replace(found[3], '')}</g>", body)
+    body = _FRAME.sub(' class="frame"', _WORDS.sub(_look_of_words, body)).replace("<g/>", "").replace("<g></g>", "")
     return themed(f'<svg xmlns="http://www.w3.org/2000/svg" {box[0]} aria-hidden="true">{body}')
+
+
+def _look_of_words(found: re.Match[str]) -> str:
+    own = [one for one in found[1].split("; ") if not _USUAL.fullmatch(one)]
+    return f'<text style="{"; ".join(own)}"' if own else "<text"
 
 
 def _hundredths(number: re.Match[str]) -> str:

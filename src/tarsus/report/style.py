@@ -54,8 +54,8 @@ def paint_of(color: str) -> str:
 
 
 def themed(svg: str) -> Markup:
-    """An SVG element whose colours follow the page's style; alone it looks as before."""
-    return Markup(_COLOR.sub(lambda m: f"var(--{PAINTS[m[0]]}, {m[0]})" if m[0] in PAINTS else m[0], svg))
+    """An SVG element whose colours follow the page's style."""
+    return Markup(_COLOR.sub(lambda m: f"var(--{PAINTS[m[0]]})" if m[0] in PAINTS else m[0], svg))
 
 
 _COLOR = re.compile(r"#[0-9a-f]{6}\b")
