@@ -160,10 +160,19 @@ def walked(scene: Scene, seconds: float, times: Sequence[float]) -> Floats:
 
 def speed_of(scene: Scene) -> float:
     """Speed [m/s] over all whole drive periods but the first third, in the second simulator; NaN where it jams."""
+    times = speed_times(scene)
+    return speed_between(times, walked(scene, WALKED, times.tolist()))
+
+
+def speed_times(scene: Scene) -> Floats:
+    """Begin and end [s] of the periods that a speed is of."""
     period = 1.0 / scene.gait.frequency
     count = int(WALKED / period + 1e-9)
-    times = period * np.array([-(-count // 3), count])
-    states = walked(scene, WALKED, times.tolist())
+    return period * np.array([-(-count // 3), count])
+
+
+def speed_between(times: Floats, states: Floats) -> float:
+    """Speed [m/s] between two times at which the states are these; NaN where there are fewer."""
     return float((states[1, 0] - states[0, 0]) / (times[1] - times[0])) if len(states) == 2 else np.nan
 
 
@@ -177,7 +186,21 @@ def other_gait(scene: Scene, seed: int) -> Scene:
 def recorded(truth: Scene, seed: int, seconds: float = RECORDED) -> Measurement:
     """What instruments see of the body: surge and heave, roll and pitch where it turns, and their rates."""
     times = np.arange(round(seconds * RATE)) / RATE
-    states = walked(truth, seconds, times.tolist())
+    return shown(truth, seed, times, walked(truth, seconds, times.tolist()))
+
+
+def recorded_and_speed(truth: Scene, seed: int) -> tuple[Measurement, float]:
+    """`recorded` and `speed_of`, of one walk."""
+    times, ends = np.arange(round(RECORDED * RATE)) / RATE, speed_times(truth)
+    every = np.union1d(times, ends)
+    states = walked(truth, WALKED, every.tolist())
+    there = ends[ends <= every[len(states) - 1]]
+    found, speed = (states[np.searchsorted(every, one)] for one in (times, there))
+    return shown(truth, seed, times, found), speed_between(ends, speed)
+
+
+def shown(truth: Scene, seed: int, times: Floats, states: Floats) -> Measurement:
+    """What instruments show of states (nt, 2n)."""
     turns = [name for name in truth.robot.structure.body_coordinates if name in ("roll", "pitch")]
     size, n = 2 + len(turns), states.shape[1] // 2
     ways = [Quantity.DISPLACEMENT] * 2 + [Quantity.ANGLE] * len(turns)
@@ -199,10 +222,10 @@ def row_of(seed: int) -> dict[str, object]:
     """One robot: how well it is identified, and speeds [um/s] of its gaits, stated and achieved."""
     begun, nominal = time.process_time(), drawing(seed)
     truth, known = perturbed(nominal, SPREAD, seed), unknown_device(nominal)
-    first, other = speed_of(truth), other_gait(truth, seed)
+    (record, first), other = recorded_and_speed(truth, seed), other_gait(truth, seed)
     seen, unseen = (
         walk_records(known, "walk", RecordSet(purpose=Purpose.WALKING, files=("walk.h5",), gait=scene.gait), [record])
-        for scene, record in ((truth, recorded(truth, seed)), (other, recorded(other, seed + 1, WALKED)))
+        for scene, record in ((truth, record), (other, recorded(other, seed + 1, WALKED)))
     )
     recording, begun = time.process_time() - begun, time.process_time()
     found = identify_walking(known, seen, seed, left_out=unseen)

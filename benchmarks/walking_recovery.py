@@ -142,14 +142,17 @@ def _judged(fit: WalkFit, truth: Scene) -> dict[str, object]:
     words = [fit.verdict(path) for path in fit.paths]
     sure = np.array([word is Verdict.DETERMINED for word in words])
     told = np.array([word is not Verdict.ASSUMED for word in words])
-    inside = np.abs(error) <= 1.96 * sd
+    off = np.abs(error / sd)
+    inside = off <= 1.96
     row: dict[str, object] = {
         "windows": len(fit.good),
         "followed": int(fit.good.sum()),
         "numbers": len(true),
         "determined": int(sure.sum()),
         "inside": int((inside & sure).sum()),
-        "worst_sd": _round(np.abs(error / sd)[sure].max(initial=0.0)),
+        "beyond_2": int((sure & (off > 2.0)).sum()),
+        "beyond_3": int((sure & (off > 3.0)).sum()),
+        "worst_sd": _round(off[sure].max(initial=0.0)),
         "told": int(told.sum()),
         "inside_told": int((inside & told).sum()),
     }
@@ -185,10 +188,12 @@ def together(file: Path) -> tuple[str, bool]:
     """All rows of a file in a line, and whether intervals of determined numbers hold the truth as often as they say."""
     with file.open(newline="", encoding="utf-8") as lines:
         rows = list(csv.DictReader(lines))
-    inside, sure, followed, windows = (
-        sum(int(row[name]) for row in rows) for name in ("inside", "determined", "followed", "windows")
+    names = ("inside", "determined", "beyond_2", "beyond_3", "followed", "windows")
+    inside, sure, two, three, followed, windows = (sum(int(row[name]) for row in rows) for name in names)
+    said = (
+        f"{inside} of {sure} intervals of determined numbers hold, {two} are beyond 2 sd and {three} beyond 3; "
+        f"{followed} of {windows} windows followed"
     )
-    said = f"{inside} of {sure} intervals of determined numbers hold; {followed} of {windows} windows followed"
     return said, sure > 0 and binomtest(inside, sure).proportion_ci(0.95).high >= 0.95
 
 

@@ -26,6 +26,7 @@ TOLERANCE = 1e-12
 MOST_EVENTS = 2000
 # where a step is looked at for events; close to its start too, where a foot that has just left the ground may come back
 LOOKS = np.unique(np.concatenate([np.geomspace(1e-6, 1e-1, 12), np.linspace(0.1, 1.0, 10)]))
+FEWER = np.append(LOOKS[:-1:3], 1.0)  # where a looser tolerance is asked for
 
 
 @dataclass
@@ -60,8 +61,9 @@ def simulate(scene: Any, length: float, times: Sequence[float] = (), tolerance: 
 class Simulator:
     def __init__(self, scene: Any, length: float, times: Sequence[float] = (), tolerance: float = TOLERANCE) -> None:
         self.robot, self.laws = robot_of(scene), Laws(scene.ground)
-        self.times, self.tolerance, self.states = list(times), tolerance, list[np.ndarray]()
-        self.onto: dict[tuple[int, ...], tuple[np.ndarray, list[tuple[int, bool]]]] = {}
+        self.times, self.states = list(times), list[np.ndarray]()
+        self.tolerance, self.exact = tolerance, tolerance == TOLERANCE
+        self.onto: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray, list[tuple[int, bool]], np.ndarray]] = {}
         self.known: dict[Any, dict[tuple[int, bool], float]] = {}
         self.end, self.length = scene.duration, length
         self.least = 1e-14 * length  # a gap of rounding is none
@@ -152,12 +154,12 @@ class Simulator:
         out = self.weight - robot.stiffness @ x - robot.damping @ v
         out += robot.loads @ [piece.value(t) for piece in self.now[0]]
         gaps, rates = (self.rest_gap + x @ robot.normals).tolist(), (v @ robot.normals).tolist()
+        forces = [0.0] * self.m
         for i in range(self.m):
             if self.contact[i] == AIR:
                 gap, rate = max(gaps[i], 0.0), rates[i]
-                force = self.laws.resisting(gap, rate) + self.laws.smooth(gap, rate, self.foot_volts(i, t))
-                out += robot.normals[:, i] * force
-        return out
+                forces[i] = self.laws.resisting(gap, rate) + self.laws.smooth(gap, rate, self.foot_volts(i, t))
+        return out + robot.normals @ forces
 
     def gap(self, i: int, z: np.ndarray) -> float:
         return float(self.rest_gap[i] + self.robot.normals[:, i] @ z[: self.n])
@@ -215,12 +217,19 @@ class Simulator:
 
     def pulls(self, t: float, z: np.ndarray, push: np.ndarray) -> dict[tuple[int, bool], float]:
         """Force [N] of the structure on each held foot, along its normal and along the ground."""
-        found = self.onto.get(tuple(self.contact))
-        if found is None:
+        _, onto, which, _ = self.holding()
+        return dict(zip(which, (onto @ push).tolist(), strict=True))
+
+    def holding(self) -> tuple[np.ndarray, np.ndarray, list[tuple[int, bool]], np.ndarray]:
+        """Rows (n, k) of what is held, what the structure's forces pull on these (k, n), of which foot they are, and
+        how far friction (m) of all feet pulls on these (k, m)."""
+        key = tuple(self.contact)
+        if key not in self.onto:
             rows, which = self.held()
             by = rows.T @ self.inverse
-            found = self.onto[tuple(self.contact)] = np.linalg.pinv(by @ rows, rcond=1e-11) @ by, which
-        return dict(zip(found[1], (found[0] @ push).tolist(), strict=True))
+            onto = np.linalg.pinv(by @ rows, rcond=1e-11) @ by
+            self.onto[key] = rows, onto, which, onto @ self.robot.tangents
+        return self.onto[key]
 
     def loaded(self, t: float, z: np.ndarray) -> np.ndarray:
         """`applied` with the friction of feet that slide, which bears on the margin that bears it: all laws are
@@ -236,11 +245,9 @@ class Simulator:
         self, t: float, z: np.ndarray, push: np.ndarray, slides: list[int]
     ) -> tuple[np.ndarray, np.ndarray]:
         """The equations (k, k) and (k,) of the friction forces of feet that slide."""
-        rows = self.robot.tangents[:, slides]
-        without = np.array([self.pulls(t, z, push)[i, False] for i in slides])
-        by_force = (
-            np.array([[self.pulls(t, z, push + row)[i, False] for row in rows.T] for i in slides]) - without[:, None]
-        )
+        _, onto, which, rubbing = self.holding()
+        own = [which.index((i, False)) for i in slides]
+        without, by_force = onto[own] @ push, rubbing[own][:, slides]
         matrix, right = np.eye(len(slides)), np.zeros(len(slides))
         for k, i in enumerate(slides):
             strength = self.strength(i, t)
@@ -317,10 +324,8 @@ class Simulator:
         return self.strength(i, t) - pull - self.laws.smooth(0.0, 0.0, self.foot_volts(i, t))
 
     def rates(self, t: float, z: np.ndarray) -> np.ndarray:
-        push = self.loaded(t, z)
-        for key, force in self.pulls(t, z, push).items():
-            row = self.robot.tangents if key[1] else self.robot.normals
-            push = push - row[:, key[0]] * force
+        push, (rows, onto, _, _) = self.loaded(t, z), self.holding()
+        push = push - rows @ (onto @ push)
         return np.concatenate([z[self.n :], self.inverse @ push])
 
     # --- events -------------------------------------------------------------------------------------------------
@@ -394,7 +399,7 @@ class Simulator:
             stop,
             rtol=self.tolerance,
             atol=0.1 * self.tolerance * scale,
-            max_step=min((0.3 if self.tolerance == TOLERANCE else 1.0) / self.rate, self.end / 20.0),
+            max_step=min((0.3 if self.exact else 1.0) / self.rate, self.end / 20.0),
         )
         begun = dict.fromkeys(watches, False)  # whether it has been seen above zero
         for key, watch in watches.items():
@@ -412,7 +417,8 @@ class Simulator:
                 return None
             dense = solver.dense_output()
             first: tuple[float, tuple[int, str]] | None = None
-            looks = [(float(t), dense(t)) for t in before[0] + LOOKS * (solver.t - before[0])]
+            shares = LOOKS if self.exact else FEWER
+            looks = [(float(t), dense(t)) for t in before[0] + shares * (solver.t - before[0])]
             for key, watch in watches.items():
                 low = before[0]
                 for t, z in looks:
@@ -427,7 +433,9 @@ class Simulator:
                     low = t
             self.sample(dense, solver.t if first is None else first[0])
             if first is not None:
-                self.polish(before, first, watches[first[1]])
+                self.time, self.z = first[0], dense(first[0])
+                if self.exact:
+                    self.polish(before, first, watches[first[1]])
                 return first[1]
         self.time, self.z, self.fresh = stop, solver.y, [False] * self.m
         return None

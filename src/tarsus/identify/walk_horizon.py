@@ -25,9 +25,12 @@ LEAVES, RUN = (20.0, 5.0), 5
 """Times its noise by which a record leaves its prediction, over all channels in the root mean square of so many
 samples: far above what noise does, and little enough that no impact is missing or too many yet, as a rule; less where
 it is not followed so far."""
-MOST, SCATTER = 1.1, 5.0
+MOST, SCATTER, NOISE = 1.1, 5.0, 2.0
 """Mean square over a known noise up to which a window is followed, for ties are loose here, and by how many of its
-standard deviations more: of some thousand windows that are followed none is then taken for one that is not."""
+standard deviations more: of some thousand windows that are followed none is then taken for one that is not; and by how
+many a first horizon may leave more than noise before others are tried."""
+AHEAD = 64
+"""Samples over which a prediction is looked at first."""
 EVENTS = 1.5
 """Moments of events in a window at most, for each foot: with more the effect of a number grows so that slopes hold over
 a fraction of its interval only, and a descent of all windows creeps (of 12 for two feet by a tenth of one a step)."""
@@ -109,11 +112,18 @@ class WalkFollower:
         drawn: which foot slips first is decided there, and descents hardly come back over it."""
         soon = self._after(0.0)
         at = FollowedWalk([self._standing(moved, soon)], 0, moved, known, known.covariance, np.ones(1))
-        end = max(self._reach(at.segments[0], moved, LEAVES[0]), self._after(soon))
-        whole = replace(at.segments[0], span=(0.0, end))
-        places = [moved, *([] if self.number else self._drawn(at, whole))]
-        begun = (replace(at, segments=[self._standing(one, soon)], moved=one) for one in places)
-        return min((self._further(one, end) for one in begun), key=self._total)
+        end = max(self._reach(at.segments[0], moved)[0], self._after(soon))
+        best = self._further(at, end)
+        if self.number or self._is_noise(best):
+            return best
+        drawn = self._drawn(at, replace(at.segments[0], span=(0.0, end)))
+        begun = (replace(at, segments=[self._standing(one, soon)], moved=one) for one in drawn)
+        return min((best, *(self._further(one, end) for one in begun)), key=self._total)
+
+    def _is_noise(self, at: FollowedWalk) -> bool:
+        """Whether the open windows leave no more than noise does, where that is known: a descent that is there came to
+        the numbers, or to what nothing so far tells from them."""
+        return not at.lost and bool(np.all(at.left < most_of(self.problem, at.segments, 1.0, NOISE)))
 
     def _total(self, at: FollowedWalk) -> float:
         """What the open windows leave in all, and what is known."""
@@ -126,7 +136,7 @@ class WalkFollower:
         what is next, of which some more samples tell."""
         while at.reached < self._last:
             soon = self._after(at.reached)
-            ends = [max(self._reach(at.segments[-1], at.moved, far), soon) for far in LEAVES]
+            ends = [max(end, soon) for end in self._reach(at.segments[-1], at.moved)]
             tried = list[FollowedWalk]()
             for end in dict.fromkeys([*ends, self._after(self._after(soon))]):
                 tried.append(self._further(at, end))
@@ -153,16 +163,20 @@ class WalkFollower:
         contacts = Contacts(feet, [0.0] * len(feet))
         return Segment(self.number, 0.0, (0.0, end), np.array(plan.initial), self.rest, contacts)
 
-    def _reach(self, segment: Segment, moved: Floats, far: float) -> float:
-        """When the record leaves the prediction from a segment's start by so many times its noise."""
-        record = self.problem.records[self.number]
-        whole = replace(segment, span=(segment.begin, float(record.times[-1])))
-        left = self.problem.residuals([whole], np.zeros((1, len(segment.state))), moved)[0]
-        count = min(len(one) for one in left)  # late channels show less of it
-        times = record.times[record.times > segment.begin][:count]
-        off = np.convolve(np.mean([one[:count] ** 2 for one in left], axis=0), np.ones(RUN) / RUN, "same")
-        gone = np.flatnonzero(off > far**2)
-        return float(times[gone[0]] if len(gone) else times[-1])
+    def _reach(self, segment: Segment, moved: Floats) -> list[float]:
+        """When the record leaves the prediction from a segment's start by so many times its noise, for each of
+        `LEAVES`: looked for over twice as long as before, until it has."""
+        record, length = self.problem.records[self.number], AHEAD
+        times = record.times[record.times > segment.begin]
+        while True:
+            whole = replace(segment, span=(segment.begin, float(times[min(length, len(times)) - 1])))
+            left = self.problem.residuals([whole], np.zeros((1, len(segment.state))), moved)[0]
+            count = min(len(one) for one in left)  # late channels show less of it
+            off = np.convolve(np.mean([one[:count] ** 2 for one in left], axis=0), np.ones(RUN) / RUN, "same")
+            gone = [np.flatnonzero(off > far**2) for far in LEAVES]
+            if all(map(len, gone)) or length >= len(times):
+                return [float(times[one[0]] if len(one) else times[count - 1]) for one in gone]
+            length *= 2
 
     def _until(self, at: FollowedWalk, end: float) -> FollowedWalk:
         """The same up to a time, the last window in pieces of few events, cut in the longest stretch without one of the
@@ -270,11 +284,12 @@ def samples_of(problem: RecordProblem, segments: Sequence[Segment]) -> Floats:
     return np.array([float(np.ptp(np.searchsorted(at, one.span, side="right"))) for at, one in pairs])
 
 
-def most_of(problem: RecordProblem, segments: Sequence[Segment], most: float) -> Floats:
-    """Mean squares (nw,) over the noise up to which windows are followed: so much, and their scatter."""
+def most_of(problem: RecordProblem, segments: Sequence[Segment], most: float, scatter: float = SCATTER) -> Floats:
+    """Mean squares (nw,) over the noise up to which windows are followed: so much, and so many standard deviations of
+    their scatter."""
     channels = np.array([len(problem.records[one.record].channels) for one in segments])
     count = np.maximum(channels * samples_of(problem, segments), 1.0)
-    return np.asarray(most + SCATTER * np.sqrt(2.0 / count), dtype=np.float64)
+    return np.asarray(most + scatter * np.sqrt(2.0 / count), dtype=np.float64)
 
 
 def left_of(fit: RecordFit) -> Floats:

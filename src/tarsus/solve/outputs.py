@@ -185,16 +185,16 @@ class Readings:
 
     def place(self, at: str) -> Weights:
         """Displacement of a point, or a coordinate of the body."""
-        return Weights(x=self._row(at))
+        return Weights(x=self.row(at))
 
     def speed(self, at: str) -> Weights:
         """Its rate."""
-        return Weights(v=self._row(at))
+        return Weights(v=self.row(at))
 
     def acceleration(self, at: str) -> Weights:
         """The rate of that."""
         system = self.system
-        per_force = solve(system.mass, self._row(at))  # the mass matrix is its own transpose
+        per_force = solve(system.mass, self.row(at))  # the mass matrix is its own transpose
         pieces = [self._pieces(name)[0] for name in self.scene.robot.drives]
         pieces += [one.pieces for one in ground_forces(self.scene, system)]
         forces = np.array([evaluate(one, self.times) for one in pieces])
@@ -202,7 +202,7 @@ class Readings:
         for direction, shift in shifts_of(self.scene).items():  # an accelerometer feels the ground's as well
             way = self.scene.robot.structure.translation(direction)
             assert way is not None  # checked by Scene
-            known = known + float(self._row(at) @ way) * shift.at(self.times, 2)
+            known = known + float(self.row(at) @ way) * shift.at(self.times, 2)
         return Weights(
             -per_force @ system.stiffness,
             -per_force @ system.damping,
@@ -255,7 +255,7 @@ class Readings:
             self._lowered[drive] = self._lower(self.scene.actuator_volts[drive], own.law, own.history)
         return self._lowered[drive]
 
-    def _row(self, at: str) -> Floats:
+    def row(self, at: str) -> Floats:
         """Weights (n,) of a point's displacement, or of a coordinate of the body, in the coordinates."""
         structure = self.scene.robot.structure
         if at in structure.points:
@@ -341,18 +341,25 @@ def output_slopes(
         which = accelerated if all(path.endswith(_SPRINGS) for path in moved) else every
         if not (moved and which) or late:
             continue
-        some = [outputs[k] for k in which]
-        if beside is not None and all(path.endswith(SPRINGS) for path in direction):
+        some, number = [outputs[k] for k in which], slopes.names.index(name)
+        if beside is not None and plan is not None and all(path.endswith(SPRINGS) for path in direction):
+            # an acceleration feels these by the forces of springs and dampers alone
             places, pair = beside.pairs([name], STEP)[name]
-            copies = [(scene, None if copy is None else copy.system) for copy, _ in pair]
-        else:
-            stencil = Stencil.of(scene, moved, STEP, plan)
-            places, copies = stencil.places, [(stencil.scene(scene, at), None) for at in stencil.places.tolist()]
+            read = Readings(scene, np.zeros(0), system=plan.system)
+            per_force = np.array([solve(plan.system.mass, read.row(one.at)) for one in some])
+            systems = [(plan if copy is None else copy).system for copy, _ in pair]
+            stiffness, damping = (
+                slope_by(*(getattr(one, what) - getattr(plan.system, what) for one in systems), places)
+                for what in ("stiffness", "damping")
+            )
+            out[which, :, number] -= per_force @ (stiffness @ states.x + damping @ states.v)
+            continue
+        stencil = Stencil.of(scene, moved, STEP, plan)
         one, two = (
-            output_rows(at, some, times, system=system, drive=drive).values(states) - own[which]
-            for at, system in copies
+            output_rows(stencil.scene(scene, at), some, times, drive=drive).values(states) - own[which]
+            for at in stencil.places.tolist()
         )
-        out[which, :, slopes.names.index(name)] += slope_by(one, two, places)
+        out[which, :, number] += slope_by(one, two, stencil.places)
     return out
 
 
