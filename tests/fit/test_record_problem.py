@@ -1,13 +1,9 @@
-"""Records fitted by windows: slopes against differences, eliminated starts against dense least squares."""
+"""Records by windows: slopes against differences."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from itertools import pairwise
-
 import numpy as np
 import pytest
-from scipy.optimize import least_squares
 
 import tarsus as ts
 from scene_files import scene as scene_of
@@ -23,25 +19,24 @@ from tarsus.solve.contacts import Contacts
 from tarsus.solve.outputs import Output, output_rows
 
 FILM, BOUNCE = "ground.film.coefficient", "ground.restitution.coefficient"
-TIP = Seen(Output(Quantity.DISPLACEMENT, "x0"), 2e-8, zero="zero", delay="late")
-SPEED = Seen(Output(Quantity.VELOCITY, "x0"), 1e-4, gain="gain", delay="late")
-OTHER = Seen(Output(Quantity.DISPLACEMENT, "x1"), 2e-8, discrepancy=1e-8)
+TIP = Seen(Output(Quantity.DISPLACEMENT, "x0"), 2e-8, zero="zero")
+SPEED = Seen(Output(Quantity.VELOCITY, "x0"), 1e-4, gain="gain")
+OTHER = Seen(Output(Quantity.DISPLACEMENT, "x1"), 2e-8)
 PRIORS = {
     FILM: Prior(2.5e-19, factor=1.5),
     BOUNCE: Prior(0.4, factor=1.2),
     "gain": Prior(1.0, sd=0.05),
     "zero": Prior(0.0, sd=1e-7),
-    "late": Prior(0.0, sd=1e-5),
 }
-TRUE = {"gain": 1.02, "zero": 5e-8, "late": 4e-6}
+TRUE = {"gain": 1.02, "zero": 5e-8}
 
 
 def shown(scene: Scene, run: ts.Run, channels: tuple[Seen, ...], times: np.ndarray, seed: int) -> SeenRecord:
     """What instruments whose numbers are `TRUE` record of a run."""
     rng, rows = np.random.default_rng(seed), []
     for one in channels:
-        gain, zero, late = (TRUE[v] if isinstance(v, str) else v for v in (one.gain, one.zero, one.delay))
-        clean = output_rows(scene, [one.output], times - late).values(run.states(times - late))[0]
+        gain, zero = (TRUE[v] if isinstance(v, str) else v for v in (one.gain, one.zero))
+        clean = output_rows(scene, [one.output], times).values(run.states(times))[0]
         rows.append(gain * clean + zero + one.noise * rng.standard_normal(len(times)))
     return SeenRecord(channels, times, np.array(rows))
 
@@ -76,12 +71,16 @@ def gradient_off(problem: RecordProblem, segments: list[Segment], seed: int) -> 
     rng, count = np.random.default_rng(seed), len(segments)
     q = len(segments[0].state)
     own, moved = 0.2 * rng.standard_normal((count, q)), 0.2 * rng.standard_normal(len(problem.priors))
-    weights = rng.uniform(0.5, 1.0, count)
-    system, step = problem.equations(segments, own, moved, weights), 1e-4
+    system, step = problem.equations(segments, own, moved), 1e-4
+
+    def costs(starts: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+        left = problem.residuals(segments, starts, numbers)
+        return np.array([np.sum(one**2) for one in left]) + np.sum(starts**2, axis=1)
+
     worst = 0.0
     for k in range(q + len(moved)):
         by_own, by_moved = np.eye(q + len(moved))[k][:q] * step, np.eye(q + len(moved))[k][q:] * step
-        up, down = (problem.costs(segments, own + s * by_own, moved + s * by_moved, weights) for s in (1.0, -1.0))
+        up, down = (costs(own + s * by_own, moved + s * by_moved) for s in (1.0, -1.0))
         right = system.right_own[:, k] if k < q else system.right_shared[:, k - q]
         off = np.max(np.abs((down - up) / (4.0 * step) - right))
         assert np.isfinite(off)
@@ -93,57 +92,14 @@ def test_slopes_by_every_number_are_those_of_the_costs() -> None:
     assert gradient_off(*chain(), seed=0) < 1e-4
 
 
-def test_eliminating_the_starts_is_dense_least_squares() -> None:
-    problem, segments = chain()
-    segments = [segments[k] for k in (0, 2, 3, 5)]  # of each record an impact and the detachment
-    found = problem.solve(segments)
-    assert found.settled
-    q, count = 4, len(segments)
-
-    def every(unknowns: np.ndarray) -> np.ndarray:
-        own, moved = unknowns[: q * count].reshape(count, q), unknowns[q * count :]
-        parts = [part for each in problem.residuals(segments, own, moved) for part in each]
-        return np.concatenate([*parts, unknowns])
-
-    begin = np.concatenate([np.zeros(q * count), found.moved])  # numbers move on from there if they should
-    dense = least_squares(every, begin, x_scale="jac", xtol=1e-5)
-    sd = np.sqrt(np.diag(found.covariance))
-    assert np.abs(dense.x[q * count :] - found.moved).max() / sd.max() < 0.02
-    covariance = np.linalg.inv(dense.jac.T @ dense.jac)[q * count :, q * count :]
-    assert np.sqrt(np.diag(covariance)) == pytest.approx(sd, rel=1e-3)
-    true = np.array(
-        [
-            p.offsets(np.array(v))
-            for p, v in zip(
-                PRIORS.values(),
-                [*(float(get_value(problem.scenes[0], path)) for path in (FILM, BOUNCE)), *TRUE.values()],
-                strict=True,
-            )
-        ]
-    )
-    assert np.abs((found.moved - true) / sd).max() < 3.0
-    assert sd[-1] * 1e-5 < 1e-7  # the delay is known to a hundredth of a sample
-    assert np.nanmean(found.left) == pytest.approx(1.0, abs=0.15)
-    assert found.followed == 1.0
-
-
-def test_a_fit_says_which_share_of_its_windows_it_follows() -> None:
-    """At numbers that are not those of the records no window of an impact is followed, and a fit says so."""
-    problem, segments = chain()
-    found = problem.solve([segments[0], segments[3]], known=True)
-    assert found.settled and found.followed == 0.0
-    assert replace(found, left=np.array([[1.1, np.nan], [300.0, 0.9]])).followed == 0.5
-
-
 def test_what_a_held_foot_leaves_no_choice_stays() -> None:
     problem, segments = chain()
-    own = np.random.default_rng(1).standard_normal((len(segments), 4))
-    moved = problem.solve(segments[2:3], known=True, rounds=2).segments[0]
+    own = np.random.default_rng(1).standard_normal((1, 4))
     row = lower_scene(problem.scenes[0]).system.normals[:, 0]
-    off = moved.state - segments[2].state
+    moved = problem.flown(segments[2:3], own, np.zeros(len(PRIORS))).batch.starts[0]
+    off = np.asarray(moved.state) - segments[2].state
     assert np.abs(off).max() > 0.0
     assert abs(row @ off[:2]) < 1e-18 and abs(row @ off[2:]) < 1e-15
-    assert np.isfinite(problem.costs(segments, own, np.zeros(5), np.ones(len(segments)))).all()
 
 
 def test_slopes_of_a_walker_are_those_of_the_costs() -> None:
@@ -152,7 +108,7 @@ def test_slopes_of_a_walker_are_those_of_the_costs() -> None:
     drive = next(iter(scene.robot.drives))
     channels = (
         Seen(Output(Quantity.DISPLACEMENT, "heave"), 1e-7, zero="zero"),
-        Seen(Output(Quantity.VELOCITY, "surge"), 5e-5, gain="gain", delay="late"),
+        Seen(Output(Quantity.VELOCITY, "surge"), 5e-5, gain="gain"),
         Seen(Output(Quantity.CURRENT, drive, motional=True), 1e-9),
     )
     record = shown(scene, run, channels, np.arange(1, 500) / 20e3, 2)
@@ -168,36 +124,8 @@ def test_slopes_of_a_walker_are_those_of_the_costs() -> None:
     assert gradient_off(RecordProblem((scene,), (record,), priors), segments, seed=3) < 1e-4
 
 
-def test_numbers_that_a_scene_does_not_take_cost_without_end() -> None:
-    problem, segments = chain()
-    costs = problem.costs(segments, np.zeros((len(segments), 4)), np.array([0.0, 9.0, 0, 0, 0]), np.ones(6))
-    assert np.isinf(costs).all()  # a restitution beyond one
-
-
-@pytest.mark.parametrize("late", [8.3e-6, -8.3e-6])
-def test_a_delay_is_found_from_windows_that_follow_each_other(late: float) -> None:
-    """Every window begins where the one before ends, and the first sample of each is a tenth of the delay after it."""
-    scene = scene_of("p1_n2", {"signals.pull.amplitude": 8.0})
-    run, times = ts.simulate(scene, 0.018), np.arange(10, 400) / 100e3
-    truth, noise = {"gain": 1.0, "zero": 0.0, "late": late}, np.random.default_rng(4)
-    rows = [
-        output_rows(scene, [one.output], times - late).values(run.states(times - late))[0]
-        + one.noise * noise.standard_normal(len(times))
-        for one in (TIP, SPEED)
-    ]
-    spread = np.array([2e-7, 2e-7, 1e-3, 1e-3])
-    edges = times[[20, 120, 220, 320]] - 0.1 * abs(late)
-    segments = [Segment(0, begin, (begin, end), at(run, begin), spread) for begin, end in pairwise(edges)]
-    priors = {name: PRIORS[name] for name in ("gain", "zero", "late")}
-    problem = RecordProblem((scene,), (SeenRecord((TIP, SPEED), times, np.array(rows)),), priors)
-    found = problem.solve(segments)
-    sd = np.sqrt(found.covariance[2, 2]) * 1e-5
-    assert found.settled and sd < 1e-7
-    assert abs(found.values["late"] - truth["late"]) < 3.0 * sd
-
-
 def test_records_that_do_not_fit_are_refused() -> None:
-    voltage = Seen(Output(Quantity.VOLTAGE, "pull"), 0.0, delay="late")
+    voltage = Seen(Output(Quantity.VOLTAGE, "pull"), 0.0)
     with pytest.raises(InputError) as refused:
         SeenRecord((voltage,), np.zeros(3), np.zeros((1, 2)))
-    assert [word in str(refused.value) for word in ("shape (1, 3)", "noise above 0", "rate")] == [True] * 3
+    assert [word in str(refused.value) for word in ("shape (1, 3)", "noise above 0")] == [True] * 2

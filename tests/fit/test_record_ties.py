@@ -87,8 +87,9 @@ def test_what_is_far_off_costs_the_logarithm_of_its_size_and_moves_no_number() -
 def test_numbers_come_back_and_are_known_better_when_windows_are_tied() -> None:
     problem, segments = walk()
     moved = np.array([0.5, -0.5])
-    free = problem.solve(segments, moved)
-    tied = TiedWindows(problem, np.repeat([2e-8, 2e-5], 6)).solve(segments, moved)
+    free, tied = (
+        TiedWindows(problem, np.repeat(ties, 6)).solve(segments, moved) for ties in ([1e-6, 1e-3], [2e-8, 2e-5])
+    )
     assert free.settled and tied.settled
     for fit in (free, tied):
         off = fit.moved / np.sqrt(np.diag(fit.covariance))

@@ -1,13 +1,11 @@
 """Least squares of records by windows of the engine: numbers of the scene and of the instruments, many records at once.
 
-A record is cut into segments. Each is a window of the engine with a start of its own, which has nothing to do with
-where the one before ended: what a motion forgets, and what no model says of it, ends there. WindowStarts are eliminated
-(`tarsus.fit.normal_equations`); what is left are the numbers that segments share. A channel shows
+A record is cut into segments. Each is a window of the engine with a start of its own; where starts are tied to the ends
+before is a matter of `tarsus.fit.record_ties`. A channel shows
 
-    y(t) = gain * output(t - delay) + zero,
+    y(t) = gain * output(t) + zero,
 
-with white noise, and a discrepancy beside it: what the model is known to miss. Slopes by numbers of the scene and by
-states of starts are differences of windows; by a delay the output's own rate.
+with white noise. Slopes by numbers of the scene and by states of starts are differences of windows.
 """
 
 from __future__ import annotations
@@ -15,16 +13,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
-from tarsus.base.quantities import Quantity
 from tarsus.base.spec import get_value, with_values
-from tarsus.fit.normal_equations import Descent, Minimum, NormalEquations, descend
+from tarsus.fit.normal_equations import NormalEquations
 from tarsus.fit.unknowns import Prior
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan, lower_scene, slot
@@ -43,13 +39,6 @@ from tarsus.solve import (
     simulate_windows,
 )
 
-RATES = {
-    Quantity.DISPLACEMENT: Quantity.VELOCITY,
-    Quantity.VELOCITY: Quantity.ACCELERATION,
-    Quantity.ANGLE: Quantity.ANGULAR_VELOCITY,
-    Quantity.CHARGE: Quantity.CURRENT,
-}
-"""What a quantity's derivative by time is: what may be late by an unknown time."""
 FAR = 0.5
 """Longest step of the logarithm of a number: beyond, windows between impacts are not linear in any."""
 
@@ -64,21 +53,14 @@ own number there, one where the ground is the same under all feet."""
 class Seen:
     """A channel: what it shows, and what is known of its instrument.
 
-    noise, discrepancy: standard deviations of a sample, in the output's unit; gain, zero, delay [s]: values, or names
-    of unknown numbers, which channels and records may share.
+    noise: standard deviation of a sample, in the output's unit; gain, zero: values, or names of unknown numbers, which
+    channels and records may share.
     """
 
     output: Output
     noise: float
-    discrepancy: float = 0.0
     gain: float | str = 1.0
     zero: float | str = 0.0
-    delay: float | str = 0.0
-
-    @property
-    def sigma(self) -> float:
-        """Standard deviation of what a right model leaves."""
-        return float(np.hypot(self.noise, self.discrepancy))
 
 
 @dataclass(frozen=True)
@@ -88,7 +70,7 @@ class SeenRecord:
     Raises
     ------
     InputError
-        If shapes do not fit each other, a noise is not positive, or a delay is asked of what has no known rate.
+        If shapes do not fit each other, or a noise is not positive.
     """
 
     channels: tuple[Seen, ...]
@@ -103,15 +85,8 @@ class SeenRecord:
         for one in self.channels:
             if not one.noise > 0.0:
                 problems.append(f"{one.output.name}: expected a noise above 0")
-            if isinstance(one.delay, str) and one.output.quantity not in RATES:
-                problems.append(f"{one.output.name}: its delay cannot be an unknown, for its rate is no output")
         if problems:
             raise InputError(problems)
-
-
-FOLLOWED = 4.0
-"""Mean square over the noise up to which a window is followed: twice the noise. Of twenty samples noise leaves less in
-all windows but one of 10^8; a contact that is missing leaves hundreds."""
 
 
 @dataclass(frozen=True)
@@ -138,9 +113,9 @@ class RecordFit:
 
     values: of the numbers, by name; moved (np,): the same in standard deviations of what was known beforehand;
     covariance (np, np): in these, what was known included; ahead (np,): the undamped step that a descent which ended
-    before its minimum would still make; segments: with their starts as found; windows: there; left
-    (nw, nc): mean squares over the noise by channel, NaN where there is none; settled: whether it would go no further;
-    jumps: of tied segments, by how many of their ties' standard deviations starts are off the ends before.
+    before its minimum would still make; segments: with their starts as found; windows: there; left (nw,): mean squares
+    over the noise, NaN of a window without samples; settled: whether it would go no further; jumps: of tied segments,
+    by how many of their ties' standard deviations starts are off the ends before.
     """
 
     values: Mapping[str, float]
@@ -151,25 +126,18 @@ class RecordFit:
     windows: WindowBatch
     left: Floats
     settled: bool
-    jumps: Floats = field(default_factory=lambda: np.zeros(0))
-
-    @property
-    def followed(self) -> float:
-        """Share of the windows that leave at most `FOLLOWED`: a fit that has lost some is wrong by far more than its
-        covariance says."""
-        return float(np.mean(np.nanmean(self.left, axis=1) <= FOLLOWED))
+    jumps: Floats
 
 
 @dataclass(frozen=True)
 class Flown:
-    """Windows as simulated, at values of the numbers: where among the times of all each segment's channels are (nc
-    arrays), and what they measured there; outputs and their rates (nc, times); scenes and plans of the records."""
+    """Windows as simulated, at values of the numbers: where among the times of all each segment's samples are, and
+    what channels (nc, k) measured there; outputs (nc, times); scenes and plans of the records."""
 
     batch: WindowBatch
-    places: list[list[NDArray[np.intp]]]
-    measured: list[list[Floats]]
+    places: list[NDArray[np.intp]]
+    measured: list[Floats]
     outputs: Floats
-    rates: Floats
     values: dict[str, float]
     scenes: list[Scene]
     plans: list[Plan]
@@ -198,7 +166,7 @@ class RecordProblem:
     def paths(self) -> tuple[str, ...]:
         """Numbers of the scene."""
         every = [one for record in self.records for one in record.channels]
-        named = {name for one in every for name in (one.gain, one.zero, one.delay)}
+        named = {name for one in every for name in (one.gain, one.zero)}
         return tuple(name for name in self.priors if name not in named and name not in self.feet)
 
     @cached_property
@@ -221,52 +189,10 @@ class RecordProblem:
         pairs = zip(self.priors.items(), moved.tolist(), strict=True)
         return {name: prior.placed(by) for (name, prior), by in pairs}
 
-    def solve(
-        self,
-        segments: Sequence[Segment],
-        moved: Floats | None = None,
-        *,
-        weights: Floats | None = None,
-        known: bool = False,
-        rounds: int = 30,
-    ) -> RecordFit:
-        """Fit segments, from numbers (np,) standard deviations off what is known of them.
-
-        weights (nw,): of the residuals of the segments, one unless given; known: numbers stay where they are, and every
-        segment goes down by itself.
-        """
-        place = np.zeros(len(self.priors)) if moved is None else moved
-        weight = np.ones(len(segments)) if weights is None else weights
-
-        def equations(own: Floats, shared: Floats, part: NDArray[np.intp]) -> NormalEquations:
-            chosen, there = [segments[int(w)] for w in part], place if known else shared
-            return self.equations(chosen, own, there, weight[part], known=known)
-
-        def costs(own: Floats, shared: Floats, part: NDArray[np.intp]) -> Floats:
-            return self.costs([segments[int(w)] for w in part], own, place if known else shared, weight[part])
-
-        found = descend(
-            equations,
-            np.zeros((len(segments), len(segments[0].state))),
-            None if known else place,
-            prior=None if known else (np.zeros(len(place)), np.eye(len(place))),
-            costs=costs,
-            how=Descent(rounds=rounds, far=np.inf if known else self.far),
-        )
-        return self.fitted(segments, found, found.own, place if known else found.shared)
-
     @cached_property
     def far(self) -> Floats:
         """Longest step of each number (np,), in standard deviations."""
         return np.array([np.inf if p.factor is None else FAR / np.log(p.factor) for p in self.priors.values()])
-
-    def fitted(self, segments: Sequence[Segment], found: Minimum, own: Floats, place: Floats) -> RecordFit:
-        """What a descent came to: starts (nw, q) and numbers (np,), known beforehand to their standard deviations."""
-        information, score = (one.sum(axis=0) for one in found.equations.reduced())
-        covariance = np.asarray(np.linalg.inv(information + np.eye(len(score))))
-        ahead = covariance @ (score - place[: len(score)])
-        settled = bool(found.settled.all())
-        return self.ended(segments, self.flown(segments, own, place), place, covariance, ahead, settled)
 
     def ended(
         self,
@@ -276,11 +202,10 @@ class RecordProblem:
         covariance: Floats,
         ahead: Floats,
         settled: bool,
-        jumps: Floats | None = None,
+        jumps: Floats,
     ) -> RecordFit:
         """A fit whose windows are as flown at numbers (np,)."""
-        left = [[float(r @ r) / r.size if r.size else np.nan for r in one] for one in self.left_of(segments, flown)]
-        width = max(len(one) for one in left)
+        left = [float(np.mean(one**2)) if one.size else np.nan for one in self.left_of(segments, flown)]
         pairs = zip(segments, flown.batch.starts, strict=True)
         return RecordFit(
             flown.values,
@@ -289,37 +214,23 @@ class RecordProblem:
             ahead,
             tuple(replace(one, state=np.asarray(at.state, dtype=float), begin=at.t0) for one, at in pairs),
             flown.batch,
-            np.array([[*one, *[np.nan] * (width - len(one))] for one in left]),
+            np.array(left),
             settled,
-            np.zeros(0) if jumps is None else jumps,
+            jumps,
         )
 
-    def residuals(self, segments: Sequence[Segment], own: Floats, moved: Floats) -> list[list[Floats]]:
-        """What segments leave over the noise at starts (nw, q) and numbers (np,), by channel: model less measured."""
+    def residuals(self, segments: Sequence[Segment], own: Floats, moved: Floats) -> list[Floats]:
+        """What channels of segments (nc, k) leave over the noise at starts (nw, q) and numbers (np,): model less
+        measured."""
         return self.left_of(segments, self.flown(segments, own, moved))
 
-    def costs(self, segments: Sequence[Segment], own: Floats, moved: Floats, weights: Floats) -> Floats:
-        """Sums of squares (nw,) at starts (nw, q) and numbers (np,); infinite where a scene does not take the numbers,
-        or a start is later than its samples."""
-        try:
-            residuals = self.residuals(segments, own, moved)
-        except InputError:
-            return np.full(len(segments), np.inf)
-        squares = np.array([sum(float(one @ one) for one in each) for each in residuals])
-        return squares * weights**2 + (own**2).sum(axis=1)
-
-    def equations(
-        self, segments: Sequence[Segment], own: Floats, moved: Floats, weights: Floats, *, known: bool = False
-    ) -> NormalEquations:
-        """Normal equations at starts (nw, q), with what is known of these, and numbers (np,), or at known numbers."""
-        q, names = own.shape[1], () if known else tuple(self.priors)
+    def equations(self, segments: Sequence[Segment], own: Floats, moved: Floats) -> NormalEquations:
+        """Normal equations at starts (nw, q), with what is known of these, and numbers (np,)."""
+        q, names = own.shape[1], tuple(self.priors)
         flown = self.flown(segments, own, moved, names)
-        about = np.eye(q, q + len(names))
-        residuals, rows = [], []
-        pairs = zip(self.left_of(segments, flown), self.slopes_of(segments, flown, names), strict=True)
-        for k, (parts, by) in enumerate(pairs):
-            residuals.append(np.concatenate([*(weights[k] * one for one in parts), own[k]]))
-            rows.append(np.vstack([weights[k] * by, about]))
+        about, left = np.eye(q, q + len(names)), self.left_of(segments, flown)
+        residuals = [np.append(one, start) for one, start in zip(left, own, strict=True)]
+        rows = [np.vstack([by, about]) for by in self.slopes_of(segments, flown, names)]
         return NormalEquations.of(residuals, rows, q)
 
     def lowered(self, moved: Floats) -> tuple[list[Scene], list[Plan]]:
@@ -355,14 +266,15 @@ class RecordProblem:
         data = {id(scenes[r]): r for r in dict.fromkeys(one.record for one in segments)}
         number = {r: list(data).index(id(scenes[r])) for r in dict.fromkeys(one.record for one in segments)}
         starts, first = list[WindowStart](), 0
-        places, measured = list[list[NDArray[np.intp]]](), list[list[Floats]]()
+        places, measured = list[NDArray[np.intp]](), list[Floats]()
         for segment, at in zip(segments, own, strict=True):
-            shown, seen = _inside(self.records[segment.record], segment, values)
-            when = np.unique(np.concatenate([*shown, [segment.span[1]]]))
+            record = self.records[segment.record]
+            inside = (record.times > segment.span[0]) & (record.times <= segment.span[1])
+            when = np.union1d(record.times[inside], segment.span[1])
             state = segment.state + free_of(plans[segment.record], segment) @ at
             starts.append(WindowStart(state, segment.begin, when, segment.contacts, number[segment.record]))
-            places.append([first + np.searchsorted(when, one) for one in shown])
-            measured.append(seen)
+            places.append(first + np.arange(np.count_nonzero(inside)))
+            measured.append(record.values[:, inside])
             first += len(when)
         entered = tuple(self._entered(scenes[r], plans[r], values, names) for r in data.values())
         by_start = names is not None and starts_too
@@ -370,19 +282,13 @@ class RecordProblem:
         by = WindowGradients(entered, ways, t0=False, enough=ENOUGH)
         batch = simulate_windows(plans[segments[0].record], starts, gradients=by)
         width = max(len(one.channels) for one in self.records)
-        outputs, rates = np.zeros((2, width, first))
+        outputs = np.zeros((width, first))
         for r, at in _parts(segments, batch):
-            scene, channels = scenes[r], self.records[r].channels
-            states, when = batch.states.part(at), batch.times[at]
-            known: Any = {"system": plans[r].system, "drive": self._shared.drive}
-            shown = [one.output for one in channels]
-            outputs[: len(channels), at] = output_rows(scene, shown, when, **known).values(states)
-            late = [c for c, one in enumerate(channels) if isinstance(one.delay, str)]
-            wanted = [channels[c].output._replace(quantity=RATES[channels[c].output.quantity]) for c in late]
-            if late:
-                rates[np.array(late)[:, None], at] = output_rows(scene, wanted, when, **known).values(states)
+            shown, states = [one.output for one in self.records[r].channels], batch.states.part(at)
+            rows = output_rows(scenes[r], shown, batch.times[at], system=plans[r].system, drive=self._shared.drive)
+            outputs[: len(shown), at] = rows.values(states)
         of = [one.record for one in segments]
-        return Flown(batch, places, measured, outputs, rates, values, [scenes[r] for r in of], [plans[r] for r in of])
+        return Flown(batch, places, measured, outputs, values, [scenes[r] for r in of], [plans[r] for r in of])
 
     def _entered(self, scene: Scene, plan: Plan, values: Mapping[str, float], names: Sequence[str] | None) -> Entered:
         """What enters windows of a scene, with what the ground is under single feet; made once for a scene."""
@@ -411,18 +317,14 @@ class RecordProblem:
 
         return Entered(ground.under(own.row), tuple(every), beside)
 
-    def left_of(self, segments: Sequence[Segment], flown: Flown) -> list[list[Floats]]:
-        """What segments leave over the noise, by channel."""
+    def left_of(self, segments: Sequence[Segment], flown: Flown) -> list[Floats]:
+        """What channels of segments (nc, k) leave over the noise."""
         out = []
-        for segment, places, measured in zip(segments, flown.places, flown.measured, strict=True):
-            channels, values = self.records[segment.record].channels, flown.values
-            out.append(
-                [
-                    (_value(one.gain, values) * flown.outputs[c, at] + _value(one.zero, values) - measured[c])
-                    / one.sigma
-                    for c, (one, at) in enumerate(zip(channels, places, strict=True))
-                ]
-            )
+        for segment, at, measured in zip(segments, flown.places, flown.measured, strict=True):
+            channels = self.records[segment.record].channels
+            numbers = [(_value(one.gain, flown.values), _value(one.zero, flown.values), one.noise) for one in channels]
+            gain, zero, noise = np.array(numbers).T[:, :, None]
+            out.append((gain * flown.outputs[: len(channels), at] + zero - measured) / noise)
         return out
 
     def slopes_of(self, segments: Sequence[Segment], flown: Flown, names: Sequence[str]) -> list[Floats]:
@@ -451,17 +353,16 @@ class RecordProblem:
         column = {name: k for k, name in enumerate(names)}
         unit = [1.0 / float(self.priors[name].rates(np.array(flown.values[name]))) for name in names]
         out = []
-        for segment, places in zip(segments, flown.places, strict=True):
+        for segment, at in zip(segments, flown.places, strict=True):
             blocks = []
-            for c, (one, at) in enumerate(zip(self.records[segment.record].channels, places, strict=True)):
+            for c, one in enumerate(self.records[segment.record].channels):
                 gain, there = _value(one.gain, flown.values), by_output[c, at]
                 shared = np.zeros((len(at), len(names)))
                 shared[:, [column[path] for path in paths]] = gain * there[:, : len(paths)]
-                rates = ((one.gain, flown.outputs[c, at]), (one.zero, 1.0), (one.delay, -gain * flown.rates[c, at]))
-                for name, by in rates:
+                for name, by in ((one.gain, flown.outputs[c, at]), (one.zero, 1.0)):
                     if name in column:
                         shared[:, column[name]] += by
-                blocks.append(np.hstack([gain * there[:, len(paths) :], shared * unit]) / one.sigma)
+                blocks.append(np.hstack([gain * there[:, len(paths) :], shared * unit]) / one.noise)
             out.append(np.vstack(blocks))
         return out
 
@@ -507,18 +408,6 @@ def _parts(segments: Sequence[Segment], batch: WindowBatch) -> list[tuple[int, N
     """Records with segments, and which of a batch's times are on them."""
     of = np.repeat([one.record for one in segments], np.diff(batch.first))
     return [(int(r), np.flatnonzero(of == r)) for r in np.unique(of)]
-
-
-def _inside(record: SeenRecord, segment: Segment, values: Mapping[str, float]) -> tuple[list[Floats], list[Floats]]:
-    """Of each channel the samples that show what happened in a segment: when that was, and what was measured. Those of
-    a late channel come later."""
-    times, measured = list[Floats](), list[Floats]()
-    for row, one in zip(record.values, record.channels, strict=True):
-        when = record.times - _value(one.delay, values)
-        inside = (when > segment.span[0]) & (when <= segment.span[1])
-        times.append(when[inside])
-        measured.append(row[inside])
-    return times, measured
 
 
 def _value(one: float | str, values: Mapping[str, float]) -> float:

@@ -109,8 +109,6 @@ class _Slopes(NamedTuple):
 
     def predict(self, state: Floats, moved: Floats, off: Floats, spread: Floats, exact: bool) -> bool:
         """Whether they predict what the window leaves (k,) at another place well enough, on the way or in the end."""
-        if off.size != self.off.size:  # a delay takes samples in, or lets them go
-            return False
         step = np.concatenate([(state - self.state) / spread, moved - self.moved])
         change = self.by @ step[: self.by.shape[1]]
         share = np.minimum(_tailed(off)[1], _tailed(self.off + change)[1])
@@ -193,7 +191,7 @@ class TiedWindows:
     def placed(self, segments: Sequence[Segment], own: Floats, moved: Floats) -> _Place:
         """Windows at starts (nw, 2n) and numbers (np,)."""
         flown = self.problem.flown(segments, own, moved)
-        off = [np.concatenate(one) for one in self.problem.left_of(segments, flown)]
+        off = [one.ravel() for one in self.problem.left_of(segments, flown)]
         gaps = np.zeros(own.shape)
         for _, k in _tied(segments):
             last = flown.batch.first[k] - 1
@@ -319,14 +317,13 @@ class TiedWindows:
         off, steps = np.zeros(len(segments)), list[Floats]()
         for k, (one, segment) in enumerate(zip(kept, segments, strict=True)):
             steps.append(np.concatenate([apart[k] / segment.spread, new.moved - at.moved]))
-            same = new.off[k].size == at.off[k].size
-            told = _tailed(at.off[k] + one.by @ steps[k])[0] if same else np.inf
+            told = _tailed(at.off[k] + one.by @ steps[k])[0]
             off[k] = abs(_tailed(new.off[k])[0] - told)
         for before, k in _tied(segments):
             gap = at.gaps[k] + (apart[k] - kept[before].end @ steps[before]) / self.ties
             off[before] += abs(float(new.gaps[k] @ new.gaps[k] - gap @ gap))
         order = np.argsort(off)[::-1]
-        reached = np.cumsum(np.minimum(off, np.finfo(float).max / len(off))[order])
+        reached = np.cumsum(off[order])
         count = int(np.searchsorted(reached, MISLED * reached[-1])) + 1
         return [int(k) for k in order[:count] if elsewhere[k]]
 
@@ -341,7 +338,7 @@ class TiedWindows:
         for j, one in enumerate(some):
             state = np.asarray(flown.batch.starts[j].state, dtype=float)
             end = np.hstack(self.problem.end_slopes(some, flown, j, self.names))
-            self._kept[_key(one)] = _Slopes(state, at.moved, np.concatenate(left[j]), by[j], end)
+            self._kept[_key(one)] = _Slopes(state, at.moved, left[j].ravel(), by[j], end)
         return True
 
     def _fit(self, segments: Sequence[Segment], at: _Place, known: Knowledge, settled: bool) -> RecordFit:

@@ -171,11 +171,10 @@ class WalkFollower:
         while True:
             whole = replace(segment, span=(segment.begin, float(times[min(length, len(times)) - 1])))
             left = self.problem.residuals([whole], np.zeros((1, len(segment.state))), moved)[0]
-            count = min(len(one) for one in left)  # late channels show less of it
-            off = np.convolve(np.mean([one[:count] ** 2 for one in left], axis=0), np.ones(RUN) / RUN, "same")
+            off = np.convolve(np.mean(left**2, axis=0), np.ones(RUN) / RUN, "same")
             gone = [np.flatnonzero(off > far**2) for far in LEAVES]
             if all(map(len, gone)) or length >= len(times):
-                return [float(times[one[0]] if len(one) else times[count - 1]) for one in gone]
+                return [float(times[one[0]] if len(one) else whole.span[1]) for one in gone]
             length *= 2
 
     def _until(self, at: FollowedWalk, end: float) -> FollowedWalk:
@@ -212,7 +211,7 @@ class WalkFollower:
             opened = at.segments[at.closed :]
             fit = self.windows.solve(opened, at.moved, rounds=ROUNDS, known=at.known)
             segments = [*at.segments[: at.closed], *fit.segments]
-            left = np.append(at.left[: at.closed], left_of(fit))
+            left = np.append(at.left[: at.closed], fit.left)
             at = replace(at, segments=segments, moved=fit.moved, covariance=_reached(fit), left=left)
             most = most_of(self.problem, segments[at.closed :], self.most)
             worst = float(np.max(left[at.closed :] / most))
@@ -259,7 +258,7 @@ class WalkFollower:
             left = self.problem.residuals([segment], np.zeros((1, len(segment.state))), moved)[0]
         except InputError:
             return float(np.inf)
-        return float(np.mean(np.minimum(np.array(left) ** 2, LEAVES[0] ** 2)))
+        return float(np.mean(np.minimum(left**2, LEAVES[0] ** 2)))
 
     def _closed(self, at: FollowedWalk) -> FollowedWalk:
         """The same with what is more than a few open windows closed."""
@@ -290,8 +289,3 @@ def most_of(problem: RecordProblem, segments: Sequence[Segment], most: float, sc
     channels = np.array([len(problem.records[one.record].channels) for one in segments])
     count = np.maximum(channels * samples_of(problem, segments), 1.0)
     return np.asarray(most + scatter * np.sqrt(2.0 / count), dtype=np.float64)
-
-
-def left_of(fit: RecordFit) -> Floats:
-    """Mean square (nw,) of what each window leaves."""
-    return np.asarray(np.nanmean(fit.left, axis=1), dtype=np.float64)

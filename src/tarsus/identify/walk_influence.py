@@ -7,7 +7,7 @@ feet have of their own are eliminated, so that parts add up to what the records 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,23 +15,13 @@ from tarsus.base.arrays import Floats
 from tarsus.fit.record_problem import RecordFit
 from tarsus.fit.record_ties import WindowPulls
 from tarsus.identify.influence import EVENT, FILE, ORDER, SET, TIME, VOLTS, Influence, numbered
-from tarsus.model.scene import Scene
 
-
-class RecordOrigin(NamedTuple):
-    """Of a record: its file and its set, and the scene that says what its drives did."""
-
-    file: str
-    set: str
-    scene: Scene
-
-    def volts(self, times: Floats) -> float:
-        """Highest voltage [V] at some times."""
-        return max(float(np.abs(one.volts(times)).max()) for one in self.scene.actuator_volts.values())
+if TYPE_CHECKING:
+    from tarsus.identify.walking import WalkRecord
 
 
 def influence_of(
-    records: Sequence[RecordOrigin], fit: RecordFit, pulls: WindowPulls, paths: Sequence[str], spread: Floats
+    records: Sequence[WalkRecord], fit: RecordFit, pulls: WindowPulls, paths: Sequence[str], spread: Floats
 ) -> tuple[Influence, Floats]:
     """Influence on the logarithms of the first numbers of a fit, and information (np, np) that was known beforehand.
 
@@ -47,8 +37,8 @@ def influence_of(
     of = np.array([one.record for one in segments])
     levels = {
         EVENT: numbered(pulls.window.tolist()),
-        FILE: numbered([records[r].file for r in of]),
-        SET: numbered([records[r].set for r in of]),
+        FILE: numbered([records[r].name for r in of]),
+        SET: numbered([records[r].set or records[r].name for r in of]),
     }
     ends = {r: max(one.span[1] for one in segments if one.record == r) for r in np.unique(of).tolist()}
     volts = {r: records[r].volts(np.linspace(0.0, end, 1000)) for r, end in ends.items()}

@@ -33,24 +33,29 @@ def untold(walker: Walker, records: Sequence[WalkRecord], values: Mapping[str, f
     paths, logs = list(values), np.log(list(values.values()))
     out = np.zeros((len(paths), len(paths)))
 
-    def shown(numbers: Mapping[str, float]) -> list[Floats] | None:
-        runs = [simulate(with_values(one.scene, numbers), float(one.times[-1])) for one in records]
-        if any(one.ended is not ResultCode.DONE for one in runs):
-            return None
-        return [
-            run.outputs(list(one.outputs), one.times) / one.noise[:, None]
-            for run, one in zip(runs, records, strict=True)
-        ]
-
+    own = list[Floats]()
     for to in _exchanges(walker):
         other = [_of_other(path, to) for path in paths]
         if set(other) != set(paths):
             continue
+        own = own or _shown(records, values)
         exchanged = {path: values[at] for path, at in zip(paths, other, strict=True)}
-        one, two = shown(values), shown(exchanged)
+        two = _shown(records, exchanged)
         off = np.log(list(exchanged.values())) - logs
-        if one and two and sum(float(np.sum((a - b) ** 2)) for a, b in zip(one, two, strict=True)) < UNTOLD:
+        if own and two and sum(float(np.sum((a - b) ** 2)) for a, b in zip(own, two, strict=True)) < UNTOLD:
             out += 0.5 * np.outer(off, off)
+    return out
+
+
+def _shown(records: Sequence[WalkRecord], numbers: Mapping[str, float]) -> list[Floats]:
+    """What channels of records (nc, nt) show over their noise at numbers; nothing where a walk does not reach its
+    end."""
+    out = list[Floats]()
+    for one in records:
+        run = simulate(with_values(one.scene, numbers), float(one.times[-1]))
+        if run.ended is not ResultCode.DONE:
+            return []
+        out.append(run.outputs(list(one.outputs), one.times) / one.noise[:, None])
     return out
 
 

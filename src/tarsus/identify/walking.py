@@ -27,8 +27,8 @@ from tarsus.fit.verdict import Verdict, verdict_of
 from tarsus.identify.covariance import scatter_over_noise
 from tarsus.identify.influence import Influence
 from tarsus.identify.walk_feet import alike, asked_of_feet, numbers_of_feet, respread, with_feet
-from tarsus.identify.walk_horizon import MOST, WalkFollower, left_of, most_of, samples_of
-from tarsus.identify.walk_influence import RecordOrigin, influence_of
+from tarsus.identify.walk_horizon import MOST, WalkFollower, most_of, samples_of
+from tarsus.identify.walk_influence import influence_of
 from tarsus.identify.walk_symmetry import arms_of, untold
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
@@ -107,6 +107,10 @@ class WalkRecord:
         """Channels with a zero of their own: displacements and angles."""
         kinds = (Quantity.DISPLACEMENT, Quantity.ANGLE)
         return [k for k, one in enumerate(self.outputs) if one.quantity in kinds]
+
+    def volts(self, times: Floats) -> float:
+        """Highest voltage [V] of its drives at some times [s]."""
+        return max(float(np.abs(one.volts(times)).max()) for one in self.scene.actuator_volts.values())
 
     def zero(self, channel: int) -> str:
         """Name of the zero of a channel."""
@@ -203,7 +207,7 @@ def _residuals(problem: RecordProblem, segments: Sequence[Segment], moved: Float
     out = [np.full(one.values.shape, np.nan) for one in problem.records]
     for segment, mine in zip(segments, left, strict=True):
         times = problem.records[segment.record].times
-        out[segment.record][:, (times > segment.span[0]) & (times <= segment.span[1])] = np.array(mine)
+        out[segment.record][:, (times > segment.span[0]) & (times <= segment.span[1])] = mine
     return tuple(out)
 
 
@@ -281,7 +285,7 @@ class _Joint(NamedTuple):
     @property
     def good(self) -> NDArray[np.bool_]:
         """Windows (nw,) that are followed to their noise."""
-        return left_of(self.fit) < most_of(self.windows.problem, self.fit.segments, FOLLOWED)
+        return self.fit.left < most_of(self.windows.problem, self.fit.segments, FOLLOWED)
 
     @property
     def followed(self) -> float:
@@ -351,8 +355,7 @@ def _found(
     """What all windows together say."""
     fit, problem = joint.fit, joint.windows.problem
     paths, prior = tuple(spread), np.array(list(spread.values()))
-    of = [RecordOrigin(one.name, one.set or one.name, one.scene) for one in records]
-    influence, known = influence_of(of, fit, joint.windows.pulls(fit), paths, prior)
+    influence, known = influence_of(records, fit, joint.windows.pulls(fit), paths, prior)
     ahead = fit.ahead[: len(paths)] * prior
     values = {path: fit.values[path] for path in paths}
     alike = untold(_walker(records), records, values)

@@ -347,11 +347,10 @@ def output_slopes(
             places, pair = beside.pairs([name], STEP)[name]
             read = Readings(scene, np.zeros(0), system=plan.system)
             per_force = np.array([solve(plan.system.mass, read.row(one.at)) for one in some])
-            systems = [(plan if copy is None else copy).system for copy, _ in pair]
-            stiffness, damping = (
-                slope_by(*(getattr(one, what) - getattr(plan.system, what) for one in systems), places)
-                for what in ("stiffness", "damping")
-            )
+            one, two = ((plan if copy is None else copy).system for copy, _ in pair)
+            own_stiffness, own_damping = plan.system.stiffness, plan.system.damping
+            stiffness = slope_by(one.stiffness - own_stiffness, two.stiffness - own_stiffness, places)
+            damping = slope_by(one.damping - own_damping, two.damping - own_damping, places)
             out[which, :, number] -= per_force @ (stiffness @ states.x + damping @ states.v)
             continue
         stencil = Stencil.of(scene, moved, STEP, plan)

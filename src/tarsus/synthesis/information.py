@@ -149,7 +149,7 @@ def told_by(
     problem = RecordProblem((there,), (SeenRecord(tuple(channels), times, values),), priors, unknown)
     segments = _segments(run, times, impacts)
     start = np.zeros((len(segments), len(segments[0].state)))
-    found = problem.equations(segments, start, np.zeros(len(priors)), np.ones(len(segments)))
+    found = problem.equations(segments, start, np.zeros(len(priors)))
     information = found.reduced()[0].sum(axis=0)
     across, rest = information[: len(names), len(names) :], information[len(names) :, len(names) :]
     left = np.linalg.solve(rest + np.eye(len(rest)), across.T)  # zeros are unknown within their spread
