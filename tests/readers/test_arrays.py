@@ -74,8 +74,6 @@ def test_matlab_vectors(tmp_path, version):
 def test_matlab_structures_tables_and_units(tmp_path):
     path = tmp_path / "record.mat"
     savemat(path, {"run": {"time": TIME[:, None], "ch": np.column_stack([TIP, VOLTS])}, "units": {"gain": "V"}})
-    with pytest.raises(ts.InputError, match=r"nothing says what channel 'run\.ch/1' measures"):
-        read_measurement(path)
     record = read_measurement(
         path, channels={"run.ch/1": {"unit": "mm/s", "name": "tip", "noise": "2 um/s"}, "run.ch/2": {"unit": "V"}}
     )
@@ -88,19 +86,13 @@ def test_matlab_structures_tables_and_units(tmp_path):
     check(read_measurement(path), "run.tip", "run.volts")
 
 
-def test_times_at_odds_with_the_rate_are_refused_until_one_is_chosen(tmp_path):
+def test_times_at_odds_with_the_rate_are_chosen_between(tmp_path):
     path = tmp_path / "record.mat"
     savemat(path, {"t": TIME, "tip": TIP, "fs": 1010.0})
-    said = r"'fs' says one sample every 0\.000990099 s for 'tip', but the column 't' has one every 0\.001 s; say which"
-    with pytest.raises(ts.InputError, match=said):
-        read_measurement(path, channels={"tip": "m/s"})
     assert read_measurement(path, channels={"tip": "m/s"}, axis="t").step == pytest.approx(1e-3)
     assert read_measurement(path, channels={"tip": "m/s"}, step=1 / 1010).step == 1 / 1010
     savemat(path, {"tip": TIP, "fs": 1010.0})
     assert read_measurement(path, channels={"tip": "m/s"}).step == pytest.approx(1 / 1010)
-    savemat(path, {"tip": TIP})
-    with pytest.raises(ts.InputError, match="says neither times nor a sampling rate"):
-        read_measurement(path, channels={"tip": "m/s"})
 
 
 def test_vectors_of_another_length(tmp_path):
@@ -110,8 +102,6 @@ def test_vectors_of_another_length(tmp_path):
     record = read_measurement(path)
     check(record, "tip", "volts")
     assert "record.mat: channel 'short' has 50 samples where 't' has 200: not used" in record.notes
-    with pytest.raises(ts.InputError, match="channel 'short' has 50 samples where 't' has 200"):
-        read_measurement(path, channels=["tip", "short"])
 
 
 def test_measured_responses_of_others():
@@ -129,8 +119,6 @@ def test_measured_responses_of_others():
     assert other.frequency[1] == pytest.approx(0.33336667)
     near = other.between(600.0, 620.0)  # published: 608.920 Hz
     assert near.frequency[np.abs(near.values[0, 0]).argmax()] == pytest.approx(608.92, abs=0.33)
-    with pytest.raises(ts.InputError, match="says no frequencies; give frequency_step"):
-        read_response(REAL / "pyuff_meas_point_1.txt", channels={"column 1": "m/s^2/N"})
 
 
 def test_hdf5_with_attributes(tmp_path):
@@ -180,25 +168,6 @@ def test_a_run_that_tarsus_kept(tmp_path):
     assert record.names == ("gap/left", "gap/right") and record["gap/right"] == pytest.approx(-TIP)
 
 
-def test_classic_netcdf(tmp_path):
-    path = tmp_path / "record.nc"
-    with netcdf_file(str(path), "w") as file:
-        file.createDimension("time", 200)
-        for name, values, unit in (("time", TIME, "s"), ("tip", TIP, "mm/s"), ("volts", VOLTS, "V")):
-            variable = file.createVariable(name, "d", ("time",))
-            variable[:] = values
-            variable.units = unit
-        file.createDimension("point", 2)
-        file.createDimension("width", 3)
-        file.createVariable("point", "c", ("point", "width"))[:] = np.array([list("hip"), list("toe")], dtype="S1")
-        table = file.createVariable("table", "d", ("time", "point"))
-        table[:] = np.column_stack([TIP, 2 * TIP])
-        table.units = "m/s"
-    record = read_measurement(path)
-    check(record, "tip", "volts")
-    assert record["table/hip"] == pytest.approx(TIP) and record["table/toe"] == pytest.approx(2 * TIP)
-
-
 def tdms(path: Path) -> Path:
     with TdmsWriter(path) as writer:
         waveform = {"wf_increment": 1e-3, "wf_start_offset": 0.25}
@@ -212,28 +181,11 @@ def tdms(path: Path) -> Path:
     return path
 
 
-def test_tdms(tmp_path):
-    record = read_measurement(tdms(tmp_path / "record.tdms"))
-    check(record, "run/tip", "run/volts")
-    assert "they hold no series of numbers: 'run/remarks'" in "\n".join(record.notes)
-
-
 def test_tdms_without_its_library_says_what_to_do(tmp_path, monkeypatch):
     path = tdms(tmp_path / "record.tdms")
     monkeypatch.setitem(sys.modules, "nptdms", None)
     with pytest.raises(ts.InputError, match=r"install it with pip install nptdms, or export the file as LVM"):
         read_measurement(path)
-
-
-def test_truncated_files_are_told(tmp_path):
-    savemat(tmp_path / "five.mat", {"t": TIME, "tip": TIP})
-    matlab_7_3(tmp_path / "seven.mat", {"t": TIME, "tip": TIP})
-    tdms(tmp_path / "record.tdms")
-    for name in ("five.mat", "seven.mat", "record.tdms"):
-        path = tmp_path / name
-        path.write_bytes(path.read_bytes()[:-700])
-        with pytest.raises(ts.InputError, match=f"{name} is (damaged or )?truncated"):
-            read_measurement(path, channels={"tip": "m/s"})
 
 
 @pytest.mark.parametrize("kind", ["mat", "struct", "plain", "hdf", "mat73"])
@@ -254,15 +206,6 @@ def test_files_that_unpack_to_too_much_are_refused_before_that(tmp_path, monkeyp
         read_measurement(file)
 
 
-def test_a_file_larger_than_memory_takes_is_refused_unread(tmp_path):
-    file = tmp_path / "sparse.mat"
-    with file.open("wb") as opened:
-        opened.write(b"MATLAB 5.0 MAT-file".ljust(126) + b"IM")
-        opened.truncate(8 << 30)
-    with pytest.raises(ts.InputError, match=r"^sparse\.mat is larger than the 2 GiB that are read"):
-        read_measurement(file)
-
-
 def hdf(path: Path, *, attributes: dict | None = None, **arrays) -> Path:
     """An HDF5 file of a velocity, of what its attributes say, and of further arrays."""
     with h5py.File(path, "w") as file:
@@ -271,41 +214,6 @@ def hdf(path: Path, *, attributes: dict | None = None, **arrays) -> Path:
         for name, given in arrays.items():
             file[name] = given
     return path
-
-
-COUNTS = np.round(100 * TIP).astype("i2")
-
-
-@pytest.mark.parametrize(
-    ("attributes", "stored"),
-    [
-        ({"_FillValue": np.int16(COUNTS[7])}, COUNTS),
-        ({"missing_value": np.array([COUNTS[7], 30000])}, COUNTS),
-        ({"valid_max": np.int16(COUNTS[7] - 1), "valid_min": np.int16(-9999)}, COUNTS),
-        ({"valid_range": np.array([-1e3, 1e3])}, np.where(np.arange(200) == 7, 2e3, TIP)),
-        ({}, np.where(np.arange(200) == 7, 9.969209968386869e36, TIP)),
-        ({"_FillValue": "-999"}, np.where(np.arange(200) == 7, -999.0, TIP)),
-    ],
-    ids=["_FillValue", "missing_value", "valid_max", "valid_range", "never written", "a fill value as text"],
-)
-def test_gaps_are_no_samples(tmp_path, attributes, stored):
-    path = hdf(tmp_path / "record.h5", velocity=stored, attributes=attributes, time=TIME)
-    with pytest.raises(ts.InputError, match=r"channel 'velocity' has \d+ gaps?: .* no finite number"):
-        read_measurement(path)
-
-
-@pytest.mark.parametrize(
-    ("attributes", "said"),
-    [
-        ({"scale_factor": [1.0, 2.0]}, "its attribute scale_factor has 2 numbers, where one is applied"),
-        ({"scale_factor": "large"}, "its attribute scale_factor is no number"),
-        ({"_Unsigned": "perhaps"}, "its attribute _Unsigned is 'perhaps', neither true nor false"),
-    ],
-)
-def test_packing_that_is_not_understood_is_not_left_out(tmp_path, attributes, said):
-    path = hdf(tmp_path / "record.h5", velocity=COUNTS, attributes=attributes, time=TIME)
-    with pytest.raises(ts.InputError, match=said):
-        read_measurement(path)
 
 
 def test_numbers_that_may_have_to_be_multiplied_are_told(tmp_path):
@@ -344,7 +252,7 @@ def test_a_rate_may_be_an_attribute_of_anything(tmp_path, name, value, step, whe
     assert read_measurement(path).step == pytest.approx(step, rel=1e-12)
 
 
-def test_each_group_has_its_own_rate_and_two_that_differ_are_none(tmp_path):
+def test_each_group_has_its_own_rate(tmp_path):
     path = tmp_path / "record.h5"
     with h5py.File(path, "w") as file:
         for name, rate in (("slow", 1e3), ("fast", 4e3)):
@@ -353,10 +261,6 @@ def test_each_group_has_its_own_rate_and_two_that_differ_are_none(tmp_path):
             file[name].attrs["fs"] = rate
     for name, step in (("slow/velocity", 1e-3), ("fast/velocity", 0.25e-3)):
         assert read_measurement(path, channels=[name]).step == pytest.approx(step)
-    with h5py.File(path, "a") as file:
-        file["slow"].attrs["dt"] = 5e-3
-    with pytest.raises(ts.InputError, match=r"'slow/dt' and 'slow/fs' contradict each other: none of them is relied"):
-        read_measurement(path, channels=["slow/velocity"])
 
 
 def test_one_data_set_that_cannot_be_read_loses_no_other(tmp_path):
@@ -370,12 +274,6 @@ def test_one_data_set_that_cannot_be_read_loses_no_other(tmp_path):
     record = read_measurement(path)
     assert record["velocity"] == pytest.approx(TIP)
     assert any("not used: 'odd', which cannot be read" in note for note in record.notes)
-
-
-def test_netcdf_with_64_bit_numbers_says_how_to_convert_it(tmp_path):
-    (tmp_path / "a.nc").write_bytes(b"CDF\x05" + bytes(60))
-    with pytest.raises(ts.InputError, match=r"a\.nc is NetCDF of the variant CDF-5; convert it with: nccopy"):
-        read_measurement(tmp_path / "a.nc")
 
 
 def mat_object(kind: str, name: bytes = b"label") -> bytes:
@@ -445,8 +343,6 @@ def test_version_7_3_has_cells_structures_and_objects_as_version_7(tmp_path):
 
 def test_responses_without_a_unit_ask_for_theirs(tmp_path):
     savemat(tmp_path / "plate.mat", {"f": LINES, "H": RESPONSE, "coherence": np.ones(50)})
-    with pytest.raises(ts.InputError, match="holds no time series; it holds frequency responses"):
-        read_measurement(tmp_path / "plate.mat")
     with pytest.raises(ts.InputError, match="nothing says of the response 'H' what it is of") as caught:
         ts.modes(tmp_path / "plate.mat")
     assert "'f'" not in str(caught.value)

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import tarsus as ts
 from tarsus.records.measurement import Quantity
 from tarsus.records.readers import read_measurement
 
@@ -24,6 +23,7 @@ def test_a_shock_record():
     assert record.channel("accelerometer_base").quantity is Quantity.ACCELERATION
     assert record.source == "shock_hit_0.5.lvm"
     assert record.drive == "excitation_composite"
+    assert read_measurement(SHOCK / "shock_hit_0.5.lvm", channels=CHANNELS, step="0.6 ms").step == 0.6e-3
     notes = "\n".join(record.notes)
     assert "taken in m/s^2 as chosen; the file says 's'" in notes
     assert "the header says one sample every 0.000586 s for 'accelerometer_base'" in notes
@@ -38,68 +38,12 @@ def test_columns_that_go_on_are_told():
     assert "'excitation_vibration' goes on for 841 samples after the shortest" in "\n".join(record.notes)
 
 
-def test_a_header_at_odds_with_the_times_is_refused_until_one_is_chosen():
-    with pytest.raises(ts.InputError, match=r"every 0\.000586 s .* but the column 'time' has one every 0\.000605 s"):
-        read_measurement(SHOCK / "shock_hit_0.5.lvm", channels=CHANNELS)
-    assert read_measurement(SHOCK / "shock_hit_0.5.lvm", channels=CHANNELS, step="0.6 ms").step == 0.6e-3
-
-
-def test_a_drive_that_stands_still_is_missing():
-    with pytest.raises(ts.InputError, match="the drive is missing: channel 'excitation_shock' is 0 V throughout"):
-        read_measurement(
-            SHOCK / "shock_free_0.5.lvm",
-            channels={"excitation_shock": "V", **CHANNELS},
-            axis="time",
-            drive="excitation_shock",
-        )
-
-
 def changed(tmp_path: Path, old: str, new: str) -> Path:
     lines = (SHOCK / "shock_hit_0.5.lvm").read_text(encoding="utf-8").splitlines()[:40]
     text = "\n".join(lines).replace("Samples,12376,13216,13216,12375,12375,12375", "Samples" + 6 * ",17")
     path = tmp_path / "record.lvm"
     path.write_text(text.replace(old, new), encoding="utf-8")
     return path
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ("LabVIEW Measurement", "a table", "record.lvm is not what its name says"),
-        ("***End_of_Header***", "", "record.lvm is truncated: its header does not end"),
-        (
-            "accelerometer_base",
-            "accelerometer_bass",
-            "no channel 'accelerometer_base'; did you mean 'accelerometer_bass'",
-        ),
-        ("0.239985", "broken", "line 25: column 'accelerometer_base' has 'broken' where a number is expected"),
-        (",0.000605,", ",0.000905,", "record.lvm: the sampling is not even"),
-        (
-            "0.187271",
-            "nan",
-            "channel 'accelerometer_base' has 1 gap: 1 samples are no finite number, the first at sample 0",
-        ),
-        (
-            "0.239985",
-            "",
-            "channel 'accelerometer_base' has 1 gap: 1 samples are no finite number, the first at sample 1",
-        ),
-        (",17", ",18", "truncated: channel 'accelerometer_base' has 17 values where the file announces 18"),
-    ],
-)
-def test_a_broken_file_says_where(tmp_path, old, new, said):
-    with pytest.raises(ts.InputError, match=said.replace("***", r"\*\*\*")):
-        read_measurement(changed(tmp_path, old, new), channels=CHANNELS, axis="time")
-
-
-def test_a_file_without_samples(tmp_path):
-    path = changed(tmp_path, "", "")
-    lines = path.read_text(encoding="utf-8").splitlines()
-    path.write_text("\n".join(lines[:22]), encoding="utf-8")
-    with pytest.raises(ts.InputError, match="ends after its header"):
-        read_measurement(path)
-    with pytest.raises(ts.InputError, match="cannot read"):
-        read_measurement(tmp_path / "none.lvm")
 
 
 HEADER = """LabVIEW Measurement\t
@@ -117,40 +61,13 @@ Delta_X\t1{decimal}000000E-3\t1{decimal}000000E-3\t
 """
 
 
-@pytest.mark.parametrize(
-    ("columns", "rows", "decimal"),
-    [
-        ("No", "X_Value\tdrive\ttip\tComment\n\t0,5\t2,0\tcold\n\t1,0\t4,0\n\t0,5\t6,0\n", ","),
-        ("One", "X_Value\tdrive\ttip\n0.0\t0.5\t2.0\n0.001\t1.0\t4.0\n0.002\t0.5\t6.0\n", "."),
-        (
-            "Multi",
-            "X_Value\tdrive\tX_Value\ttip\n0.0\t0.5\t0.0\t2.0\n0.001\t1.0\t0.001\t4.0\n0.002\t0.5\t0.002\t6.0\n",
-            ".",
-        ),
-    ],
-)
-def test_every_way_labview_writes_times(tmp_path, columns, rows, decimal):
-    path = tmp_path / "record.lvm"
-    path.write_text(HEADER.format(columns=columns, decimal=decimal) + rows, encoding="utf-8")
-    record = read_measurement(path)
-    assert record.names == ("drive", "tip") and record.drive == "drive"
-    assert record.step == pytest.approx(1e-3)
-    assert record["tip"] == pytest.approx(np.array([2e-3, 4e-3, 6e-3]))
-
-
 def test_one_of_several_records_is_chosen(tmp_path):
     block = "X_Value\tdrive\ttip\n0.0\t0.5\t{0}.0\n0.001\t0.6\t{0}.5\n0.002\t0.7\t{0}.7\n"
     head = HEADER.format(columns="One", decimal=".")
     path = tmp_path / "record.lvm"
     path.write_text(head + block.format(2) + "\n" + head[head.index("Channels") :] + block.format(3), encoding="utf-8")
-    with pytest.raises(ts.InputError, match=r"holds 2 records, 6 samples in all; say which with record \(1 to 2; 0"):
-        read_measurement(path)
     assert read_measurement(path, record=1)["tip"] == pytest.approx([2e-3, 2.5e-3, 2.7e-3])
     assert read_measurement(path, record=2)["tip"] == pytest.approx([3e-3, 3.5e-3, 3.7e-3])
-    with pytest.raises(ts.InputError, match="has no record 3: it holds 2"):
-        read_measurement(path, record=3)
-    with pytest.raises(ts.InputError, match="the times do not increase at sample 3"):
-        read_measurement(path, record=0)
     assert read_measurement(path, record=0, step="1 ms").count == 6
 
 
@@ -159,9 +76,6 @@ def test_more_samples_than_announced_are_further_records(tmp_path):
     rows = "".join(f"\t{i % 3}.5\t{i}.0\n" for i in range(6))
     path = tmp_path / "record.lvm"
     path.write_text(head + rows, encoding="utf-8")
-    said = "holds 2 records, 6 samples in all, though its one header announces 3; say which with record"
-    with pytest.raises(ts.InputError, match=said):
-        read_measurement(path)
     assert read_measurement(path, record=2)["tip"] == pytest.approx([3e-3, 4e-3, 5e-3])
     joined = read_measurement(path, record=0)
     assert joined.count == 6 and "2 records are joined, as chosen" in "\n".join(joined.notes)

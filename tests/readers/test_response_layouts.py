@@ -33,8 +33,6 @@ def csv(tmp_path: Path, names: str, *columns: np.ndarray) -> Path:
 
 def test_real_and_imaginary_part_in_two_series(tmp_path):
     path = mat(tmp_path, f=LINES, Hre=H[0].real, Him=H[0].imag)
-    with pytest.raises(ts.InputError, match="name the second part of a response under channels, as imaginary"):
-        read_response(path)
     read = read_response(path, channels={"Hre": {"unit": UNIT, "imaginary": "Him"}})
     assert read.values[0, 0] == pytest.approx(H[0]) and read.frequency == pytest.approx(LINES)
     table = csv(tmp_path, "a,b,c", LINES, H[0].real, H[0].imag)
@@ -43,14 +41,9 @@ def test_real_and_imaginary_part_in_two_series(tmp_path):
 
 
 def test_amplitude_and_phase_in_two_series(tmp_path):
-    path = mat(tmp_path, f=LINES, mag=np.abs(H[0]), phase=np.angle(H[0], deg=True), other=LINES[:9], z=H[1])
-    with pytest.raises(ts.InputError, match="nothing says whether the phase 'phase' is in deg or rad"):
-        read_response(path, channels={"mag": {"unit": UNIT, "phase": "phase"}})
+    path = mat(tmp_path, f=LINES, mag=np.abs(H[0]), phase=np.angle(H[0], deg=True))
     read = read_response(path, channels={"mag": {"unit": UNIT, "phase": "phase", "phase_unit": "deg"}})
     assert read.values[0, 0] == pytest.approx(H[0])
-    for other, said in (("other", "differ in length"), ("z", "is complex"), ("phas", "did you mean 'phase'")):
-        with pytest.raises(ts.InputError, match=said):
-            read_response(path, channels={"mag": {"unit": UNIT, "phase": other, "phase_unit": "deg"}})
 
 
 @pytest.mark.parametrize(
@@ -97,8 +90,6 @@ def test_a_table_or_cells_chosen_as_a_whole(tmp_path):
         read = read_response(mat(tmp_path, freq=LINES, FRF=whole), channels={"FRF": UNIT})
         assert [one.name for one in read.outputs] == ["FRF/1", "FRF/2"]
         assert read.values[:, 0] == pytest.approx(H)
-    with pytest.raises(ts.InputError, match="has no channel 'FR'"):
-        read_response(mat(tmp_path, freq=LINES, FRF=H), channels={"FR": UNIT})
 
 
 def test_the_frequencies_of_the_logger_of_cambridge(tmp_path):
@@ -108,7 +99,7 @@ def test_the_frequencies_of_the_logger_of_cambridge(tmp_path):
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_a_bad_number_at_zero_is_left_out_and_others_are_gaps(tmp_path, bad):
+def test_a_bad_number_at_zero_is_left_out(tmp_path, bad):
     values = H[0].copy()
     values[0] = bad
     path = mat(tmp_path, f=LINES, H=values, coh=np.ones(60))
@@ -117,9 +108,6 @@ def test_a_bad_number_at_zero_is_left_out_and_others_are_gaps(tmp_path, bad):
     assert read.coherence is not None and read.coherence.shape == (1, 1, 59)
     assert any("no finite number at 0 Hz" in note for note in read.notes)
     assert not any("not used: 'H'" in note for note in read.notes)
-    values[7] = bad
-    with pytest.raises(ts.InputError, match="1 gap: 1 samples are no finite number, the first at sample 7"):
-        read_response(mat(tmp_path, f=LINES, H=values), channels={"H": UNIT})
 
 
 def test_an_axis_in_radians_a_second(tmp_path):

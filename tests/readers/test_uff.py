@@ -73,11 +73,7 @@ def test_several_inputs_make_a_matrix_or_say_what_is_missing(tmp_path):
     assert response.values.shape == (2, 2, 40)
     assert response.values[1, 1] == pytest.approx(H[1] + 80)
     assert read_response(path, inputs=["8-Z"]).values.shape == (2, 1, 40)
-    with pytest.raises(ts.InputError, match="no input '9-Z'"):
-        read_response(path, inputs=["9-Z"])
     write(path, sets[:3])
-    with pytest.raises(ts.InputError, match="the response of '2\\+Z' to '8-Z' is missing; choose with"):
-        read_response(path)
     assert read_response(path, inputs=["7-Z"]).values.shape == (2, 1, 40)
 
 
@@ -142,8 +138,6 @@ def test_a_label_at_odds_with_the_data_type_is_not_relied_on(tmp_path, label, sy
     sets = [units(1, 1.0, 1.0)] * system
     sets += [function(velocity, TIMES, 1, 1, ordinate_axis_units_lab=label)]
     path = write(tmp_path / "time.uff", sets)
-    with pytest.raises(ts.InputError, match=r"nothing says what channel '1\+Z' measures"):
-        read_measurement(path)
     chosen = read_measurement(path, channels={"1+Z": "mm/s"})
     assert chosen["1+Z"] == pytest.approx(1e-3 * velocity)
     said = f"'1+Z' is labelled '{label}', but its data type and the file's units say 1 m/s: neither is relied on"
@@ -166,8 +160,6 @@ def test_the_unit_of_a_ratio_stands_at_the_ordinate(tmp_path):
 def test_units_that_contradict_themselves_are_not_relied_on(tmp_path):
     sets = [units(1, 3.28083989501312334, 0.224808943099710480), function(RANDOM.normal(size=300), TIMES, 1, 1)]
     path = write(tmp_path / "time.uff", sets)
-    with pytest.raises(ts.InputError, match=r"nothing says what channel '1\+Z' measures"):
-        read_measurement(path)
     notes = read_measurement(path, channels={"1+Z": "m/s"}).notes
     assert "said to be SI (data set 164), but with 3.28084 units of length a metre" in "\n".join(notes)
 
@@ -176,33 +168,6 @@ def test_repeats_of_a_point_are_told_apart(tmp_path):
     sets = [function(RANDOM.normal(size=300), TIMES, 1, 1) for _ in range(2)]
     record = read_measurement(write(tmp_path / "time.uff", sets))
     assert record.names == ("1+Z", "1+Z #2")
-
-
-def test_records_sampled_differently_are_not_mixed(tmp_path):
-    sets = [function(RANDOM.normal(size=300), k * TIMES, 1, k) for k in (1, 2)]
-    with pytest.raises(ts.InputError, match=r"'2\+Z' is sampled every 0.0002 s from 0 s, '1\+Z' every 0.0001 s"):
-        read_measurement(write(tmp_path / "time.uff", sets))
-
-
-def test_uneven_times_are_told(tmp_path):
-    times = TIMES.copy()
-    times[150:] += 3e-4
-    data = function(RANDOM.normal(size=300), times, 1, 1, abscissa_spacing=0)
-    with pytest.raises(ts.InputError, match=r"time.uff: the sampling is not even: .* 0\.0004 s after sample 149"):
-        read_measurement(write(tmp_path / "time.uff", [data]))
-
-
-@pytest.mark.parametrize("binary", [0, 1])
-def test_a_truncated_file_is_told(tmp_path, binary):
-    sets = [function(H[i], LINES, 4, i + 1, binary=binary) for i in range(2)]
-    path = write(tmp_path / "frf.uff", sets)
-    content = path.read_bytes()
-    path.write_bytes(content[:-300])
-    with pytest.raises(ts.InputError, match=r"frf.uff is truncated: its last data set does not end"):
-        read_response(path)
-    path.write_bytes(content[:-300] + b"\n    -1\n")
-    with pytest.raises(ts.InputError, match=r"frf.uff.* truncated"):
-        read_response(path)
 
 
 def test_data_at_nodes_by_frequency(tmp_path):
@@ -231,14 +196,6 @@ def test_data_at_nodes_by_frequency(tmp_path):
     assert response.values[0, 0] == pytest.approx([1.0, 2.0, 3.0])
     assert response.values[1, 0] == pytest.approx([2j, 2j, 2j])
     assert response.unit == (("m/s / V",), ("m/s / V",))
-
-
-def test_marks_that_do_not_enclose_data_sets_are_told(tmp_path):
-    path = write(tmp_path / "frf.uff", [function(H[0], LINES, 4, 1)])
-    content = path.read_bytes()
-    path.write_bytes(content + b"    -1\n" + content + b"    -1\n")
-    with pytest.raises(ts.InputError, match=r"frf.uff is damaged: a data set between its marks \(-1\) has no number"):
-        read_response(path)
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
@@ -302,8 +259,6 @@ def test_responses_without_phases_say_so(tmp_path):
     read = read_response(path)
     assert read.values[0, 0] == pytest.approx(np.abs(H[0]))
     assert "'1+Z': frequency responses of real numbers (data type 2 or 4), without phases" in "\n".join(read.notes)
-    with pytest.raises(ts.InputError, match=r"'1\+Z' are real numbers throughout, without phases"):
-        ts.modes(path, band=(3.0, 20.0))
 
 
 def test_rotations_and_the_input_of_data_at_nodes(tmp_path):
@@ -336,11 +291,8 @@ def test_rotations_and_the_input_of_data_at_nodes(tmp_path):
     assert read.values[3, 0] == pytest.approx([2.0, 4.0])
 
 
-def test_what_is_not_read_is_named_with_the_refusal(tmp_path):
+def test_what_is_not_read_is_shown(tmp_path):
     path = write(tmp_path / "psd.uff", [function(np.ones(40), LINES, 9, 4)])
-    for read in (read_measurement, read_response):
-        with pytest.raises(ts.InputError, match="not used: 1 power spectral densities"):
-            read(path)
     shown = ts.show(path)
     assert shown.to_dict()["series"] == []
     assert "psd.uff: not used: 1 power spectral densities" in shown.remarks
