@@ -7,11 +7,23 @@ import pytest
 
 import tarsus as ts
 from example_files import load
+from identify.campaigns import identified, truth
 from tarsus.base.spec import float_paths
+from tarsus.identify.result import identified_device
 
 
-# Slow: 83 records are identified. unit/identify/test_chain.py asks the same of a smaller campaign by default.
 @pytest.mark.full
+def test_its_table_of_a_small_campaign():
+    """Of the campaign that tests/identify share; the example's own is below."""
+    example, found = load("identify_campaign"), identified()
+    lines = example.text(example.Story(truth(), found, identified_device(found))).splitlines()
+    assert [line.split()[0] for line in lines[1:7]] == list(example.SHOWN)
+    assert all(line.endswith(" determined") for line in lines[1:7])
+    assert lines[-1] == f"{found.files_used} of {len(found.readings)} files used"
+
+
+# Slow: 83 records are identified.
+@pytest.mark.slow
 def test_identify_campaign():
     example = load("identify_campaign")
     story = example.identified()

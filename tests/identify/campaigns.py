@@ -15,6 +15,7 @@ import pytest
 from scipy.io import loadmat, savemat
 
 from laboratory import LABORATORY
+from once import once
 from tarsus.base.spec import FrozenDict
 from tarsus.files.library import load_scene
 from tarsus.files.toml import description_text
@@ -51,7 +52,7 @@ def truth() -> Scene:
     return perturbed(load_scene(LABORATORY), 0.2, seed=7)
 
 
-@lru_cache(maxsize=1)
+@once
 def folder() -> Path:
     """The campaign's folder; copy it before changing anything (`copied`)."""
     target = Path(tempfile.mkdtemp(prefix="tarsus-campaign-"))
@@ -74,7 +75,7 @@ def session(target: Path, device: Scene, seed: int) -> Path:
     return target
 
 
-@lru_cache(maxsize=1)
+@once
 def identified() -> Identification:
     """What the chain finds in it."""
     return identify(read_campaign(folder()))
