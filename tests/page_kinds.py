@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -35,33 +34,17 @@ __all__ = ["KINDS", "Kind"]
 
 _BALL = "50,1.5,14\n90,1,30\n120,,\n"
 _GAIT = (
-    "millipede-printed",
-    "--free",
-    "gait.duty,gait.frequency=100Hz:200Hz",
-    "--request",
-    "from_rest=10 ms",
-    "--request",
-    "candidates=64",
+    "millipede-printed --free gait.duty,gait.frequency=100Hz:200Hz --over ground.friction.coefficient=4:12"
+    " --request from_rest=10ms --request candidates=64"
 )
-_GROUNDS = ("--over", "ground.friction.coefficient=4:12")
-_BOX = ("--over", "robot.feet.tip.gap=69um:71um", "--over", "ground.restitution.coefficient=0.2:0.5")
+_BOX = "--over robot.feet.tip.gap=69um:71um --over ground.restitution.coefficient=0.2:0.5"
+_LANDING = (
+    "--foot tip --request levels=free=-8V:8V --set robot.drives.pzt.capacitance=664pF"
+    " --request effort=0.03 --request learn=10"
+)
 _YIELD = (
-    "--scatter",
-    "robot.drives.*.law.gain=10%",
-    "--over",
-    "ground.friction.coefficient=0.3:0.5",
-    "--dead",
-    "0:1",
-    "--require",
-    "mean_speed",
-    "--require",
-    "foot_slip",
-    "--robots",
-    "64",
-    "--draws",
-    "8",
-    "--set",
-    "duration=60 ms",
+    "--scatter robot.drives.*.law.gain=10% --over ground.friction.coefficient=0.3:0.5 --dead 0:1"
+    " --require mean_speed --require foot_slip --robots 64 --draws 8 --set duration=60ms"
 )
 _STUDY = """scene = "cantilever"
 duration = "0.1 s"
@@ -85,14 +68,15 @@ class Kind:
     make: Callable[[Path], Path]
 
 
-def verb(*words: Any, **files: Callable[[Path], Path]) -> Callable[[Path], Path]:
-    """The verb that writes a page. files: what makes those that are named in braces."""
+def verb(line: str, **files: Callable[[Path], Path]) -> Callable[[Path], Path]:
+    """A command line that writes a page. files: what makes those that are named in braces."""
 
     def make(folder: Path) -> Path:
         own = {name: made(folder) for name, made in files.items()}
+        words = [word.format(**own) for word in line.split()]
         out = folder / ("out.html" if words[0] == "explore" else "out")
-        code = main([*(str(word).format(**own) for word in words), "-o", str(out), "-q"])
-        assert code == 0, f"{words[0]}: {code}"
+        code = main([*words, "-o", str(out), "-q"])
+        assert code == 0, f"{line}: {code}"
         return next(page for page in (out, out / "report.html", out / "reproduction.html") if page.is_file())
 
     return make
@@ -152,7 +136,7 @@ def _trends(folder: Path) -> Path:
 
 def _index(folder: Path) -> Path:
     """Of one reproduction."""
-    page = verb("reproduce", "quadruped")(folder)
+    page = verb("reproduce quadruped")(folder)
     return write_page(index_html({"quadruped": read_json(page.with_suffix(".json"))}), folder / "index.html")
 
 
@@ -163,67 +147,35 @@ def _validations(folder: Path) -> Path:
 
 _RESPONSES = {f"p{point}": _response(point) for point in (1, 2, 3)}
 KINDS = {
-    "cantilever": Kind("run_page.py", verb("simulate", "cantilever")),
-    "hexapod": Kind("run_page.py", verb("simulate", "hexapod")),
-    "walker": Kind("run_page.py", verb("simulate", "hamr-like")),
-    "turning": Kind("run_page.py", verb("simulate", "turning-hexapod")),
-    "millipede-30": Kind("run_page.py", verb("simulate", "millipede-30")),
-    "explorer": Kind("explorer.py", verb("explore", "cantilever", "--duration", "60 ms")),
-    "explorer-walker": Kind("explorer.py", verb("explore", "millipede", "--duration", "60 ms")),
-    "explorer-hexapod": Kind("explorer.py", verb("explore", "hexapod-walker", "--duration", "60 ms")),
-    "sweep": Kind("sweep_page.py", verb("sweep", "{study}", study=_study)),
-    "yield": Kind("yield_page.py", verb("yield", CREEPING, *_YIELD)),
-    "calibrate": Kind("calibrate_page.py", verb("calibrate", "{ball}", ball=_ball)),
+    "cantilever": Kind("run_page.py", verb("simulate cantilever")),
+    "hexapod": Kind("run_page.py", verb("simulate hexapod")),
+    "walker": Kind("run_page.py", verb("simulate hamr-like")),
+    "turning": Kind("run_page.py", verb("simulate turning-hexapod")),
+    "millipede-30": Kind("run_page.py", verb("simulate millipede-30")),
+    "explorer": Kind("explorer.py", verb("explore cantilever --duration 60ms")),
+    "explorer-walker": Kind("explorer.py", verb("explore millipede --duration 60ms")),
+    "explorer-hexapod": Kind("explorer.py", verb("explore hexapod-walker --duration 60ms")),
+    "sweep": Kind("sweep_page.py", verb("sweep {study}", study=_study)),
+    "yield": Kind("yield_page.py", verb(f"yield {CREEPING} {_YIELD}")),
+    "calibrate": Kind("calibrate_page.py", verb("calibrate {ball}", ball=_ball)),
     "identify": Kind("identify_page.py", _identification),
     "track": Kind("track_page.py", _series),
-    "modes": Kind("modes_page.py", verb("modes", "{p1}", "{p2}", "{p3}", "--band", "110Hz:990Hz", **_RESPONSES)),
-    "landing": Kind(
-        "landing_page.py",
-        verb(
-            "design",
-            "landing",
-            "cantilever",
-            "--foot",
-            "tip",
-            "--request",
-            "levels=free=-8V:8V",
-            *_BOX,
-            "--set",
-            "robot.drives.pzt.capacitance=664 pF",
-            "--request",
-            "effort=0.03",
-            "--request",
-            "learn=10",
-        ),
-    ),
-    "gait": Kind("gait_page.py", verb("design", "gait", *_GAIT, *_GROUNDS, "--request", "look=2")),
-    "adapt": Kind(
-        "gait_page.py", verb("design", "adapt", *_GAIT, *_GROUNDS, "--request", "hidden=8", "--request", "training=8")
-    ),
+    "modes": Kind("modes_page.py", verb("modes {p1} {p2} {p3} --band 110Hz:990Hz", **_RESPONSES)),
+    "landing": Kind("landing_page.py", verb(f"design landing cantilever {_LANDING} {_BOX}")),
+    "gait": Kind("gait_page.py", verb(f"design gait {_GAIT} --request look=2")),
+    "adapt": Kind("gait_page.py", verb(f"design adapt {_GAIT} --request hidden=8 --request training=8")),
     "branch": Kind(
-        "branch_page.py",
-        verb("branch", SCENES / "impact_oscillator.toml", "--along", "signals.shaker.amplitude=1 V:0.2 V"),
+        "branch_page.py", verb(f"branch {SCENES}/impact_oscillator.toml --along signals.shaker.amplitude=1V:0.2V")
     ),
-    "attractors": Kind(
-        "attractors_page.py", verb("attractors", "millipede", "--starts", "6", "--over", "height=0:5um", "--no-edges")
-    ),
+    "attractors": Kind("attractors_page.py", verb("attractors millipede --starts 6 --over height=0:5um --no-edges")),
     "atlas": Kind(
         "atlas_page.py",
-        verb(
-            "atlas",
-            "cantilever",
-            "--x",
-            "robot.feet.tip.gap=80um:90um",
-            "--y",
-            "signals.pzt.amplitude=4V:6.5V",
-            "--depth",
-            "5",
-        ),
+        verb("atlas cantilever --x robot.feet.tip.gap=80um:90um --y signals.pzt.amplitude=4V:6.5V --depth 5"),
     ),
-    "validate": Kind("validation_page.py", verb("validate", "{drops}", drops=drop_folder)),
+    "validate": Kind("validation_page.py", verb("validate {drops}", drops=drop_folder)),
     "validations": Kind("validation_page.py", _validations),
-    "reproduce-cantilever": Kind("tarsus_reproduce:reproduction.py", verb("reproduce", "cantilever")),
-    "reproduce-hexapod": Kind("tarsus_reproduce:reproduction.py", verb("reproduce", "hexapod", "--seeds", "2")),
+    "reproduce-cantilever": Kind("tarsus_reproduce:reproduction.py", verb("reproduce cantilever")),
+    "reproduce-hexapod": Kind("tarsus_reproduce:reproduction.py", verb("reproduce hexapod --seeds 2")),
     "reproduce-millipede": Kind("tarsus_reproduce:reproduction.py", _trends),
     "index": Kind("tarsus_reproduce:index.py", _index),
 }
