@@ -127,6 +127,7 @@ def _times_of_day(path: Path) -> Held:
         out.write_segment(
             [
                 ChannelObject("g", "time", times),
+                ChannelObject("g", "remarks", ["a", "b"]),
                 ChannelObject("g", "tip", TIP, {"unit_string": "mm/s"}),
                 ChannelObject("g", "drive", DRIVE, {"unit_string": "V"}),
             ]

@@ -105,6 +105,14 @@ CASES = [
             lambda i: ",".join(f'"{_comma(one)}"' for one in _plain()(i).split(",")),
         ),
     ),
+    Case(
+        "one column of decimal commas.csv",
+        _lines(
+            ["Sample rate: 50 kHz", "tip [mm/s]"],
+            lambda i: _comma(f"{V[i]:.4f}"),
+            _only(0.0, {"tip": HELD.channels["tip"]}),
+        ),
+    ),
     Case("quotes in quotes.csv", _lines(['"t, s","tip, mm/s","drive, V"'], _plain())),
     Case("cell of two lines.csv", _lines(['"t\r\n(s)","tip\r\n(mm/s)",drive (V)'], _plain())),
     Case("comments.csv", _lines(["# by a laboratory", "# t [s], tip [mm/s], drive [V]"], _plain())),

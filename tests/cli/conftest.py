@@ -87,6 +87,16 @@ def process() -> Callable[..., Result]:
     return call
 
 
+@pytest.fixture(scope="session")
+def simulated(tmp_path_factory) -> Path:
+    """The folder of a run, to be copied before anything is changed."""
+    from tarsus.cli import main
+
+    folder = tmp_path_factory.mktemp("plot") / "run"
+    assert main(["simulate", "cantilever", "--duration", "5 ms", "--no-report", "-q", "-o", str(folder)]) == 0
+    return folder
+
+
 @pytest.fixture
 def scene_table(tmp_path) -> dict[str, Any]:
     """The packaged cantilever as the raw tables of its file, to be spoiled."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 
 import numpy as np
 import pytest
@@ -11,19 +12,9 @@ import tarsus as ts
 from scene_files import SCENES
 from tarsus.cli import main
 
-WORDS = (
-    "attractors",
-    str(SCENES / "vibrating_table.toml"),
-    "--set",
-    "ground.restitution.coefficient=0.8",
-    "--set",
-    "signals.table.amplitude=0.5",
-    "--starts",
-    "12",
-    "--over",
-    "height=0:0.2",
-    "--over",
-    "speed=-0.5:0.5",
+WORDS = shlex.split(
+    f"attractors {SCENES}/vibrating_table.toml --set ground.restitution.coefficient=0.8"
+    " --set signals.table.amplitude=0.5 --starts 12 --over height=0:0.2 --over speed=-0.5:0.5"
 )
 
 

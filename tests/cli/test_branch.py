@@ -34,18 +34,3 @@ def test_a_branch_is_printed_and_written(tmp_path, capsys, opened):
     assert found["branches"] == everything["branches"]
     series = {one["name"]: one for one in opened(out / "branch.nc", "series", ALONG)["series"]}
     assert (series["at"]["smallest"], series["at"]["unit"]) == (0.95, "V")
-
-
-@pytest.mark.parametrize(
-    ("along", "word"),
-    [
-        (f"{ALONG}=1 V", "takes PATH=a:b"),
-        (f"{ALONG}=1 V:1 V", "is empty"),
-        ("signals.shaker.amplitud=1:2", "did you mean 'signals.shaker.amplitude'?"),
-        (f"{ALONG}=1 m:2 m", "expected"),
-    ],
-)
-def test_a_bad_range_is_one_sentence(along, word, capsys):
-    assert main(["branch", OSCILLATOR, "--along", along]) == 2
-    told = capsys.readouterr().err
-    assert word in told and len(told.splitlines()) <= 2

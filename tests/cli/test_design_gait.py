@@ -4,19 +4,13 @@ from __future__ import annotations
 
 import csv
 import json
+import shlex
 
 import pytest
 
-WALK = (
-    "millipede-printed",
-    "--free",
-    "gait.duty,gait.frequency=100Hz:200Hz",
-    "--request",
-    "from_rest=10 ms",
-    "--request",
-    "candidates=64",
-    "--threads",
-    "1",
+WALK = shlex.split(
+    "millipede-printed --free gait.duty,gait.frequency=100Hz:200Hz --request from_rest=10ms --request candidates=64"
+    " --threads 1"
 )
 GAIT = (*WALK, "--request", "look=2")
 
@@ -64,17 +58,8 @@ def test_a_front_is_written_with_pages_that_play(tarsus, tmp_path):
 
 
 def test_an_adaptive_gait_prints_its_rule(tarsus, tmp_path, opened):
-    words = (
-        "--over",
-        "ground.friction.coefficient=4:12",
-        "--request",
-        "sense=nothing",
-        "--request",
-        "hidden=4",
-        "--request",
-        "training=4",
-    )
-    done = tarsus("design", "adapt", *WALK, *words, "-o", str(tmp_path))
+    words = "--over ground.friction.coefficient=4:12 --request sense=nothing --request hidden=4 --request training=4"
+    done = tarsus("design", "adapt", *WALK, *shlex.split(words), "-o", str(tmp_path))
     assert done.code == 0, done.err
     assert "always" in done.out and "lost on 4 hidden grounds" in done.out
     assert json.loads((tmp_path / "adapt.json").read_text())["table"][0]["when"] == "always"

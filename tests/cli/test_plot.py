@@ -13,13 +13,6 @@ from tarsus.cli import main
 from tarsus.report.saved import figure_of, offered
 
 
-@pytest.fixture(scope="module")
-def simulated(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("plot") / "run"
-    assert main(["simulate", "cantilever", "--duration", "5 ms", "--no-report", "-q", "-o", str(folder)]) == 0
-    return folder
-
-
 @pytest.fixture
 def run(simulated, tmp_path):
     return shutil.copytree(simulated, tmp_path / "run")
@@ -100,28 +93,3 @@ def test_a_grid_of_two_is_a_map_or_lines_over_one(tarsus, sweep, tmp_path):
         assert [line.get_label() for line in lines] == ["gap 50 µm", "gap 60 µm", "gap 70 µm"]
     file = tmp_path / "a.png"
     assert tarsus("plot", sweep, "bounces", "-o", file).code == 0 and file.stat().st_size > 5000
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("nowhere",), "there is no 'nowhere'"),
-        (("run", "gapp"), "did you mean 'gap'?"),
-        (("run", "gap", "--only", "tipp"), "did you mean 'tip'?"),
-        (("run", "ledger", "--only", "tip"), "--only names points"),
-        (("run", "--over", "robot.feet.tip.gap"), "--over is for batches and sweeps"),
-        (("run", "kinetic_energy", "--only", "tip"), "no names to choose from"),
-        (("run/scene.toml",), "is no NetCDF file of tarsus"),
-        ((".",), "holds no run and no finished sweep"),
-    ],
-)
-def test_what_cannot_be_drawn_is_said(tarsus, run, tmp_path, monkeypatch, words, said):
-    monkeypatch.chdir(tmp_path)
-    result = tarsus("plot", *words, "-o", "a.png")
-    assert result.code == 2 and len(result.sentences) == 1 and said in result.sentences[0]
-    assert not (tmp_path / "a.png").exists()
-
-
-def test_only_figures_are_written(tarsus, run, tmp_path):
-    said = tarsus("plot", run, "-o", tmp_path / "a.jpg")
-    assert said.code == 2 and ".png, .svg, .pdf" in said.sentences[0]

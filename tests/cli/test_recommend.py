@@ -92,20 +92,3 @@ def test_nothing_worth_taking_is_said(tarsus):
     result = tarsus("recommend", "cantilever", "--parameter", "ground.restitution.coefficient", "--budget", "1", *words)
     assert result.code == 0
     assert "No record within 1 s determines ground.restitution.coefficient" in result.out
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--parameter", RATE, "--budget", "2 m", "--vary", "hz=5, 1 V"], ["hz: ", "budget: "]),
-        (["--parameter", "ground.adhesion.rat", "--budget", "2 s"], [f"did you mean '{RATE}'"]),
-        (["--parameter", RATE, "--budget", "-1 s", *SMALL], ["budget: expected a time above 0 s"]),
-        (["--parameter", RATE, "--budget", "1 s", "--vary", "hz=0", "--vary", "volts=6"], ["frequency"]),
-        (["--parameter", "signals.pzt.offset", "--budget", "1 s"], ["needs a value other than 0"]),
-    ],
-)
-def test_bad_words_end_in_sentences(tarsus, words, said):
-    result = tarsus("recommend", "cantilever", *words)
-    assert result.code == 2 and result.out == ""
-    assert len(result.sentences) == len(said)
-    assert all(part in sentence for part, sentence in zip(said, result.sentences, strict=True))

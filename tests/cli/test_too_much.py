@@ -18,8 +18,6 @@ from tarsus.files.whole import written_whole
 from tarsus.records.measurement import Channel, Measurement, Quantity
 from tarsus.synthesis import record_files
 
-SCENE, SWEEP = 'name = "x"\n[robot]\n', 'scene = "cantilever"\n[vary]\n"robot.feet.tip.gap" = [1e-6]\n'
-CALIBRATION, CAMPAIGN = 'device = "cantilever"\ntable = "x.csv"\n', 'device = "cantilever"\n[records.a]\n'
 NESTED = "[" * 5000 + "]" * 5000
 
 
@@ -70,27 +68,6 @@ def test_a_byte_order_mark_is_no_fault(tmp_path):
     file.write_bytes(b"\xef\xbb\xbf" + file.read_bytes())
     assert ts.read_scene(file) == ts.load_scene("cantilever")
     assert tables.table_of("\ufeffa = 1", "text") == {"a": 1}
-
-
-@pytest.mark.parametrize(
-    ("words", "text", "said"),
-    [
-        ("simulate", SWEEP, "it is a sweep, not a scene: `tarsus sweep` takes it"),
-        ("simulate", CALIBRATION, "it is a calibration, not a scene: `tarsus calibrate` takes it"),
-        ("simulate", CAMPAIGN, "it is a campaign, not a scene: `tarsus identify` takes it"),
-        ("sweep", SCENE, "it is a scene, not a sweep: `tarsus simulate` takes it"),
-        ("sweep", CAMPAIGN, "it is a campaign, not a sweep: `tarsus identify` takes it"),
-        ("identify", SCENE, "it is a scene, not a campaign: `tarsus simulate` takes it"),
-        ("identify", SWEEP, "it is a sweep, not a campaign: `tarsus sweep` takes it"),
-        ("calibrate", SCENE, "it is a scene, not a calibration: `tarsus simulate` takes it"),
-        ("calibrate", SWEEP, "it is a sweep, not a calibration: `tarsus sweep` takes it"),
-    ],
-)
-def test_a_file_of_another_kind_says_who_takes_it(tarsus, tmp_path, words, text, said):
-    file = tmp_path / "file.toml"
-    file.write_text(text)
-    refused = tarsus(words, file, "-o", tmp_path / "out")
-    assert refused.code == 2 and refused.sentences == [f"{file}: {said}"]
 
 
 @pytest.mark.parametrize("closed", [pytest.param("<&- >&-", marks=pytest.mark.slow), ">&- 2>&-"])

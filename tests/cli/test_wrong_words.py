@@ -14,6 +14,9 @@ SCATTER = "yield millipede --scatter robot.drives.*.law.gain=5%"
 ADAPT = "design adapt millipede --free gait.duty --over ground.friction.coefficient=0.2:0.6 -o out"
 RANK = "recommend cantilever --parameter ground.adhesion.rate --budget"
 
+KINDS = {"scene": "simulate", "sweep": "sweep", "campaign": "identify", "calibration": "calibrate"}
+"""Kinds of files by name, and the verb that takes each."""
+
 WRONG = [
     ("simulat cantilever", 'Did you mean "simulate"'),
     ("simulate", "SCENE is missing. See `tarsus simulate --help`."),
@@ -151,10 +154,38 @@ WRONG = [
     ("validate folder", "the folder holds no claims.toml"),
     ("bench x", "unexpected: x"),
     ("doctor x", "unexpected: x"),
+    ("plot nowhere -o a.png", "there is no 'nowhere'"),
+    ("plot made gapp -o a.png", "did you mean 'gap'?"),
+    ("plot made gap --only tipp -o a.png", "did you mean 'tip'?"),
+    ("plot made ledger --only tip -o a.png", "--only names points"),
+    ("plot made --over robot.feet.tip.gap -o a.png", "--over is for batches and sweeps"),
+    ("plot made kinetic_energy --only tip -o a.png", "no names to choose from"),
+    ("plot made/scene.toml -o a.png", "is no NetCDF file of tarsus"),
+    ("plot . -o a.png", "holds no run and no finished sweep"),
+    ("plot made -o a.jpg", ".png, .svg, .pdf"),
+    (f"{RANK} '2 m'", "budget: "),
+    (f"{RANK} -1s", "budget: expected a time above 0 s"),
+    (f"{RANK} 1s --vary hz=0 --vary volts=6", "frequency"),
+    ("recommend cantilever --parameter ground.adhesion.rat --budget 2s", "did you mean 'ground.adhesion.rate'"),
+    ("recommend cantilever --parameter signals.pzt.offset --budget 1s", "needs a value other than 0"),
+    ("branch cantilever --along signals.pzt.amplitude=8V", "takes PATH=a:b"),
+    ("branch cantilever --along signals.pzt.amplitude=8V:8V", "is empty"),
+    ("branch cantilever --along signals.pzt.amplitude=1m:2m", "expected"),
+    ("atlas cantilever -o out --x robot.feet.tip.gap=60um:80um", "an atlas has two axes"),
+    *(
+        (f"{verb} kinds/{other}.toml -o out", f"toml: it is a {other}, not a {kind}: `tarsus {KINDS[other]}` takes it")
+        for kind, verb in KINDS.items()
+        for other in KINDS
+        if other != kind
+    ),
     ("completion ksh", 'Did you mean "zsh"?'),
 ]
 
 FILES = {
+    "kinds/scene.toml": 'name = "x"\n[robot]\n',
+    "kinds/sweep.toml": 'scene = "cantilever"\n[vary]\n"robot.feet.tip.gap" = [1e-6]\n',
+    "kinds/calibration.toml": 'device = "cantilever"\ntable = "x.csv"\n',
+    "kinds/campaign.toml": 'device = "cantilever"\n[records.a]\n',
     "taken": "x",
     "empty.csv": "",
     "driven.csv": "t [s],volts [V],tip [m/s]\n" + "".join(f"{k / 1e3},{k % 7 % 3},{k % 5}\n" for k in range(400)),
@@ -170,9 +201,10 @@ def test_every_verb_is_asked_for_something_wrong():
 
 
 @pytest.mark.parametrize(("words", "said"), WRONG, ids=[words for words, _ in WRONG])
-def test_what_cannot_be_is_refused_in_a_sentence(tarsus, tmp_path, monkeypatch, words, said):
+def test_what_cannot_be_is_refused_in_a_sentence(tarsus, tmp_path, monkeypatch, simulated, words, said):
     monkeypatch.chdir(tmp_path)
-    for name in ("folder", "run"):
+    (tmp_path / "made").symlink_to(simulated)
+    for name in ("folder", "run", "kinds"):
         (tmp_path / name).mkdir()
     (tmp_path / "run" / "scene.toml").touch()
     for name, text in FILES.items():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 
 import numpy as np
 import pytest
@@ -10,35 +11,15 @@ import xarray as xr
 
 from walking_devices import CREEPING
 
-WORDS = (
-    "--scatter",
-    "robot.drives.*.law.gain=10%",
-    "--over",
-    "ground.friction.coefficient=0.3:0.5",
-    "--dead",
-    "0:1",
-    "--require",
-    "mean_speed=0 m/s",
-    "--require",
-    "foot_slip",
+WORDS = shlex.split(
+    f"yield {CREEPING} --scatter robot.drives.*.law.gain=10% --over ground.friction.coefficient=0.3:0.5 --dead 0:1"
+    " --require mean_speed=0m/s --require foot_slip"
 )
-
-FEW = ("--robots", "24", "--draws", "4", "--from-rest", "20ms")
-
-
-@pytest.fixture(scope="module")
-def creeping(tmp_path_factory) -> str:
-    """The creeping millipede for a tenth of its time."""
-    file = tmp_path_factory.mktemp("scene") / "creeping.toml"
-    text = CREEPING.read_text(encoding="utf-8")
-    file.write_text(text, encoding="utf-8")
-    return str(file)
+FEW = shlex.split("--robots 24 --draws 4 --from-rest 20ms")
 
 
-def test_robots_become_curves_and_a_page(tarsus, creeping, tmp_path, opened):
-    result = tarsus(
-        "yield", creeping, *WORDS, "--robots", "24", "--draws", "4", "--from-rest", "20ms", "-o", tmp_path / "out"
-    )
+def test_robots_become_curves_and_a_page(tarsus, tmp_path, opened):
+    result = tarsus(*WORDS, *FEW, "-o", tmp_path / "out")
     assert result.code == 0, result.err
     assert "24 robots, from rest, 20 ms" in result.out and "%" in result.out and "matters most" in result.out
     found = json.loads((tmp_path / "out" / "yield.json").read_text(encoding="utf-8"))
@@ -58,8 +39,7 @@ def test_robots_become_curves_and_a_page(tarsus, creeping, tmp_path, opened):
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "Yield against requirement" in page and "Whose scatter matters" in page and "Dead legs" in page
     before = (tmp_path / "out" / "yield.json").read_bytes()
-    words = (*WORDS, *FEW, "-o", tmp_path / "out", "--resume", "--json")
-    again = tarsus("yield", creeping, *words)
+    again = tarsus(*WORDS, *FEW, "-o", tmp_path / "out", "--resume", "--json")
     said = json.loads(again.out)
     assert again.code == 0 and said["robots"] == 24 and list(said["shares"]) == ["mean_speed"]
     assert said["shares"]["mean_speed"][0] == pytest.approx((speed >= 0.0).mean())
@@ -77,8 +57,8 @@ def test_no_runs_but_those_asked_for(tarsus, tmp_path):
     assert not (tmp_path / "out" / "legs").exists()
 
 
-def test_runs_about_legs_can_be_left_out(tarsus, creeping, tmp_path):
-    result = tarsus("yield", creeping, *WORDS, "--robots", "6", "--starts", "2", "-o", tmp_path / "out")
+def test_runs_about_legs_can_be_left_out(tarsus, tmp_path):
+    result = tarsus(*WORDS, "--robots", "6", "--starts", "2", "-o", tmp_path / "out")
     assert result.code == 0 and "6 robots, settled motion, runs of 1 s from 2 starts" in result.out
     found = json.loads((tmp_path / "out" / "yield.json").read_text(encoding="utf-8"))
     with xr.open_dataset(tmp_path / "out" / "robots" / "sweep.nc") as robots:
