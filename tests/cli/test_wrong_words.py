@@ -181,11 +181,13 @@ WRONG = [
     ("completion ksh", 'Did you mean "zsh"?'),
 ]
 
+OF_A_KIND = {
+    "scene": 'name = "x"\n[robot]\n',
+    "sweep": 'scene = "cantilever"\n[vary]\n"robot.feet.tip.gap" = [1e-6]\n',
+    "calibration": 'device = "cantilever"\ntable = "x.csv"\n',
+    "campaign": 'device = "cantilever"\n[records.a]\n',
+}
 FILES = {
-    "kinds/scene.toml": 'name = "x"\n[robot]\n',
-    "kinds/sweep.toml": 'scene = "cantilever"\n[vary]\n"robot.feet.tip.gap" = [1e-6]\n',
-    "kinds/calibration.toml": 'device = "cantilever"\ntable = "x.csv"\n',
-    "kinds/campaign.toml": 'device = "cantilever"\n[records.a]\n',
     "taken": "x",
     "empty.csv": "",
     "driven.csv": "t [s],volts [V],tip [m/s]\n" + "".join(f"{k / 1e3},{k % 7 % 3},{k % 5}\n" for k in range(400)),
@@ -203,13 +205,17 @@ def test_every_verb_is_asked_for_something_wrong():
 @pytest.mark.parametrize(("words", "said"), WRONG, ids=[words for words, _ in WRONG])
 def test_what_cannot_be_is_refused_in_a_sentence(tarsus, tmp_path, monkeypatch, simulated, words, said):
     monkeypatch.chdir(tmp_path)
-    for name in ("folder", "run", "kinds"):
-        (tmp_path / name).mkdir()
     if "made" in words:
         (tmp_path / "made").symlink_to(simulated)
+    for name in ("folder", "run"):
+        (tmp_path / name).mkdir()
     (tmp_path / "run" / "scene.toml").touch()
     for name, text in FILES.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
+    if "kinds" in words:
+        (tmp_path / "kinds").mkdir()
+        for name, text in OF_A_KIND.items():
+            (tmp_path / "kinds" / f"{name}.toml").write_text(text, encoding="utf-8")
     (tmp_path / "bytes.toml").write_bytes(b"\xca\xfe\xba\xbe")
     before = sorted(tmp_path.rglob("*"))
     refused = tarsus(*shlex.split(words))

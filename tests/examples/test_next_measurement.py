@@ -8,8 +8,9 @@ from example_files import load
 from tarsus.fit.verdict import Verdict
 
 
-# Slow: records of a second with derivatives. unit/synthesis/test_ranking.py asks for the same of two by default.
-@pytest.mark.full
+# Slow: a minute and more of CPU, records of a second with derivatives. Rankings of a walker's records are made by
+# synthesis/test_ranking.py and by the command line of determined.md.
+@pytest.mark.slow
 def test_next_measurement():
     example = load("next_measurement")
     walks, growth = example.asked()
