@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tarsus.records.measurement import Quantity
 from tarsus.records.readers import read_measurement, read_response
 
 REAL = Path(__file__).parents[1] / "data" / "real"
@@ -31,15 +30,6 @@ def write(tmp_path: Path, text: str, encoding: str = "utf-8", name: str = "recor
     return path
 
 
-@pytest.mark.parametrize("encoding", ["latin-1", "utf-8", "utf-8-sig", "utf-16"])
-def test_ascii_of_a_vibrometer(tmp_path, encoding):
-    record = read_measurement(write(tmp_path, POLYTEC, encoding))
-    assert record.names == ("Velocity", "Reference")
-    assert record["Velocity"] == pytest.approx([-15e-6, 20e-6, 40e-6, 10e-6])
-    assert record.channel("Velocity").quantity is Quantity.VELOCITY
-    assert record.drive == "Reference" and record.step == pytest.approx(1e-3)
-
-
 def test_a_last_line_without_its_end_is_told(tmp_path):
     cut = POLYTEC.rstrip()
     assert "its last line has no line end" in "\n".join(read_measurement(write(tmp_path, cut)).notes)
@@ -49,11 +39,6 @@ def test_a_table_without_names(tmp_path):
     path = write(tmp_path, "0.0 1.0\n0.1 3.0\n0.2 2.0\n")
     record = read_measurement(path, channels={"column 2": {"unit": "um", "name": "tip"}}, axis="column 1")
     assert record["tip"] == pytest.approx([1e-6, 3e-6, 2e-6]) and record.step == pytest.approx(0.1)
-
-
-def test_a_rate_in_the_header(tmp_path):
-    text = "Sample rate: 2 kHz\nSamples: 3\ntip [m/s];volts [V]\n1;2\n3;4\n5;7\n"
-    assert read_measurement(write(tmp_path, text)).step == pytest.approx(0.5e-3)
 
 
 @pytest.mark.parametrize(
