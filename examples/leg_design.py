@@ -11,9 +11,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tarsus.base.spec import get_value, with_values
-from tarsus.design import Landscape, LinkDesign, landscape, step_lift
+from tarsus.design import LinkDesign
 from tarsus.design import leg as design_leg
 from tarsus.model.structure.leg import Leg
+from tarsus.model.structure.leg_step import step_lift
 from tarsus_reproduce.legs import millipede_leg
 
 SHORTEST, LONGEST = 100e-6, 500e-6
@@ -25,23 +26,25 @@ def designed(leg: Leg) -> LinkDesign:
     return design_leg(leg, SHORTEST, LONGEST)
 
 
-def around(design: LinkDesign, points: int = 25) -> Landscape:
-    """Mean speed over the lengths of hip link and shin, the thigh as designed."""
+ACROSS, UP = "hip.length", "shin.length"
+
+
+def figure(leg: Leg, found: LinkDesign, points: int = 25) -> Figure:
+    """Mean speed over the lengths of hip link and shin, the thigh as designed, where the leg does not carry its load,
+    and where leg and design stand."""
     lengths = np.linspace(SHORTEST, LONGEST, points)
-    return landscape(design.leg, "hip.length", lengths, "shin.length", lengths)
-
-
-def figure(land: Landscape, leg: Leg, found: LinkDesign) -> Figure:
-    """Mean speed over the lengths, where the leg does not carry its load, and where leg and design stand."""
+    lifts = [[step_lift(with_values(found.leg, {ACROSS: x, UP: y})) for x in lengths] for y in lengths]
+    speed = np.array([[one.mean_speed for one in row] for row in lifts])
+    capacity = np.array([[one.capacity for one in row] for row in lifts])
     drawn = Figure(figsize=(5.4, 4.2), layout="constrained")
-    axes, x, y = drawn.subplots(), land.x * 1e6, land.y * 1e6
-    shown = axes.contourf(x, y, land.speed * 1e3, levels=14, cmap="Blues")
+    axes, side = drawn.subplots(), lengths * 1e6
+    shown = axes.contourf(side, side, speed * 1e3, levels=14, cmap="Blues")
     drawn.colorbar(shown, ax=axes, label="mean speed to the first peak (mm/s)")
-    axes.contourf(x, y, land.capacity / found.load, levels=[0.0, 1.0], colors=["0.5"], alpha=0.4)
+    axes.contourf(side, side, capacity / found.load, levels=[0.0, 1.0], colors=["0.5"], alpha=0.4)
     for name, one, mark in (("as given", leg, "ko"), ("design", found.leg, "r*")):
-        axes.plot(get_value(one, land.across) * 1e6, get_value(one, land.up) * 1e6, mark, label=name)
+        axes.plot(get_value(one, ACROSS) * 1e6, get_value(one, UP) * 1e6, mark, label=name)
     weight = f"grey: does not carry {found.load * 1e6:.3g} µN"
-    axes.set(xlabel=f"{land.across} (µm)", ylabel=f"{land.up} (µm)", title=weight)
+    axes.set(xlabel=f"{ACROSS} (µm)", ylabel=f"{UP} (µm)", title=weight)
     axes.legend()
     return drawn
 
@@ -64,4 +67,4 @@ if __name__ == "__main__":
     report(leg)
     if len(sys.argv) > 1:
         found = designed(leg)
-        figure(around(found), leg, found).savefig(sys.argv[1])
+        figure(leg, found).savefig(sys.argv[1])

@@ -7,8 +7,8 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
-from tarsus.design import step_lift
 from tarsus.model.structure.leg_motion import equilibrium, step_response
+from tarsus.model.structure.leg_step import step_lift
 from tarsus_reproduce.legs import millipede_leg
 
 

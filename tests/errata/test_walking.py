@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.design import step_lift
 from tarsus.model.structure.leg import SingleMode
 from tarsus.model.structure.leg_motion import GRAVITY, step_response
+from tarsus.model.structure.leg_step import step_lift
 from tarsus_reproduce.claims import FilmUnit, examples
 from tarsus_reproduce.legs import millipede_leg
 

@@ -42,7 +42,6 @@ def test_leg_design_py_finds_a_longer_hip_for_the_assumed_load(tmp_path):
     found = example.designed(leg)
     assert found.lengths[:2] * 1e6 == pytest.approx([442.0, 100.0], abs=0.5)
     assert found.lift.mean_speed == pytest.approx(6.35e-3, rel=1e-3)
-    land = example.around(found, points=9)
-    text = words(example.figure(land, leg, found), tmp_path / "land.svg")
+    text = words(example.figure(leg, found, points=9), tmp_path / "land.svg")
     assert "does not carry 12.8 µN" in text
     assert "hip.length (µm)" in text and "mean speed" in text and "design" in text

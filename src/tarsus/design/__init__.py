@@ -16,7 +16,7 @@ from tarsus.design.judge import Risk, cvar
 from tarsus.design.landing_design import LandingDesign
 from tarsus.design.landing_request import Sensor
 from tarsus.design.learning import Learning
-from tarsus.design.legs import Landscape, LinkDesign, StepLift, landscape, leg, step_lift
+from tarsus.design.legs import LinkDesign, leg
 from tarsus.design.measures import DesignLimit, DesignObjective
 from tarsus.design.motion import DesignMotion
 from tarsus.design.percents import Percent, Percents
@@ -37,7 +37,6 @@ __all__ = [
     "Grounds",
     "LandingDesign",
     "LandingObjective",
-    "Landscape",
     "Learning",
     "LinkDesign",
     "Percent",
@@ -46,7 +45,6 @@ __all__ = [
     "Risk",
     "Sense",
     "Sensor",
-    "StepLift",
     "Symmetry",
     "adapt",
     "cvar",
@@ -56,13 +54,11 @@ __all__ = [
     "header_text",
     "hold",
     "landing",
-    "landscape",
     "learn",
     "leg",
     "settings_text",
     "standing",
     "steady",
-    "step_lift",
 ]
 
 callable_package(__name__, "tarsus.design.verb:design")
