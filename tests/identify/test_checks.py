@@ -22,7 +22,8 @@ from tarsus.identify.chain import StepRunner
 from tarsus.identify.checks import GAP, air_checks, gap_check, left_check
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.film_exponent import exponent_of, with_exponent
+from tarsus.identify.film_exponent import exponent_of
+from tarsus.identify.flight import FILM
 from tarsus.identify.foot import FootModel
 from tarsus.identify.prediction import AirFit, fit_air
 from tarsus.identify.step import Check, Residual, StepResult, failures
@@ -209,19 +210,20 @@ def test_a_failed_check_takes_the_word_determined_and_names_its_cause():
     assert verdict_of((1.0, 9.0), doubted=True) is Verdict.UNDECIDED, "a wide number stays what it is"
 
 
-def test_the_exponent_of_the_film_is_found_and_the_film_drawn_over_what_is_open():
+def test_the_exponent_of_the_film_is_found_and_what_it_leaves_open_takes_the_word():
     chain = identified()
     assert chain.film is not None
     found = exponent_of(chain.film, 3)
     assert found is not None and abs(found.value - 3.0) < 3.0 * found.error
-    for one, far in ((replace(found, error=0.5), 0.5), (replace(found, value=2.2, error=0.6), 1.0)):
-        step = with_exponent(chain.film, one, 3).step
-        beyond = np.log(step.samples[:, 1] / chain.film.step.samples[:, 1])
-        assert np.std(beyond) == pytest.approx(far * found.moves[1], rel=0.1)
-        assert step.checks[-1].passed and step.unsound() == []
+    step, (law, thickness) = chain.film.step, FILM
+    for value, error, far in ((3.0, 0.5, 0.5), (2.2, 0.6, 1.0), (3.0, 1e-3, 1e-3)):
+        is_three, holds = replace(found, value=value, error=error).checks(step)
+        assert is_three.passed and holds.passed == (far < 0.1)
+        assert holds.far[thickness] == pytest.approx(far * found.moves[1] * step.value(thickness), rel=1e-6)
+        assert holds.far[law] > 0.0
     for value in (2.0, -78.0):
-        wrong = with_exponent(chain.film, replace(found, value=value, error=0.1), 3).step
-        assert not wrong.checks[-1].passed and "not damped as by a film of exponent 3" in wrong.checks[-1].cause
+        wrong, _ = replace(found, value=value, error=0.1).checks(step)
+        assert not wrong.passed and "not damped as by a film of exponent 3" in wrong.cause
 
 
 def test_what_the_device_file_states_with_an_interval_is_moved_by_its_standard_error():

@@ -117,6 +117,10 @@ class Campaign(Description):
         default=False,
         description="of a walker: whether the ground is known to differ from foot to foot, which is tried otherwise",
     )
+    even_film: bool = Field(
+        default=False,
+        description="whether the film is known to be one between flat faces, of exponent 3, which few records tell",
+    )
     calibration: float = Field(
         default=0.0,
         ge=0,

@@ -166,7 +166,8 @@ def _film(chain: StepRunner) -> StepResult:
     model, seed = chain.known.model(), chain.seed + 2
     film = identify_film(model, chain.known, traces, chain.evidence.level, seed, chain.film)
     # the steps again: of hypotheses the first time
-    chain.film = film if chain.film is not None else film_checked(film, seed)
+    known = chain.film is not None or chain.opened.campaign.even_film
+    chain.film = film if known else film_checked(film, seed)
     return chain.film.step
 
 
