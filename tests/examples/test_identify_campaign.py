@@ -35,4 +35,5 @@ def test_identify_campaign():
     assert np.median([one.off for one in found.comparisons]) < 0.05
     assert found.files_used == len(found.readings) == 83
     assert ts.simulate(story.device, 0.01).ok
-    assert example.text(story).count("determined") == len(example.SHOWN)
+    said = example.text(story)  # the film is one of several laws: its flights leave the exponent open
+    assert said.count("determined") == len(example.SHOWN) - 1 and said.count("preferred") == 1

@@ -165,7 +165,7 @@ def test_every_number_has_a_verdict_and_correlations():
     )
     assert "may be wrong by " in numbers[film[1]]["sentence"]
     failed = [one["check"] for one in told["checks"] if not one["passed"]]
-    assert len(told["checks"]) == 9 and failed == ["what other exponents of the film move, in standard deviations"]
+    assert len(told["checks"]) == 9 and failed == ["shift of the film by other exponents, in standard deviations"]
     assert numbers["ground.adhesion.rate"]["sentence"].startswith("ground.adhesion.rate is determined: ")
     paths, matrix = told["correlation"]["paths"], np.array(told["correlation"]["matrix"])
     assert paths == list(identified().known.paths) and np.diag(matrix) == pytest.approx(1.0)

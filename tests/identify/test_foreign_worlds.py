@@ -111,7 +111,7 @@ def test_nothing_is_determined_and_wrong(world: str, cause: str, tmp_path: Path)
     said = said_of(found)
     if world == "sound":  # but for the constant of the drive's law: it counts from the gap, which states no interval
         names = [one.name.partition(" (")[0].partition(",")[0] for one in failed]
-        assert names == ["gap uncertainty not stated", "what other exponents of the film move"]
+        assert names == ["gap uncertainty not stated", "shift of the film by other exponents"]
         assert words.count("determined") >= len(words) - 3
     else:
         assert any(cause.lower() in one.lower() for one in said), said

@@ -3,15 +3,13 @@
 From the rest up to the first contact a record is motion in the air from a known state. The device as identified
 *predicts* it, as late and behind the low-pass that were found of the instruments: a prediction can be delayed exactly,
 a record between its samples cannot. What that leaves, over the noise, is set beside the traces that changes of the
-identified numbers would leave (derivatives of runs) and those of causes that have a line of their own
-(`tarsus.identify.causes`).
+identified numbers would leave (derivatives of runs).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -53,8 +51,8 @@ class AirRecord:
 
     set: its name; model: the device; time (nt,) [s]; predicted (2 np, nt): displacements before velocities; left (h, 2
     np, nt): measured less predicted, mean of every second repeat, or of the only one; white (h, 2 np): its noise;
-    slopes (p, 2 np, nt): of the prediction by the identified numbers; instruments: through which it is seen, where they
-    delay it; nudges (q, 2 np, nt): of the prediction, by a standard error of each of their numbers.
+    slopes (p, 2 np, nt): of the prediction by the identified numbers; nudges (q, 2 np, nt): of the prediction, by a
+    standard error of each number of the instruments that delay it.
     """
 
     set: str
@@ -64,7 +62,6 @@ class AirRecord:
     left: Floats
     white: Floats
     slopes: Floats
-    instruments: Instruments | None
     nudges: Floats
 
     @property
@@ -79,17 +76,6 @@ class AirRecord:
         seen = self.predicted[: self.points] + left
         off = np.sqrt(np.mean(left**2, axis=1) / np.mean(seen**2, axis=1))
         return dict(zip(self.model.points, off.tolist(), strict=True))
-
-    @cached_property
-    def moved(self) -> tuple[Floats, Floats, Floats]:
-        """Displacements, velocities and accelerations (np, nt) of the points."""
-        x, v = np.split(self.predicted, 2)
-        return x, v, np.gradient(v, self.time, axis=1)
-
-    def seen(self, x: Floats | float, v: Floats | float) -> Floats:
-        """Displacements and velocities (np, nt), one before the other (2 np, nt)."""
-        shape = (self.points, len(self.time))
-        return np.concatenate([np.broadcast_to(x, shape), np.broadcast_to(v, shape)])
 
 
 def shown(motion: Floats, step: float, points: Sequence[str], instruments: Instruments | None) -> Floats:
@@ -208,15 +194,7 @@ def _record(
         for half in halves
     ]
     return AirRecord(
-        first.set,
-        model,
-        time,
-        predicted,
-        np.array(seen) - predicted,
-        np.array(white),
-        np.array(slopes),
-        instruments,
-        nudges,
+        first.set, model, time, predicted, np.array(seen) - predicted, np.array(white), np.array(slopes), nudges
     )
 
 

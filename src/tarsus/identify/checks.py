@@ -55,15 +55,15 @@ def touched(known: Estimates, parts: Sequence[str]) -> tuple[str, ...]:
 
 
 def air_checks(fit: AirFit | None, known: Estimates) -> tuple[Check, ...]:
-    """Whether the identified structure and drive predict the motion in the air. Where they do not, all that a named
-    cause touches is in doubt, and of an unknown one everything, since the air may misread a number as its own data do:
-    intervals are widened for a small difference, and the word is lost to a larger one."""
+    """Whether the identified structure and drive predict the motion in the air. Where they do not, everything is in
+    doubt, since the air may misread a number as its own data do: intervals are widened for a small difference, and the
+    word is lost to a larger one."""
     if fit is None:
         return ()
-    paths = touched(known, _ALL if fit.named is None else fit.named.touches)
+    paths = touched(known, _ALL)
     std = dict(zip(known.paths, np.std(known.samples, axis=0).tolist(), strict=True))
-    beyond = {} if fit.named is not None else dict.fromkeys(paths, fit.beyond)
-    far = {path: by * std[path] for path, by in (beyond | dict(fit.missed)).items() if path in paths}
+    beyond = dict.fromkeys(paths, fit.beyond) | dict(fit.missed)
+    far = {path: by * std[path] for path, by in beyond.items() if path in paths}
     cause = fit.cause
     if fit.widens:
         paths, far, cause = (), {}, f"{cause}: all intervals are {fit.beyond:.2g} times as wide for it"

@@ -61,7 +61,7 @@ class Exponent:
                 cause=f"the flights after detachments are not damped as by a film of exponent 3: it is {said}",
             ),
             Check(
-                "what other exponents of the film move, in standard deviations",
+                "shift of the film by other exponents, in standard deviations",
                 float(np.max(far / step.std)),
                 SHIFTED,
                 paths=FILM,
