@@ -9,9 +9,16 @@ from typing import Any
 from tarsus.calibrate.description import TableSampling
 from tarsus.files.library import changed
 from tarsus.model.scene import Scene
-from tarsus_reproduce.compared import TableComparison, compared_rows, compared_section, csv_columns, named, summary_of
+from tarsus_reproduce.compared import (
+    TableComparison,
+    compared_numbers,
+    compared_rows,
+    compared_section,
+    named,
+    summary_of,
+)
 from tarsus_reproduce.ensembles import packaged_errors
-from tarsus_reproduce.reproduction import Progress, Reproduction
+from tarsus_reproduce.reproduction import Progress, Reproduction, numbers_table
 from tarsus_reproduce.rows import CANTILEVER, packaged_rows, read_rows
 
 FOOTER = (
@@ -59,8 +66,7 @@ def reproduce_cantilever(
         title="Micro-cantilever under periodic drive",
         about=f"{name}, {len(done)} drives",
         data={"device": name, "ok": not problems, "rows": plain, "summary": summary_of(CANTILEVER, done)},
-        columns=csv_columns(CANTILEVER, done),
-        lines=plain,
+        rows=numbers_table("", compared_numbers(PERIODS, done), repeated=True),
         sections=(compared_section(PERIODS, "Table A.1", done, [NOTE], calibration, CAPTION),),
         problems=problems,
         footer=FOOTER,

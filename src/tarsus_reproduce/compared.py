@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from tarsus.calibrate.description import TableSampling
+from tarsus.calibrate.results import errors_table
 from tarsus.calibrate.skill import naive_errors, naive_predictions, skill_of
 from tarsus.calibrate.weighted_ensemble import WeightedEnsemble
 from tarsus.files.library import load_scene
@@ -22,7 +23,6 @@ from tarsus.tables import Column, Section, Table
 from tarsus_reproduce.ensembles import device_ensemble, packaged_ensemble
 from tarsus_reproduce.reproduction import (
     CALIBRATED,
-    OURS,
     PREDICTED,
     FigureCall,
     Forecast,
@@ -284,7 +284,7 @@ def compared_section(
     caption: str,
 ) -> Section:
     """Figures of merit, what the calibration says of each row that was excluded, every number, and their figure."""
-    numbers = [one for row in rows for one in _number_rows(how, row)]
+    numbers = compared_numbers(how, rows)
     files = dict.fromkeys(row.printed.origin for row in rows if row.printed.origin != "packaged")
     stars = [f"* = from {name}." for name in files]
     excluded = () if calibration is None else (_excluded_table(how.table, calibration),)
@@ -294,12 +294,13 @@ def compared_section(
     return Section(title, figure, merits, *excluded, shown)
 
 
-def _number_rows(how: TableComparison, row: ComparedRow) -> list[NumberRow]:
-    """Every quantity of a row, and the share of windows with a bounce."""
-    return [
-        *number_rows(row.case, row.role, row.printed, how.table, row.ours, row.forecasts.get(BARE)),
-        NumberRow.probability(row.case, row.role, how.share, row.p_bounce),
-    ]
+def compared_numbers(how: TableComparison, rows: Sequence[ComparedRow]) -> list[NumberRow]:
+    """Every quantity of each row, and the share of windows with a bounce."""
+    found = []
+    for row in rows:
+        found += number_rows(row.case, row.role, row.printed, how.table, row.ours, row.forecasts.get(BARE))
+        found.append(NumberRow.probability(row.case, row.role, how.share, row.p_bounce))
+    return found
 
 
 def merits_table(table: PrintedTable, summary: Mapping[str, Any]) -> Table:
@@ -332,32 +333,25 @@ def merits_table(table: PrintedTable, summary: Mapping[str, Any]) -> Table:
     return Table("Figures of merit, as in Table 2.3", columns, rows, notes, units=units)
 
 
+EXCLUDED = (
+    "Medians against the measurement: 'training' over the rows it was fitted to, 'excluded' over each row as it was "
+    "predicted by a search that never had it, 'best' of the best set alone. A coin has a Brier score of 0.25."
+)
+
+
 def _excluded_table(table: PrintedTable, calibration: Mapping[str, Any]) -> Table:
-    """Errors and skill of the packaged ensemble, over the rows it was fitted to and over each row excluded from the
-    fit."""
-    parts = [("calibrated on", calibration["training"]), ("excluded", calibration["left_out"])]
-    known = [(title, part) for title, part in parts if part is not None]
-    keys = (
-        ("mean_relative_error", "relative error", "%"),
-        ("skill", "skill", "1"),
-        ("held", "in 80 %", "%"),
-        ("brier", "Brier score", "1"),
-    )
-    columns = ["measure", *(Column(words, unit, 3, over=title) for title, _ in known for _, words, unit in keys)]
-    rows = []
-    for one in table.quantities:
-        naive, cells = known_naively(table, one), [one.studied]
-        for _, part in known:
-            found = part["measures"][one.studied]
-            own = {**found, "skill": skill_of(found["mean_relative_error"], naive)}
-            cells += [own[key] for key, _, _ in keys]
-        rows.append(tuple(cells))
-    note = (
-        "The ensemble's medians against the measurement over the rows it was fitted to, and over each row as it was "
-        "predicted by a search that never had it: mean absolute relative error, its skill against predictors that know "
-        "the other rows alone, values in the 80 % interval, and the Brier score of existence (a coin has 0.25)."
-    )
-    return Table("The ensemble by its calibration", columns, rows, (note, *calibration.get("told", ())))
+    """What the calibration of the packaged ensemble says of its errors, with skill against the packaged rows."""
+    naive = {one.studied: known_naively(table, one) for one in table.quantities}
+
+    def known(name: str, found: Mapping[str, Any]) -> dict[str, Any]:
+        return {**found, "skill": skill_of(found["mean_relative_error"], naive[name])}
+
+    summary = {
+        words: {"measures": {name: known(name, one) for name, one in part["measures"].items()}}
+        for words, part in calibration.items()
+        if words != "told" and part
+    }
+    return errors_table(summary, "The ensemble by its calibration", (EXCLUDED, *calibration.get("told", ())))
 
 
 def known_naively(table: PrintedTable, one: PrintedQuantity) -> dict[str, float]:
@@ -365,18 +359,3 @@ def known_naively(table: PrintedTable, one: PrintedQuantity) -> dict[str, float]
     rows = [row for row in packaged_rows(table) if row.measured is not None]
     values = [math.nan if (value := row.measured[one.key]) is None else value for row in rows if row.measured]
     return naive_errors(np.array(values), [_alike(row, rows) for row in rows])
-
-
-def csv_columns(table: PrintedTable, rows: Sequence[ComparedRow]) -> dict[str, tuple[str, ...]]:
-    """Columns of the CSV file, and where each is in the plain data of a row."""
-    conditions = [name for name in table.columns if name in ("wave", "volt_v", "gap_um", "freq_hz")]
-    columns: dict[str, tuple[str, ...]] = {name: (name,) for name in (*conditions, "origin", "role", "p_bounce")}
-    models = rows[0].forecasts if rows else (MINE,)
-    for one in table.quantities:
-        columns |= {f"{one.key}_{who}": (who, one.key) for who in ("source", "measured")}
-        columns |= {
-            f"{one.key}_{model}{name.removeprefix('ours')}": (model, one.key, end)
-            for model in models
-            for name, end in OURS.items()
-        }
-    return columns

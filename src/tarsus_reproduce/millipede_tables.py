@@ -100,17 +100,15 @@ def millipede_reproduction(
             "variants": variants,
             "readings": drawn.to_dict() | {"packaged": packaged},
         },
-        columns={name: (name,) for name in ("variant", *about, "least_rho", "largest_rho")},
-        lines=[
-            {
-                "variant": name,
-                **one,
-                "least_rho": min(one["rho"], default=None),
-                "largest_rho": max(one["rho"], default=None),
-            }
-            for name, variant in variants.items()
-            for one in variant["trends"]
-        ],
+        rows=Table(
+            "",
+            ("variant", *about, "least rho", "largest rho"),
+            [
+                (name, *map(one.get, about), min(one["rho"], default=None), max(one["rho"], default=None))
+                for name, variant in variants.items()
+                for one in variant["trends"]
+            ],
+        ),
         sections=(
             Section("Trends", _scores(devices, drawn), _trends(devices)),
             _distribution(devices, drawn, scatter or {}),

@@ -7,8 +7,6 @@ printed; trends the verdict of `tarsus_reproduce.trends` for each device.
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -29,9 +27,6 @@ if TYPE_CHECKING:
 
 Progress = Callable[[int, int, str], None]
 """Called as `progress(done, total, what)` by long work."""
-
-OURS = {"ours": "median", "ours_low": "low", "ours_high": "high"}
-"""Ends of the names of columns of the CSV files -> what of a forecast stands there."""
 
 NOTABLE = 0.30
 """Relative error beyond which a cell is coloured: Table 2.3 counts cases below it as good."""
@@ -126,8 +121,9 @@ def number_rows(
     return rows
 
 
-def numbers_table(title: str, rows: Sequence[NumberRow], notes: Iterable[str] = ()) -> Table:
-    """Rows of numbers with the errors of the source's model and ours; the case is named where it begins."""
+def numbers_table(title: str, rows: Sequence[NumberRow], notes: Iterable[str] = (), *, repeated: bool = False) -> Table:
+    """Rows of numbers with the errors of the source's model and ours; the case is named where it begins, or repeated
+    in every row."""
     whole = any(row.without is not None for row in rows)
     columns = [
         Column("case"),
@@ -144,7 +140,7 @@ def numbers_table(title: str, rows: Sequence[NumberRow], notes: Iterable[str] = 
     ]
     cells: list[tuple[Any, ...]] = []
     for number, row in enumerate(rows):
-        first = number == 0 or rows[number - 1].case != row.case
+        first = repeated or number == 0 or rows[number - 1].case != row.case
         ours, bare = row.ours, row.without or Forecast(*[float("nan")] * 3)
         cells.append(
             (
@@ -181,29 +177,20 @@ class FigureCall:
         return getattr(import_module(f"tarsus_reproduce.pages.{module}"), name)(*self.arguments)
 
 
-def found_at(table: Mapping[str, Any] | None, place: Sequence[str]) -> Any:
-    """What plain data hold at a place, by names from the outside in; None where something on the way is missing."""
-    found: Any = table
-    for name in place:
-        found = None if found is None else found.get(name)
-    return found
-
-
 @dataclass(frozen=True)
 class Reproduction(Tabled):
     """What an experiment of the dissertation shows, with what Tarsus computes of it.
 
     name: of the experiment; title, about: what is compared, with which device; data: plain data, what `--json` prints;
-    columns, lines: of the CSV file, where each column is found in the plain data of a line; problems: sentences of
-    runs that did not reach their end; cautions: sentences about the device; footer: definitions, below the page.
+    rows: the CSV file; problems: sentences of runs that did not reach their end; cautions: sentences about the device;
+    footer: definitions, below the page.
     """
 
     name: str
     title: str
     about: str
     data: Mapping[str, Any]
-    columns: Mapping[str, Sequence[str]]
-    lines: Sequence[Mapping[str, Any]]
+    rows: Table
     sections: tuple[Section, ...]
     problems: tuple[str, ...] = ()
     cautions: tuple[str, ...] = ()
@@ -225,11 +212,7 @@ class Reproduction(Tabled):
 
     def csv(self) -> str:
         """The rows as comma-separated values."""
-        lines = io.StringIO()
-        writer = csv.writer(lines, lineterminator="\n")
-        writer.writerow(self.columns)
-        writer.writerows([found_at(line, place) for place in self.columns.values()] for line in self.lines)
-        return lines.getvalue()
+        return self.rows.csv()
 
     def html(self) -> str:
         """The page, one self-contained HTML file: every section with its figures and tables."""

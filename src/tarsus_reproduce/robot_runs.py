@@ -38,11 +38,10 @@ AIR_DRIVES = {"hexapod": ((15.0, 20.0, 25.0, 30.0), None), "quadruped": ((8.0,),
 
 @dataclass(frozen=True)
 class Near:
-    """A run over the ground; points: those whose motion the source shows."""
+    """A run over the ground."""
 
     title: str
     run: Run
-    points: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -132,10 +131,10 @@ def robot_runs(robot: str, device: str | None = None, *, progress: Progress | No
     freq_hz = printed or drive_frequency(own)
     near: list[Near] = []
     air: list[AirRun] = []
-    for title, scene, hz, points in jobs:
+    for title, scene, hz in jobs:
         if progress is not None:
             progress(len(near), len(jobs) + len(volts), title)
-        near.append(Near(title, simulate(scene, SETTLE + max(OBSERVED, PERIODS / hz)), points))
+        near.append(Near(title, simulate(scene, SETTLE + max(OBSERVED, PERIODS / hz))))
     for volt in volts:
         if progress is not None:
             progress(len(near) + len(air), len(jobs) + len(volts), f"in the air, {volt:g} V")
@@ -157,13 +156,13 @@ def check_device(scene: Scene, name: str) -> None:
         raise InputError(problems)
 
 
-def _over_ground(robot: str, own: Scene) -> list[tuple[str, Scene, float, tuple[str, ...]]]:
-    """Title, scene, drive frequency [Hz] and points that are shown, of every run over the ground."""
+def _over_ground(robot: str, own: Scene) -> list[tuple[str, Scene, float]]:
+    """Title, scene and drive frequency [Hz] of every run over the ground."""
     jobs = []
     for printed in printed_rows(robot):
         freq_hz = printed.freq_hz or drive_frequency(own)
         title = f"{printed.words}, {freq_hz:.4g} Hz"
-        jobs.append((title, row_scene(own, printed.conditions), freq_hz, (_first_foot(own).point,)))
+        jobs.append((title, row_scene(own, printed.conditions), freq_hz))
     if not jobs:
         freq_hz = drive_frequency(own)
         scene = changed(own, wave="square", hz=freq_hz)
@@ -171,7 +170,7 @@ def _over_ground(robot: str, own: Scene) -> list[tuple[str, Scene, float, tuple[
         assert isinstance(signal, Square)
         highest = abs(signal.amplitude) + abs(signal.offset)
         title = f"{highest:g} V, square, gap {_first_foot(own).gap * 1e6:g} µm, {freq_hz:.4g} Hz"
-        jobs.append((title, scene, freq_hz, own.robot.structure.points))
+        jobs.append((title, scene, freq_hz))
     return jobs
 
 

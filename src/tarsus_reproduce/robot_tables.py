@@ -10,12 +10,11 @@ import numpy as np
 from tarsus.files.library import load_scene
 from tarsus.impacts.energy import creation_warning
 from tarsus.tables import Column, Section, Table
-from tarsus_reproduce.compared import compared_section, csv_columns
+from tarsus_reproduce.compared import compared_numbers, compared_section
 from tarsus_reproduce.impacts import printed_column
-from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction
+from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction, numbers_table
 from tarsus_reproduce.robot_runs import AIR_GAP, RobotRuns, check_device, robot_runs, share_made
 from tarsus_reproduce.robots import MEAN_HEIGHT, OBSERVED, SEEDS, SETTLE, WINDOW, WINDOWS, RobotRows, robot_rows
-from tarsus_reproduce.rows import HEIGHTS
 
 ROUNDING = 1e-9
 """Gains of kinetic energy and energies that differ by less of their size are one: sums of a run round far below."""
@@ -52,8 +51,7 @@ def robot_reproduction(found: RobotRows, runs: RobotRuns) -> Reproduction:
         title=f"The {found.robot} on its bouncing foot",
         about=f"Device {found.device}",
         data=data,
-        columns=csv_columns(HEIGHTS, found.rows),
-        lines=data["rows"],
+        rows=numbers_table("", compared_numbers(WINDOWS, found.rows), repeated=True),
         sections=(_heights(found), _over_ground(runs), _in_air(runs), _modes(found), _maps(found, runs)),
         problems=problems,
         cautions=() if caution is None else (caution,),
@@ -87,10 +85,13 @@ def _sentence(words: str) -> Table:
 
 
 def _over_ground(runs: RobotRuns) -> Section:
-    """Motion over the last periods, and by drive period."""
-    figures = [FigureCall(f"robot_figures.{name}", runs) for name in ("ground_motion", "ground_periods")]
-    ended = any(near.run.ok for near in runs.near)
-    return Section("Motion over the ground", *(figures if ended else ()))
+    """Motion over the last periods, and by drive period, of every run."""
+    ended = [near for near in runs.near if near.run.ok]
+    calls = (
+        FigureCall(f"robot_figures.{name}", near) for near in ended for name in ("ground_motion", "ground_periods")
+    )
+    note = "Every run is one of many: motion with bounces forgets its start within a few impacts."
+    return Section("Motion over the ground", *calls, _sentence(note))
 
 
 def _in_air(runs: RobotRuns) -> Section:

@@ -63,7 +63,7 @@ def test_unknown_cells_cost_nothing_and_failed_runs_more_than_any_other():
     both = Hypothesis({}, 0, (0, 0))
     assert objective.pieces(readings(1.0), both).costs.rows[0, 0] == pytest.approx(0.0)
     failed = objective.pieces(readings(np.inf), both)
-    assert failed.mean[0, 0, 1] == FAILED and np.isnan(failed.costs.pulls[0, 0, 0])
+    assert failed.mean[0, 0, 1] == FAILED and np.isnan(failed.costs.missed[0, 0, 0])
 
 
 @pytest.mark.parametrize(("value", "excess"), [(0.5, 0.0), (1.4, 2.0), (-0.6, 3.0)])

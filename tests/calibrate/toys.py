@@ -75,10 +75,8 @@ def problem(
         return np.array([np.asarray(function(run, one), dtype=float)[list(rows)] for one in sets])
 
     count = len(table.observed)
-    labels = tuple(f"row {n + 1}" for n in range(count))
-    return CalibrationProblem(
-        numbers, hypotheses, simulate, Objective(table, limits, robust), tuple(range(count + extra_rows)), labels
-    )
+    every = tuple(range(count + extra_rows))
+    return CalibrationProblem(numbers, hypotheses, simulate, Objective(table, limits, robust), every)
 
 
 BALL = """
@@ -137,8 +135,5 @@ def bent_rows(seed: int, misfit: float = 0.2, unknown: int = 9, rows: int = 12) 
         return model(sets)[:, list(chosen), :, None]
 
     numbers = unknowns("abcdefghi"[:unknown])
-    labels = tuple(f"row {n + 1}" for n in range(rows))
-    one = CalibrationProblem(
-        numbers, (Hypothesis({}, 0, (0, 1, 2)),), simulate, Objective(table), tuple(range(rows)), labels
-    )
+    one = CalibrationProblem(numbers, (Hypothesis({}, 0, (0, 1, 2)),), simulate, Objective(table), tuple(range(rows)))
     return one, model

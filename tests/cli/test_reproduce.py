@@ -62,9 +62,10 @@ def test_files(written, opened):
     assert json.loads((folder / "reproduction.json").read_text(encoding="utf-8")) == result
     with (folder / "reproduction.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
-    assert [row["role"] for row in rows] == [row["role"] for row in result["rows"]]
-    assert float(rows[3]["peak_um_ours"]) == result["rows"][3]["ours"]["peak_um"]["median"]
-    assert rows[3]["mean_um_measured"] == rows[3]["mean_um_source"] == ""
+    peaks = [row for row in rows if row["quantity"] == "peak height"]
+    assert [row["role"] for row in peaks] == [row["role"] for row in result["rows"]]
+    assert 1e6 * float(peaks[3]["Tarsus"]) == pytest.approx(result["rows"][3]["ours"]["peak_um"]["median"])
+    assert [row["measured"] for row in rows if row["quantity"] == "mean height"][3] == ""
     page = Page((folder / "reproduction.html").read_text(encoding="utf-8"))
     assert "rows.csv" in page.text
     assert opened(folder, "reproduction", "hexapod", "reproduction.html")["rows"] == result["rows"]

@@ -115,13 +115,14 @@ def test_skill_is_that_against_predictors_that_know_the_other_rows_alone(found):
     assert data["summary"]["predicted"]["source"]["contact_ms"]["skill"] is None, "the nearest row has the same contact"
 
 
-def test_the_file_has_a_line_for_every_row_with_ends_of_the_intervals(found):
+def test_the_file_has_a_line_for_every_number_with_ends_of_the_intervals(found):
     rows = list(csv.DictReader(io.StringIO(found.csv())))
-    assert len(rows) == 14
-    for row, plain in zip(rows, found.to_dict()["rows"], strict=True):
-        ends = [float(row[f"peak_um_ours{end}"]) for end in ("", "_low", "_high")]
-        assert ends == [plain["ours"]["peak_um"][name] for name in ("median", "low", "high")]
-    assert rows[13]["peak_um_measured"] == ""
+    assert len(rows) == 14 * 4
+    peaks = [row for row in rows if row["quantity"] == "peak after break-off"]
+    for row, plain in zip(peaks, found.to_dict()["rows"], strict=True):
+        ends = [1e6 * float(row[name]) for name in ("Tarsus", "80 % interval from", "80 % interval to")]
+        assert ends == pytest.approx([plain["ours"]["peak_um"][name] for name in ("median", "low", "high")])
+    assert peaks[13]["measured"] == "" and peaks[13]["case"] and peaks[13]["unit"] == "m"
 
 
 def first_members(whole, count: int):

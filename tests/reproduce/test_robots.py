@@ -87,7 +87,7 @@ def test_worst_gains_and_energies_along_a_run():
 
 def test_motion_in_the_air_is_steady_and_linear_in_the_volts():
     runs = robot_runs("hexapod")
-    assert not runs.problems and {near.points for near in runs.near} == {("foot1",)}
+    assert not runs.problems and len(runs.near) == 3
     for air in runs.air:
         half = air.displacement.shape[1] // 2
         first, second = air.displacement[:, :half], air.displacement[:, half : 2 * half]

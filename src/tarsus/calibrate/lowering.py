@@ -96,7 +96,6 @@ def lower_study(described: Described, threads: Workers = None) -> Lowered:
         forward,
         Objective(cells.at(range(len(trained))), tuple(limits), study.search.robust),
         (*range(fitted), *range(len(chosen), len(rows))),
-        tuple(f"row {n + 1}" for n in trained),
         study.sampling.resolution,
         channels.index(PEAK),
     )

@@ -85,15 +85,13 @@ class SoftLimit:
 
 @dataclass(frozen=True)
 class Costs:
-    """Costs of ns sets: by row of the table (ns, nr), by constraint (ns, nl); pulls (ns, nr, nk): residuals over the
-    root of 1 + s^2, tolerance and scatter of a window together, NaN where unknown; missed (ns, nr, nk): residuals seen
-    from the model's side, observed less model in tolerances of the model's value; wrong (ns, nr, nk): probability that
-    the model gives to the other state of existence, NaN where that is none; misfit (ns, nr): the part of a row's cost
+    """Costs of ns sets: by row of the table (ns, nr), by constraint (ns, nl); missed (ns, nr, nk): residuals seen from
+    the model's side, observed less model in tolerances of the model's value; wrong (ns, nr, nk): probability that the
+    model gives to the other state of existence; both NaN where that is none; misfit (ns, nr): the part of a row's cost
     that pulls make, without those of scatter and existence."""
 
     rows: Floats
     limits: Floats
-    pulls: Floats
     missed: Floats
     wrong: Floats
     misfit: Floats
@@ -181,25 +179,21 @@ class ReadingCosts:
         return np.log(np.maximum(values + a[:, :, None], floor) / whole), scale
 
     @cached_property
-    def _there(self) -> Floats:
-        """Cost (ns, nr, nk) of existence."""
-        out = np.zeros(self.pull.shape)
+    def _pieces(self) -> Floats:
+        """Costs (3, ns, nr, nk) of the cells: misfit, scatter, existence; zero where nothing is known."""
+        there = np.zeros(self.pull.shape)
         for k in np.flatnonzero(self.cells.exists):
             p = existence(self.table[:, :, k], 0.5)
-            out[:, :, k] = -2.0 * np.log(np.where(self.cells.observed[:, k] > 0.0, p, 1.0 - p))
-        return out
+            there[:, :, k] = -2.0 * np.log(np.where(self.cells.observed[:, k] > 0.0, p, 1.0 - p))
+        every = np.stack([self.objective.soft(self.pull**2), np.log1p(self.scatter), there])
+        return np.where(self.cells.known, self.cells.weight * every, 0.0)
 
     @property
     def roots(self) -> Floats:
         """Residuals (ns, n): misfits, scatters, existences, constraints; the cost is the sum of their squares."""
-        soft, weight = self.objective.soft, np.sqrt(self.cells.weight)
-        pieces = (
-            np.sign(self.pull) * np.sqrt(soft(self.pull**2)),
-            np.sqrt(np.log1p(self.scatter)),
-            np.sqrt(self._there),
-        )
-        cells = [(weight * one)[:, self.cells.known] for one in pieces]
-        limits = [np.sqrt(soft(self._excess(one) ** 2)) for one in self.objective.limits]
+        misfit, *others = np.sqrt(self._pieces)
+        cells = [one[:, self.cells.known] for one in (np.sign(self.pull) * misfit, *others)]
+        limits = [np.sqrt(self.objective.soft(self._excess(one) ** 2)) for one in self.objective.limits]
         return np.concatenate([*cells, *limits], axis=1)
 
     def _excess(self, limit: SoftLimit) -> Floats:
@@ -212,18 +206,15 @@ class ReadingCosts:
     @property
     def costs(self) -> Costs:
         """The cost by row and constraint, and what predictions need of it."""
-        known, weight, soft = self.cells.known, self.cells.weight, self.objective.soft
-        misfit = np.where(known, soft(self.pull**2), 0.0)
-        cost = misfit + np.where(known, np.log1p(self.scatter) + self._there, 0.0)
         wrong = np.full(self.pull.shape, np.nan)
         for k in np.flatnonzero(self.cells.exists):
             p = existence(self.table[:, :, k])
             wrong[:, :, k] = np.where(self.cells.observed[:, k] > 0.0, 1.0 - p, p)
-        limits = [soft(self._excess(one) ** 2).sum(axis=-1) for one in self.objective.limits]
-        pulls, missed, wrong = (np.where(known, one, np.nan) for one in (self.pull, self._missed(), wrong))
-        of_limits = np.stack(limits, axis=-1) if limits else np.zeros((len(cost), 0))
-        rows, of_pulls = ((one * weight).sum(axis=-1) for one in (cost, misfit))
-        return Costs(rows, of_limits, pulls, missed, wrong, of_pulls)
+        limits = [self.objective.soft(self._excess(one) ** 2).sum(axis=-1) for one in self.objective.limits]
+        missed, wrong = (np.where(self.cells.known, one, np.nan) for one in (self._missed(), wrong))
+        of_limits = np.stack(limits, axis=-1) if limits else np.zeros((len(wrong), 0))
+        by_row = self._pieces.sum(axis=-1)
+        return Costs(by_row.sum(axis=0), of_limits, missed, wrong, by_row[0])
 
     def _missed(self) -> Floats:
         """Residuals (ns, nr, nk) on the model's own scale."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from tarsus.fit.unknowns import Unknowns
 
 Readings = NDArray[np.floating]
-T = TypeVar("T")
 Simulate = Callable[[int, Floats, Sequence[int]], Readings]
 """Readings (ns, rows, channels, samples) of sets (ns, nu) in SI in a variant of the runs, for the rows of these
 numbers."""
@@ -35,8 +34,8 @@ class CalibrationProblem:
     """What is searched: a forward model and the cost of its readings.
 
     simulate: the forward model; objective: cost of its readings; rows: numbers of the rows that are simulated in the
-    search, those of the table that are fitted first; labels: what they are called; resolution [m] of the instrument;
-    peak: channel of the highest gap, or None.
+    search, those of the table that are fitted first; resolution [m] of the instrument; peak: channel of the highest
+    gap, or None.
     """
 
     unknowns: Unknowns
@@ -44,7 +43,6 @@ class CalibrationProblem:
     simulate: Simulate
     objective: Objective
     rows: tuple[int, ...]
-    labels: tuple[str, ...]
     resolution: float = 0.0
     peak: int | None = None
 
@@ -60,13 +58,7 @@ class CalibrationProblem:
 
     def without(self, row: int) -> CalibrationProblem:
         """The problem of somebody who does not have this row of the table: its run is not simulated either."""
-        return replace(
-            self, objective=self.objective.without(row), rows=_but(self.rows, row), labels=_but(self.labels, row)
-        )
-
-
-def _but(items: tuple[T, ...], place: int) -> tuple[T, ...]:
-    return items[:place] + items[place + 1 :]
+        return replace(self, objective=self.objective.without(row), rows=self.rows[:row] + self.rows[row + 1 :])
 
 
 @dataclass

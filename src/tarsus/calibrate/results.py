@@ -326,7 +326,7 @@ def unknowns_table(branch: Mapping[str, Any], notes: Sequence[str] = (), *, mean
     return Table(title, columns, rows, notes, units=[one["unit"] for one in found.values()])
 
 
-def errors_table(summary: Mapping[str, Any]) -> Table:
+def errors_table(summary: Mapping[str, Any], title: str = "errors", notes: Sequence[str] = ()) -> Table:
     """Errors by measure, of the fitted and of the excluded rows and of the best set."""
     found = sorted(
         (name, what.replace("_", " ").replace("left out", "excluded"), one)
@@ -345,5 +345,5 @@ def errors_table(summary: Mapping[str, Any]) -> Table:
     )
     keys = ("cells", "mean_relative_error", "skill", "mean_absolute_error", "held", "brier")
     rows = [(name, what, *(one.get(key) for key in keys)) for name, what, one in found]
-    notes = ["skill: 1 less the error over the least of predictors that know the other rows alone"]
-    return Table("errors", columns, rows, notes, units=[one["unit"] for *_, one in found])
+    said = "skill: 1 less the error over the least of predictors that know the other rows alone"
+    return Table(title, columns, rows, [said, *notes], units=[one["unit"] for *_, one in found])

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -131,23 +130,6 @@ def foot_traces(series: RunSeries) -> list[PlotTrace]:
         PlotTrace(name, series.time, series["gap"][foot], series["volts"][0], series.period, tuple(contacts))
         for foot, (name, contacts) in enumerate(zip(series.feet, series.contacts, strict=True))
     ]
-
-
-def by_drive(traces: Sequence[PlotTrace]) -> list[list[PlotTrace]]:
-    """Neighbours under one drive together."""
-    return [list(same) for _, same in groupby(traces, lambda one: (one.period, one.volts.tobytes()))]
-
-
-def point_trace(series: RunSeries, point: str, title: str) -> PlotTrace:
-    """Height of a point: of its foot above the ground, or, where it has none, displacement on the first foot's gap at
-    rest."""
-    if point in series.foot_points:
-        foot = series.foot_points.index(point)
-        height, contacts = series["gap"][foot], tuple(series.contacts[foot])
-    else:
-        height, contacts = series["displacement"][series.points.index(point)] - series.ground_levels[0], ()
-    period = series.period if series.period is not None else series.duration
-    return PlotTrace(title, series.time, height, series["volts"][0], period, contacts)
 
 
 def contact_intervals(events: np.ndarray, foot: int, end: float) -> list[Window]:

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator
 
-from tarsus.report.figures import TURNS, last_contacts, turns_caption, turns_of
+from tarsus.report import figures
+from tarsus.report.figures import TURNS
 from tarsus.report.pages import Plate
-from tarsus.report.panels import Window
-from tarsus.report.series import PlotTrace, by_drive, last_turns, point_trace
-from tarsus.report.sheet import Sheet, few_ticks, line, name_axes, plate, shade
-from tarsus.report.style import BLUE, CYCLE, INK, MUTED, RULE, SKY, VERMILION, samples_inside
+from tarsus.report.series import PlotTrace, last_turns
+from tarsus.report.sheet import Sheet, few_ticks, line, name_axes, plate
+from tarsus.report.style import BLUE, CYCLE, INK, MUTED, RULE, VERMILION, samples_inside
 from tarsus.tables import amount
 from tarsus_reproduce.impacts import ImpactEnergies, ModeRow
-from tarsus_reproduce.robot_runs import RobotRuns
+from tarsus_reproduce.robot_runs import Near, RobotRuns
 
 SAMPLES = 720
 """Samples of a drive period in figures of motion: twice as many as a panel has pixels for it."""
@@ -30,93 +30,21 @@ DECADES = 5
 """Orders of magnitude of energy drawn on either side of zero."""
 
 
-def _ground_traces(runs: RobotRuns) -> list[PlotTrace]:
-    """Heights over the last drive periods of the runs over the ground that came to their end."""
-    traces: list[PlotTrace] = []
-    for near in runs.near:
-        if not near.run.ok:
-            continue
-        series = last_turns(near.run, TURNS, SAMPLES)
-        for point in near.points:
-            foot = " (bouncing foot)" if point in series.foot_points else ""
-            title = near.title if len(near.points) == 1 else f"{point}{foot}"
-            traces.append(point_trace(series, point, title))
-    return traces
+def ground_motion(near: Near) -> Plate:
+    """The last drive periods of a run over the ground, as on the page of a run (Figs 3.19 and 3.21 of the source)."""
+    series = last_turns(near.run, TURNS, SAMPLES)
+    return _titled(near, figures.motion(series, series.last_periods(SHOWN_PERIODS)))
 
 
-def ground_periods(runs: RobotRuns) -> Plate:
-    """Motion over the ground by drive period (Figs 3.20 and 3.22 of the source, where a period is a circle)."""
-    traces = _ground_traces(runs)
-
-    def over_each_other(axes: Axes, trace: PlotTrace) -> list[Window]:
-        *older, newest = turns_of(trace)
-        for one in older:
-            line(axes, *one, color=SKY, lw=0.6)
-        line(axes, *newest, color=BLUE, lw=1.3)
-        return last_contacts(trace)
-
-    def draw(sheet: Sheet) -> None:
-        for drive, panels, same in _stacks(sheet, traces):
-            phase = same[0].time / same[0].period - same[0].last_periods(TURNS)[1] + 1
-            seen = samples_inside(phase, (0.0, 1.0))
-            line(drive, phase[seen], same[0].volts[seen], color=MUTED, lw=0.9)
-            drive.set_xlim(0.0, 1.0)
-            _heights(panels, same, over_each_other)
-            name_axes(panels[-1], ("drive period", ""))
-
-    return plate(draw, turns_caption(traces))
+def ground_periods(near: Near) -> Plate:
+    """Its drive periods over each other (Figs 3.20 and 3.22 of the source, where a period is a circle)."""
+    found = figures.turns(last_turns(near.run, TURNS, SAMPLES))
+    assert found is not None  # the drive of a robot repeats
+    return _titled(near, found)
 
 
-def ground_motion(runs: RobotRuns) -> Plate:
-    """Motion over the ground of every run (as Figs 3.19 to 3.22 of the source): a panel for each, its drive above."""
-    traces = _ground_traces(runs)
-
-    def in_time(axes: Axes, trace: PlotTrace) -> list[Window]:
-        _motion(axes, trace, BLUE)
-        first, last = _span(trace)
-        turned = ((a / trace.period, b / trace.period) for a, b in trace.contacts)
-        return [(max(a, first) - first, min(b, last) - first) for a, b in turned if b > first and a < last]
-
-    def draw(sheet: Sheet) -> None:
-        for drive, panels, same in _stacks(sheet, traces):
-            _drive(drive, same[:1])
-            _heights(panels, same, in_time)
-            name_axes(panels[-1], (PERIODS, ""))
-
-    whole = [near for near in runs.near if near.run.ok]
-    which = f" {whole[0].title}." if len(runs.near) == 1 else ""
-    caption = (
-        f"Height above the ground over the last drive periods of a run of {whole[0].run.duration:g} s from rest, "
-        f"under the drive above.{which} Contact is shaded, the dashed line is the ground. Every run is one of many: "
-        "motion with bounces forgets its start within a few impacts."
-    )
-    if any(len(near.points) > 1 for near in whole):
-        caption += (
-            " Heights of points without a foot are their displacement on the bouncing foot's gap at rest; only the "
-            "bouncing foot has ground below it."
-        )
-    return plate(draw, caption)
-
-
-def _stacks(sheet: Sheet, traces: Sequence[PlotTrace]) -> Iterator[tuple[Axes, list[Axes], list[PlotTrace]]]:
-    """For every drive its panel, and below it one for each trace under it."""
-    for same in by_drive(traces):
-        drive, *panels = sheet.stacks(1, [0.5, *(0.8 for _ in same)])[0]
-        yield drive, panels, same
-        few_ticks(drive, y=2)
-        name_axes(drive, None, ("drive", "V"))
-
-
-def _heights(
-    panels: Sequence[Axes], traces: Sequence[PlotTrace], draw: Callable[[Axes, PlotTrace], list[Window]]
-) -> None:
-    """Heights above the dashed ground, a panel a trace as it is drawn; contacts, which that returns, are shaded."""
-    for axes, trace in zip(panels, traces, strict=True):
-        shade(axes, draw(axes, trace))
-        axes.axhline(0.0, color=INK, lw=0.7, ls="--")
-        axes.set_title(trace.title)
-        few_ticks(axes, y=4)
-        name_axes(axes, None, ("height", "m"))
+def _titled(near: Near, found: Plate) -> Plate:
+    return Plate(found.picture, f"{near.title}. {found.caption}")
 
 
 def air_motion(runs: RobotRuns) -> Plate:
