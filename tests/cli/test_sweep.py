@@ -1,12 +1,8 @@
-"""`tarsus sweep`: from a study to its store, through kills and interruptions."""
+"""`tarsus sweep`: from a study to its store, through interruptions; kills are in cluster/test_disasters.py."""
 
 from __future__ import annotations
 
 import itertools
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -77,41 +73,6 @@ def test_the_frozen_study_is_a_study(tarsus, study, tmp_path):
     assert tarsus("sweep", study(), "-o", tmp_path / "out").code == 0
     assert tarsus("sweep", tmp_path / "out" / "study.toml", "-o", tmp_path / "again", "--threads", "1").code == 0
     assert files(tmp_path / "again") == files(tmp_path / "out")
-
-
-MOST = 10
-"""Units that one process of a sweep to be stopped does at most (`held_sweep`): it never ends before it is stopped."""
-
-
-def start(file: Path, folder: Path) -> subprocess.Popen[str]:
-    held = str(Path(__file__).with_name("held_sweep.py"))
-    words = [sys.executable, held, str(MOST), "sweep", str(file), "-o", str(folder), "--resume"]
-    return subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-
-def wait_for_units(process: subprocess.Popen[str], folder: Path, more: int) -> None:
-    """Until so many more units are done; however slow the machine is, they will be, or the process ends."""
-    before = len(list(folder.glob("units/*/*.npz")))
-    while len(list(folder.glob("units/*/*.npz"))) < before + more:
-        assert process.poll() is None, process.communicate()
-        time.sleep(0.002)
-
-
-@pytest.mark.slow
-def test_killed_and_resumed_it_equals_an_unbroken_sweep(tarsus, study, tmp_path):
-    """Killed once; thirty times with two writers in test_disasters."""
-    file, folder = study(count=2, chunk=1), tmp_path / "killed"
-    assert tarsus("sweep", file, "-o", tmp_path / "unbroken").code == 0
-    process = start(file, folder)
-    wait_for_units(process, folder, 1)
-    process.send_signal(signal.SIGKILL)
-    assert process.wait() == -signal.SIGKILL
-    process.communicate()
-    finished = len(list(folder.glob("units/*/*.npz")))
-    assert 1 <= finished <= MOST < 20
-    last = tarsus("sweep", file, "-o", folder, "--resume")
-    assert last.code == 0 and f"{finished} of them done before" in last.out
-    assert files(folder) == files(tmp_path / "unbroken")
 
 
 def test_an_interrupt_says_how_to_resume(tarsus, study, tmp_path, monkeypatch):

@@ -3,31 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
 
 import tarsus as ts
-from scene_files import scene
+from scene_files import balls, scene
 from sliding_scenes import by_modes
 from tarsus.files.toml import parse_scene, scene_text
 from tarsus.plan.lowering import lower_scene
 from walking_scenes import sticky, trotter
 
 G = 9.81
-
-
-def balls(**changes: Any) -> ts.Scene:
-    """Two balls that know nothing of each other, the second on a ground of its own."""
-    structure = ts.Lumped(coordinates=("a", "b"), mass=[1.0, 2.0], stiffness=[0.0, 0.0])
-    feet = {"a": ts.Foot(point="a", gap=1.0), "b": ts.Foot(point="b", gap=1.0, ground="soft")}
-    values: dict[str, Any] = {
-        "ground": {"restitution": {"coefficient": 0.8}, "gravity": {"acceleration": G}},
-        "grounds": {"soft": {"restitution": {"coefficient": 0.3}}},
-    }
-    robot = ts.Robot(structure=structure, feet=feet)
-    return ts.Scene(name="balls", robot=robot, duration=2.5, **(values | changes))
 
 
 def test_each_ball_bounces_as_its_own_ground_says() -> None:

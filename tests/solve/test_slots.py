@@ -7,6 +7,7 @@ import pytest
 
 import tarsus as ts
 from example_laws import OWN
+from scene_files import balls, creeping
 from scene_files import scene as scene_of
 from tarsus.base.spec import quantity
 from tarsus.model.drive.signal import Signal
@@ -53,31 +54,9 @@ def sticky_feet() -> Scene:
     return scene_of("sticky_feet", {"ground.laws": {"drag": OWN["drag"](coefficient=1e-5, height=1e-6)}})
 
 
-def by_foot() -> Scene:
-    """Two balls, the second on a ground of its own."""
-    structure = ts.Lumped(coordinates=("a", "b"), mass=[1.0, 2.0], stiffness=[0.0, 0.0])
-    feet = {"a": ts.Foot(point="a", gap=1.0), "b": ts.Foot(point="b", gap=1.0, ground="soft")}
-    ground: dict = {"restitution": {"coefficient": 0.8}, "gravity": {"acceleration": 9.81}}
-    soft: dict = {"soft": {"restitution": {"coefficient": 0.3}}}
-    robot = ts.Robot(structure=structure, feet=feet)
-    return Scene(name="balls", robot=robot, duration=1.0, ground=ground, grounds=soft)
-
-
 def swinging() -> Scene:
     wave = {"kind": "sine", "amplitude": 2e-4, "frequency": 29.0}
     return scene_of("ball", {"ground.motion": {"normal": {"displacement": wave}}})
-
-
-def creeping() -> Scene:
-    law = {
-        "kind": "creeping",
-        "instant": {"linear": 8e-7, "thresholds": [1.0, 2.0], "weights": [2e-7, 1e-7]},
-        "thresholds": [0.0, 1.5],
-        "weights": [1e-7, 1e-7],
-        "times": [2e-3, 1.0],
-    }
-    scene = ts.load_scene("cantilever", wave="square")
-    return ts.with_values(scene, {"robot.drives.pzt.law": law, "robot.drives.pzt.history": (), "provenance": {}})
 
 
 def walking() -> Scene:
@@ -168,7 +147,7 @@ CASES = {
     ),
     "pads": (lambda: ts.load_scene("climber"), {"signals.LF_pad.levels.0": [150.0, 200.0]}, 0.05),
     "grounds by foot": (
-        by_foot,
+        lambda: balls(duration=1.0),
         {"ground.restitution.coefficient": [0.7, 0.6], "grounds.soft.restitution.coefficient": [0.2, 0.4]},
         1.0,
     ),

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from scene_files import creeping
 from scene_files import scene as scene_of
 from sliding_scenes import by_modes
 from tarsus.model.laws.ageing_adhesion import AgeingAdhesion
@@ -51,21 +52,6 @@ def _same_events(parts, whole, scale, tolerance=1e-9):
         assert events[name] == pytest.approx(whole[name], rel=1e-5, abs=1e-8 * np.abs(whole[name]).max(initial=1e-30))
 
 
-def _creeping():
-    """The cantilever's drive with a plain hysteresis, creep of a second and elements near a step's length."""
-    law = {
-        "kind": "creeping",
-        "instant": {"linear": 8e-7, "thresholds": [1.0, 2.0], "weights": [2e-7, 1e-7]},
-        "thresholds": [0.0, 1.5, 0.5],
-        "weights": [1e-7, 1e-7, 2e-7],
-        "times": [2e-3, 2e-3, 1.0],
-    }
-    return ts.with_values(
-        ts.load_scene("cantilever"),
-        {"robot.drives.pzt.law": law, "robot.drives.pzt.history": (9.0, -2.0), "provenance": {}},
-    )
-
-
 SCENES = {
     "cantilever": lambda: ts.load_scene("cantilever"),
     "millipede": lambda: ts.load_scene("millipede"),
@@ -79,7 +65,7 @@ SCENES = {
             "ground.laws": {"ageing": AgeingAdhesion(initial=1e-7, gain=1e-5, ageing=2e-3, fading=3e-3)},
         },
     ),
-    "a drive that creeps": lambda: _creeping(),
+    "a drive that creeps": lambda: ts.with_values(creeping(), {"robot.drives.pzt.history": (9.0, -2.0)}),
     "feet that slide": lambda: by_modes(ts.load_scene("millipede").model_copy(update={"initial": ts.Initial()})),
 }
 

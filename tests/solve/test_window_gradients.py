@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from scene_files import creeping
 from scene_files import scene as scene_of
 from sliding_scenes import cantilever as sliding
 from tarsus.base.spec import get_value, with_values
@@ -49,18 +50,6 @@ def moved(starts: list[WindowStart], name: str, by: float) -> list[WindowStart]:
         return [replace(one, t0=one.t0 + by) for one in starts]
     unit = np.eye(len(np.asarray(starts[0].state)))[int(name.removeprefix("state."))]
     return [replace(one, state=np.asarray(one.state) + by * unit) for one in starts]
-
-
-def creeping() -> Scene:
-    law = {
-        "kind": "creeping",
-        "instant": {"linear": 8e-7, "thresholds": [1.0, 2.0], "weights": [2e-7, 1e-7]},
-        "thresholds": [0.0, 1.5],
-        "weights": [1e-7, 1e-7],
-        "times": [2e-3, 1.0],
-    }
-    scene = ts.load_scene("cantilever", wave="square")
-    return with_values(scene, {"robot.drives.pzt.law": law, "robot.drives.pzt.history": (), "provenance": {}})
 
 
 ROUGH = {"kind": "random", "seed": 3, "rms": 2e-7, "correlation_length": 3e-5, "spacing": 1e-5, "facets": 256}
