@@ -437,8 +437,7 @@ def fast() -> str:
     (many,) = [one["ratio"] for one in peers if not one["problem"].startswith("P1")]
     return (
         f"One run takes {one_run[0]:.0f} to {one_run[-1]:.0f} times less CPU time than by heyoka, the fastest public "
-        f"peer we know, and thousands of runs {many:.0f} times less ([tables](docs/agreement.md#how-fast-it-is)). "
-        "Every event sequence is checked before a time is printed."
+        f"peer we know, and thousands of runs {many:.0f} times less ([tables](docs/agreement.md#how-fast-it-is))."
     )
 
 

@@ -126,6 +126,17 @@ def test_files_that_differ_are_told_and_widen_the_interval():
     assert covered >= binom.ppf(1e-3, trials, 0.85)  # both at once
 
 
+def test_a_file_that_says_nothing_of_a_number_is_no_group_of_it():
+    one = line(np.random.default_rng(4), by_file=3.0)
+    mute = one.levels[FILE] == one.levels[FILE][0]
+    mute = replace(
+        one,
+        information=np.where(mute[:, None, None], 0.0, one.information),
+        score=np.where(mute[:, None], 0.0, one.score),
+    )
+    assert "file" in {found.along for found in surprises([mute], 1).found}
+
+
 def test_known_noise_is_all_of_an_interval_unless_groups_scatter_more():
     for seed in range(5):
         sound, by_file = (line(np.random.default_rng(seed), by_file=by) for by in (0.0, 3.0))

@@ -88,6 +88,7 @@ def test_the_drive(tmp_path):
     notes = "\n".join(undecided.notes)
     assert "no channel is known to be the drive" in notes and "channel 'b' is 0 V throughout" in notes
     assert read_measurement(path, drive="a").drive == "a"
+    assert read_measurement(path, channels={"tip": {}}, drive="a").names == ("tip", "a")  # who names it asks for it
     assert read_measurement(path, channels={"tip": {}, "a": {"name": "left"}}, drive="a").drive == "left"
 
 

@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from math import ceil, isfinite, isnan, nan
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from tarsus.fit.verdict import WIDTH
 from tarsus.identify.assessment import law_slopes
 from tarsus.identify.readiness import TOLD_BY, serves
@@ -152,8 +154,14 @@ def _wanted(found: Identification, purpose: Purpose) -> str:
     """Records of a purpose that the campaign lacks: purpose, drive and channels."""
     if purpose not in _KINDS:
         return _GAITS
-    volts = max((_volts(one) for one in found.opened.campaign.records.values()), default=0.0)
-    most = f" up to {amount(volts, 'V', 3)}" if volts else ""
+    stated = [_volts(one) for one in found.opened.campaign.records.values()]
+    recorded = [
+        float(np.abs(one.record[one.record.drive]).max())
+        for one in found.readings
+        if one.record is not None and one.record.drive and found.opened.campaign.records[one.set].signal is None
+    ]
+    volts = max(stated + recorded, default=0.0)
+    most = f" up to {amount(volts, 'V', 2)}" if volts else ""
     kind = f"{_KINDS[purpose].format(most)} on drive {found.model.drive}"
     return f"'{purpose.value}': {kind}, {_channels(found, purpose)}"
 

@@ -216,6 +216,9 @@ class _Number:
     def apart(self, level: str, signs: Floats) -> tuple[Surprise, Floats] | None:
         """From group to group of a level; None where no exchange of signs moves them."""
         weights = np.equal.outer(self.one.levels[level], np.unique(self.one.levels[level])).astype(np.float64)
+        weights = weights[:, self.told @ weights > 0.0]  # groups that say something of the number
+        if weights.shape[1] < 2:
+            return None
         own, left = self.by_event(weights * self.told[:, None]), self.summed(weights, self.score, self.sums)
         told, seen = own.sum(axis=0), own > 0.0
         whole = float(np.sum(left[seen] ** 2 / own[seen]))  # of events, in groups and between them

@@ -40,7 +40,7 @@ def scaled_series(series: RawSeries, choice: ChannelChoice) -> Scaled | None:
 def chosen_series(
     raw: RawFile, choices: Choices, candidates: Sequence[RawSeries]
 ) -> list[tuple[RawSeries, ChannelChoice]]:
-    """Series that were asked for, or all candidates where nothing was.
+    """Series that were asked for, the drive with them, or all candidates where nothing was.
 
     Raises
     ------
@@ -55,6 +55,8 @@ def chosen_series(
         found = [name] if name in known else _columns(name, choice, known)
         chosen.update(dict.fromkeys(found, choice))
         missing += [] if found else [name]
+    if choices.drive in known and choices.drive not in {choice.name for choice in choices.channels.values()}:
+        chosen.setdefault(choices.drive, ChannelChoice())  # who names the drive asks for it
     if missing:
         raise InputError(
             [
