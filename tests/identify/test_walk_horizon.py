@@ -13,6 +13,7 @@ from tarsus.base.quantities import Quantity
 from tarsus.base.spec import get_value, with_values
 from tarsus.fit.record_ties import TiedWindows
 from tarsus.fit.verdict import Verdict
+from tarsus.identify import walking
 from tarsus.identify.walking import WalkRecord, identify_walk
 from tarsus.solve.outputs import Output
 
@@ -42,6 +43,43 @@ def test_the_first_contacts_tell_the_ground() -> None:
     error = np.log(found.values / [float(get_value(truth, path)) for path in PATHS])
     assert np.abs(error / np.sqrt(np.diag(found.covariance))).max() < 3.5
     assert np.sqrt(found.covariance[1, 1]) < 0.1  # told by the first steps
+
+
+@pytest.mark.parametrize("confirmed", [False, True])
+def test_feet_are_told_apart_only_where_another_start_asks_for_it_too(
+    monkeypatch: pytest.MonkeyPatch, confirmed: bool
+) -> None:
+    """A wrong minimum asks for feet that differ; so the record is taken up again, from numbers that are drawn."""
+    _, seen = record(0.008)
+    friction, drawn, taken_up = PATHS[1], list[int](), walking._taken_up
+
+    def asked(windows, fit, paths):
+        return dict.fromkeys(paths, 2.0) if confirmed or not drawn else {}
+
+    def again(problem, records, moved, seed=0):
+        drawn.extend([seed] if seed else [])
+        return taken_up(problem, records, moved, seed)
+
+    monkeypatch.setattr(walking, "asked_of_feet", asked)
+    monkeypatch.setattr(walking, "_taken_up", again)
+    found = identify_walk([seen], dict.fromkeys(PATHS, 1.0), differing=[friction])
+    assert drawn == [1] and dict(found.asked) == ({friction: 2.0} if confirmed else {})
+    assert set(found.feet) == ({f"{foot}: {friction}" for foot in ("L1", "R1")} if confirmed else set())
+
+
+def test_of_two_starts_that_are_followed_the_one_that_leaves_less_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, seen = record(0.008)
+    costs, together = list[float](), walking._together
+
+    def worse(windows, segments, moved):  # the first
+        joint = together(windows, segments, moved)
+        costs.append(joint.fit.cost)
+        return joint if costs[1:] else joint._replace(fit=replace(joint.fit, cost=joint.fit.cost + 100.0, values={}))
+
+    monkeypatch.setattr(walking, "_together", worse)
+    monkeypatch.setattr(walking, "asked_of_feet", lambda *_: {} if costs[1:] else {PATHS[1]: 2.0})
+    found = identify_walk([seen], dict.fromkeys(PATHS, 1.0), differing=[PATHS[1]])
+    assert len(costs) == 2 and len(found.values) == 3  # of the first there is none
 
 
 @pytest.mark.slow

@@ -115,7 +115,8 @@ class RecordFit:
     covariance (np, np): in these, what was known included; ahead (np,): the undamped step that a descent which ended
     before its minimum would still make; segments: with their starts as found; windows: there; left (nw,): mean squares
     over the noise, NaN of a window without samples; settled: whether it would go no further; jumps: of tied segments,
-    by how many of their ties' standard deviations starts are off the ends before.
+    by how many of their ties' standard deviations starts are off the ends before; cost: sum of squares of all that is
+    left, of ties, and of what was known beforehand.
     """
 
     values: Mapping[str, float]
@@ -127,6 +128,7 @@ class RecordFit:
     left: Floats
     settled: bool
     jumps: Floats
+    cost: float
 
 
 @dataclass(frozen=True)
@@ -193,31 +195,6 @@ class RecordProblem:
     def far(self) -> Floats:
         """Longest step of each number (np,), in standard deviations."""
         return np.array([np.inf if p.factor is None else FAR / np.log(p.factor) for p in self.priors.values()])
-
-    def ended(
-        self,
-        segments: Sequence[Segment],
-        flown: Flown,
-        place: Floats,
-        covariance: Floats,
-        ahead: Floats,
-        settled: bool,
-        jumps: Floats,
-    ) -> RecordFit:
-        """A fit whose windows are as flown at numbers (np,)."""
-        left = [float(np.mean(one**2)) if one.size else np.nan for one in self.left_of(segments, flown)]
-        pairs = zip(segments, flown.batch.starts, strict=True)
-        return RecordFit(
-            flown.values,
-            place,
-            covariance,
-            ahead,
-            tuple(replace(one, state=np.asarray(at.state, dtype=float), begin=at.t0) for one, at in pairs),
-            flown.batch,
-            np.array(left),
-            settled,
-            jumps,
-        )
 
     def residuals(self, segments: Sequence[Segment], own: Floats, moved: Floats) -> list[Floats]:
         """What channels of segments (nc, k) leave over the noise at starts (nw, q) and numbers (np,): model less

@@ -10,7 +10,7 @@ they predict it: from fit to fit only windows that are new, or bent, are differe
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -345,10 +345,19 @@ class TiedWindows:
         left = self.equations(segments, at).eliminated()
         covariance = np.asarray(np.linalg.inv(left.information + known.information), dtype=np.float64)
         ahead = covariance @ (left.score + known.pull(at.moved))
-        return self.problem.ended(segments, at.flown, at.moved, covariance, ahead, settled, self._jumps(segments, at))
-
-    def _jumps(self, segments: Sequence[Segment], at: _Place) -> Floats:
-        return np.concatenate([np.zeros(0), *(at.gaps[k] for _, k in _tied(segments))])
+        pairs = zip(segments, at.flown.batch.starts, strict=True)
+        return RecordFit(
+            at.flown.values,
+            at.moved,
+            covariance,
+            ahead,
+            tuple(replace(one, state=np.asarray(start.state, dtype=float), begin=start.t0) for one, start in pairs),
+            at.flown.batch,
+            np.array([float(np.mean(one**2)) if one.size else np.nan for one in at.off]),
+            settled,
+            np.concatenate([np.zeros(0), *(at.gaps[k] for _, k in _tied(segments))]),
+            at.cost + known.cost(at.moved),
+        )
 
 
 def _states(at: _Place) -> list[Floats]:

@@ -109,16 +109,18 @@ class WalkFollower:
 
     def _begun(self, moved: Floats, known: Knowledge) -> FollowedWalk:
         """The first horizon; of the first record from those numbers that leave least of it, of these and some that are
-        drawn: which foot slips first is decided there, and descents hardly come back over it."""
+        drawn: which foot slips first is decided there, and descents hardly come back over it. Where records are taken
+        up again it is from some that are drawn alone."""
         soon = self._after(0.0)
         at = FollowedWalk([self._standing(moved, soon)], 0, moved, known, known.covariance, np.ones(1))
         end = max(self._reach(at.segments[0], moved)[0], self._after(soon))
-        best = self._further(at, end)
-        if self.number or self._is_noise(best):
-            return best
+        told = [] if self.seed and not self.number else [self._further(at, end)]
+        if told and (self.number or self._is_noise(told[0])):
+            return told[0]
         drawn = self._drawn(at, replace(at.segments[0], span=(0.0, end)))
         begun = (replace(at, segments=[self._standing(one, soon)], moved=one) for one in drawn)
-        return min((best, *(self._further(one, end) for one in begun)), key=self._total)
+        each = [*told, *(self._further(one, end) for one in begun)]
+        return min(each or [self._further(at, end)], key=self._total)
 
     def _is_noise(self, at: FollowedWalk) -> bool:
         """Whether the open windows leave no more than noise does, where that is known: a descent that is there came to

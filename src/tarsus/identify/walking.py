@@ -63,8 +63,8 @@ JOINED = 3
 ROUNDS = 4
 """How often windows are tied and the spread from foot to foot is estimated again."""
 STARTS = 2
-"""How often records are taken up, each time from other numbers that are drawn, where windows are not followed or jump:
-of seven robots one ended in another minimum at its first start."""
+"""How often records are taken up, each time from other numbers that are drawn, where windows are not followed, jump, or
+ask for more unknowns: of seven robots one ended in another minimum at its first start."""
 FEW = 12
 """Samples of a record below which nothing is found of it."""
 
@@ -257,22 +257,22 @@ def identify_walk(
     problem = _with_noise(problem, segments, moved, records)
     ties, asked = _of_start(_walker(records), TIED), dict[str, float]()
     joint = _together(TiedWindows(problem, ties, windows), segments, moved)
-    for seed in range(1, STARTS):  # before anything is asked of the ground: another start is the simpler answer
-        if not joint.missing(records) and joint.jump <= JUMP:
+    told = dict[str, float]()
+    for seed in range(STARTS):  # another start is the simpler answer than ground that differs from foot to foot
+        joint = _again(joint, records, begun, seed) if seed else joint
+        told = {} if differ else asked_of_feet(*joint, differing)
+        if not told and not joint.missing(records) and joint.jump <= JUMP:
             break
-        joint = _again(joint, records, begun, seed)
     if differ and differing:
         joint = _by_foot(joint, records, differing)
-    while not differ:
-        told = asked_of_feet(*joint, [path for path in differing if path not in asked])
-        if not told:
-            break
+    while told:
         path = max(told, key=lambda one: told[one])
         other = _by_foot(joint, records, [path])
         # named where what is left is noise: a window that went another way asks for many things, and none mends it
         if other.missing(records) > joint.missing(records) or other.jump > JUMP:
             break
         joint, asked = other, {**asked, path: told[path]}
+        told = asked_of_feet(*joint, [path for path in differing if path not in asked])
     return _found(records, spread, joint, asked)
 
 
@@ -342,11 +342,12 @@ def _by_foot(joint: _Joint, records: Sequence[WalkRecord], paths: Sequence[str])
 
 
 def _again(joint: _Joint, records: Sequence[WalkRecord], moved: Floats, seed: int = 0) -> _Joint:
-    """Records taken up again from numbers (np,), or the joint descent as it is, whichever leaves less in doubt."""
+    """Records taken up again from numbers (np,), or the joint descent as it is, whichever leaves less in doubt; where
+    neither leaves any, whichever leaves less."""
     problem, ties = joint.windows.problem, joint.windows.ties
     segments, moved, windows = _taken_up(problem, records, moved, seed)
     other = _together(TiedWindows(problem, ties, windows), segments, moved)
-    return min(joint, other, key=lambda one: (one.missing(records), one.jump))
+    return min(joint, other, key=lambda one: (one.missing(records), max(one.jump, JUMP), one.fit.cost))
 
 
 def _found(
