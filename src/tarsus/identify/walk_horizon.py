@@ -49,7 +49,7 @@ class FollowedWalk:
 
     segments: the open ones last; closed: how many are not fitted any more; moved (np,): numbers; known: what all before
     the open ones tells of them; covariance (np, np): with the open ones; left (nw,): mean square of what each leaves;
-    lost: whether an open one is not followed.
+    lost: whether an open one is not followed; cost: of the open ones (`RecordFit.cost`).
     """
 
     segments: list[Segment]
@@ -59,6 +59,7 @@ class FollowedWalk:
     covariance: Floats
     left: Floats
     lost: bool = False
+    cost: float = np.inf
 
     @property
     def reached(self) -> float:
@@ -120,18 +121,12 @@ class WalkFollower:
         drawn = self._drawn(at, replace(at.segments[0], span=(0.0, end)))
         begun = (replace(at, segments=[self._standing(one, soon)], moved=one) for one in drawn)
         each = [*told, *(self._further(one, end) for one in begun)]
-        return min(each or [self._further(at, end)], key=self._total)
+        return min(each or [self._further(at, end)], key=lambda one: one.cost)
 
     def _is_noise(self, at: FollowedWalk) -> bool:
         """Whether the open windows leave no more than noise does, where that is known: a descent that is there came to
         the numbers, or to what nothing so far tells from them."""
         return not at.lost and bool(np.all(at.left < most_of(self.problem, at.segments, 1.0, NOISE)))
-
-    def _total(self, at: FollowedWalk) -> float:
-        """What the open windows leave in all, and what is known."""
-        count = samples_of(self.problem, at.segments[at.closed :]) * len(self.problem.records[self.number].channels)
-        off = at.moved - at.known.centre
-        return float(count @ at.left[at.closed :] + off @ at.known.information @ off)
 
     def _grown(self, at: FollowedWalk) -> FollowedWalk:
         """Farther, as long as the record is followed, to its end at most: as far as it is predicted, less far, or past
@@ -155,7 +150,7 @@ class WalkFollower:
         try:
             return self._fitted(self._until(at, end))
         except InputError:
-            return replace(at, left=np.append(at.left[:-1], np.inf), lost=True)
+            return replace(at, left=np.append(at.left[:-1], np.inf), lost=True, cost=np.inf)
 
     def _standing(self, moved: Floats, end: float) -> Segment:
         """The first window, from the state in which the walker stands; feet that lie on the ground there are held."""
@@ -214,7 +209,7 @@ class WalkFollower:
             fit = self.windows.solve(opened, at.moved, rounds=ROUNDS, known=at.known)
             segments = [*at.segments[: at.closed], *fit.segments]
             left = np.append(at.left[: at.closed], fit.left)
-            at = replace(at, segments=segments, moved=fit.moved, covariance=_reached(fit), left=left)
+            at = replace(at, segments=segments, moved=fit.moved, covariance=_reached(fit), left=left, cost=fit.cost)
             most = most_of(self.problem, segments[at.closed :], self.most)
             worst = float(np.max(left[at.closed :] / most))
             if worst < 1.0 or worst > GAIN * cost:
