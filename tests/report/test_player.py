@@ -13,7 +13,6 @@ import pytest
 
 from html_page import Page
 from packed_series import unpacked
-from tarsus.base.errors import InputError
 from tarsus.report.drawing import Drawing, FootMark, Shape, drawing_of, round_below
 from tarsus.report.motion import MOST_FRAMES, SLIPPING, STUCK, Motion, frame_limit
 from tarsus.report.packing import packed, packed_states
@@ -34,19 +33,6 @@ def section(motion: Motion) -> str:
 def data_of(section: str) -> dict[str, Any]:
     (text,) = re.findall(r'<script type="application/json"[^>]*>(.*?)</script>', section, re.DOTALL)
     return json.loads(text)
-
-
-def test_arrays_that_do_not_fit_are_all_named(motion: Motion) -> None:
-    with pytest.raises(InputError) as error:
-        dataclasses.replace(
-            motion,
-            foot_x=motion.foot_x[:, 1:],
-            hips=motion.hips[:2],
-            body={"twist": motion.time, "heave": motion.time[1:]},
-        )
-    for name in ("foot_x", "hips", "body.twist", "body.heave"):
-        assert name in str(error.value)
-    assert "foot_z" not in str(error.value)
 
 
 @pytest.mark.parametrize("bits", [8, 16])

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -72,61 +70,33 @@ def branch_html(found: Branches) -> str:
     return sections_page(f"Branches: {name}", [about], sections, head=f"{name} – branches")
 
 
-@dataclass(frozen=True)
-class BranchLine:
-    """A stretch of a branch: numbers of its orbits (n,) along the parameter, and whether their motion is stable."""
-
-    at: Floats
-    values: Floats
-    stable: bool
-
-    @property
-    def look(self) -> dict[str, Any]:
-        """How it is drawn: broken where the motion is unstable."""
-        if self.stable:
-            return {"label": "stable", "color": BLUE, "lw": 1.2}
-        return {"label": "unstable", "color": VERMILION, "lw": 1.2, "ls": (0, (4.0, 3.0))}
-
-
-@dataclass(frozen=True)
-class BranchPicture:
-    """A number of every orbit along the branches, such as `hardest_impact`: lines, the number of each branch half way
-    (place, value, text; none of an only one), and by its name what happens (place and value (n,))."""
-
-    lines: Sequence[BranchLine]
-    numbers: Sequence[tuple[float, float, str]]
-    marks: Mapping[str, tuple[Floats, Floats]]
-
-    @classmethod
-    def of(cls, found: Branches, name: str) -> BranchPicture:
-        """Of the branches found."""
-        lines, numbers, happens = [], [], {}
-        for place, branch in enumerate(found, 1):
-            at = np.array([point.at for point in branch.points])
-            values = np.array([getattr(point.orbit, name) for point in branch.points])
-            lines += [BranchLine(at[places], values[places], stable) for stable, places in branch.parts()]
-            half = len(at) // 2
-            if len(found) > 1 and np.isfinite(values[half]):
-                numbers.append((float(at[half]), float(values[half]), str(place)))
-            for point, value in zip(branch.points, values.tolist(), strict=True):
-                if point.kind in MARKS and np.isfinite(value):
-                    happens.setdefault(point.kind, []).append((point.at, value))
-        return cls(lines, numbers, {kind: tuple(np.array(rows).T) for kind, rows in happens.items()})
+LOOKS: dict[bool, dict[str, Any]] = {
+    True: {"label": "stable", "color": BLUE, "lw": 1.2},
+    False: {"label": "unstable", "color": VERMILION, "lw": 1.2, "ls": (0, (4.0, 3.0))},
+}
+"""Of a branch where its motion is stable, and where it is not."""
 
 
 def draw_branches(axes: Axes, found: Branches, name: str, unit: str) -> None:
-    """A number of every orbit, such as `hardest_impact`, along the branches; what happens on them by its name."""
-    drawn = BranchPicture.of(found, name)
+    """A number of every orbit, such as `hardest_impact`, along the branches, each with its number half way; what
+    happens on them by its name."""
     shade(axes, ((one.low, one.high) for one in found.coexisting), "several stable motions")
-    for one in drawn.lines:
-        axes.plot(one.at, one.values, **one.look)
-    for place, value, text in drawn.numbers:
-        axes.annotate(text, (place, value), (0.0, 2.0), textcoords="offset points", color=MUTED, size=7.0)
-    for kind, (places, values) in drawn.marks.items():
-        marker, color = MARKS[kind]
-        axes.plot(places, values, marker, color=color, ms=5.0, mew=0.0, zorder=5, label=kind)
+    every: list[Floats] = []
+    for place, branch in enumerate(found, 1):
+        at = np.array([point.at for point in branch.points])
+        every.append(np.array([getattr(point.orbit, name) for point in branch.points]))
+        for stable, part in branch.parts():
+            axes.plot(at[part], every[-1][part], **LOOKS[stable])
+        half = len(at) // 2
+        if len(found) > 1 and np.isfinite(every[-1][half]):
+            words = {"textcoords": "offset points", "color": MUTED, "size": 7.0}
+            axes.annotate(str(place), (at[half], every[-1][half]), (0.0, 2.0), **words)
+        for kind, (marker, color) in MARKS.items():
+            own = np.array([point.kind == kind for point in branch.points])
+            if np.isfinite(every[-1][own]).any():
+                axes.plot(at[own], every[-1][own], marker, color=color, ms=5.0, mew=0.0, zorder=5, label=kind)
     name_axes(axes, (found.path, found.unit), (spaced(name), unit))
-    if limits := level_limits(*(one.values for one in drawn.lines)):
+    if limits := level_limits(*every):
         axes.set_ylim(*limits)
 
 

@@ -14,6 +14,7 @@ from tarsus.identify.heldout import Comparison
 from tarsus.identify.step import Curve, Panel
 from tarsus.identify.verdict import Assessment
 from tarsus.records.excluded import evenly
+from tarsus.report import sheet
 from tarsus.report.pages import Plate
 from tarsus.report.sheet import QUARTER, Sheet, few_ticks, name_axes, plate
 from tarsus.report.style import BLUE, INK, ON_DARK, ON_LIGHT, VERMILION, decimate
@@ -46,13 +47,7 @@ OPPOSED = LinearSegmentedColormap.from_list("opposed", (VERMILION, "#f4f5f7", BL
 
 def panels(shown: Sequence[Panel], caption: str) -> Plate:
     """Panels: measured as points with two standard errors to either side, fitted as lines."""
-    kept = shown[:MOST_PANELS]
-
-    def draw(sheet: Sheet) -> None:
-        for axes, one in zip(sheet.grid(len(kept), 1.7, width=QUARTER), kept, strict=True):
-            _draw(axes, one)
-
-    return plate(draw, caption)
+    return sheet.panels(shown[:MOST_PANELS], 1.7, _draw, caption, width=QUARTER)
 
 
 def held_out(comparisons: Sequence[Comparison]) -> Plate:

@@ -10,12 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tarsus.base.errors import InputError
 from tarsus.files.series import Variables
 from tarsus.files.settled import drive_period
 from tarsus.model.profile import line_between
 from tarsus.model.structure import Beam, Walker
-from tarsus.model.structure.walker import RIGID
 
 if TYPE_CHECKING:
     from tarsus.solve import Run
@@ -60,7 +58,6 @@ class Motion:
     moves its displacements along the way and upward, else zeros; held: what the feet hang on; footless: numbers of the
     legs without a foot. Of a robot that is no walker, points that move upward are its legs, hips their places along it
     and heights above the ground at rest.
-    Raises InputError, with every array that does not fit, unless the shapes are these.
     """
 
     time: np.ndarray
@@ -81,26 +78,6 @@ class Motion:
     moved: np.ndarray | None = None
     held: Held = Held.LEGS
     footless: tuple[int, ...] = ()
-
-    def __post_init__(self) -> None:
-        nt, nl, nd = len(self.time), len(self.legs), len(self.drives)
-        wanted = {name: (nl, nt) for name in _PER_FOOT} | {"time": (nt,), "hips": (nl, 3)}
-        wanted |= {"volts": (nd, nt)} if nd else {}
-        faults = [
-            f"{name}: expected the shape {shape}, got {np.shape(getattr(self, name))}"
-            for name, shape in wanted.items()
-            if np.shape(getattr(self, name)) != shape
-        ]
-        faults += [
-            f"body.{name}: expected the shape {(nt,)}, got {np.shape(values)}"
-            for name, values in self.body.items()
-            if np.shape(values) != (nt,)
-        ]
-        faults += [f"body.{name}: expected one of {', '.join(RIGID)}" for name in self.body if name not in RIGID]
-        if nt < 2 or nl < 1:
-            faults.append(f"a motion needs two times and one leg, got {nt} and {nl}")
-        if faults:
-            raise InputError(faults)
 
     def coordinate(self, name: str) -> np.ndarray:
         """A coordinate of the body (nt,), zero where it has none."""

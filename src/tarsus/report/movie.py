@@ -149,38 +149,11 @@ def write_movie(run: Run, path: str | Path, *, width: int = 720, periods: int = 
 def _film(frames: list[Image.Image], file: Path) -> None:
     """Write frames as VP9, whose pictures have even sides. Raises InputError with ffmpeg's last line where it fails."""
     width, height = frames[0].size
-    done = subprocess.run(
-        [
-            "ffmpeg",
-            "-y",
-            "-loglevel",
-            "error",
-            "-f",
-            "rawvideo",
-            "-pix_fmt",
-            "rgb24",
-            "-s",
-            f"{width}x{height}",
-            "-r",
-            f"{1000 / PACE_MS:g}",
-            "-i",
-            "-",
-            "-vf",
-            "pad=ceil(iw/2)*2:ceil(ih/2)*2",
-            "-c:v",
-            "libvpx-vp9",
-            "-crf",
-            "32",
-            "-b:v",
-            "0",
-            "-pix_fmt",
-            "yuv420p",
-            str(file),
-        ],
-        input=b"".join(frame.tobytes() for frame in frames),
-        capture_output=True,
-        check=False,
-    )
+    raw = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {1000 / PACE_MS:g} -i -"
+    written = "-vf pad=ceil(iw/2)*2:ceil(ih/2)*2 -c:v libvpx-vp9 -crf 32 -b:v 0 -pix_fmt yuv420p"
+    words = f"ffmpeg -y -loglevel error {raw} {written}".split()
+    pixels = b"".join(frame.tobytes() for frame in frames)
+    done = subprocess.run([*words, str(file)], input=pixels, capture_output=True, check=False)
     if done.returncode:
         said = done.stderr.decode(errors="replace").strip().splitlines() or ["it says nothing"]
         raise InputError(f"{file.name}: ffmpeg could not write it: {said[-1]}")

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import xarray
 from matplotlib.axes import Axes
 
 from tarsus.base.errors import InputError
-from tarsus.base.messages import nearest
 from tarsus.files.runstore import COLLECTED_FILE
+from tarsus.files.series import dataset_of
 from tarsus.files.store import SERIES_FILE
 from tarsus.model.laws.userfile import laws_of
 from tarsus.report import plot as figures
-from tarsus.report.saved import blank, figure_of, offered, write_figure
+from tarsus.report.saved import blank, figure_of, write_figure
 from tarsus.solve import Batch, Run, load_run
 
 Saved = str | os.PathLike[str] | Run | Batch
@@ -59,49 +58,19 @@ def plot(
     InputError
         Where nothing of that name can be drawn.
     """
-    if isinstance(saved, (Run, Batch)):
-        axes = _of_result(saved, name, over, only)
+    run = saved if isinstance(saved, Run) else None
+    if name in (None, *Run.figures) and not isinstance(saved, (Run, Batch)) and (Path(saved) / SERIES_FILE).is_file():
+        run = load_run(saved, laws_of(law))
+    if run is not None and over is not None:
+        raise InputError("--over is for batches and sweeps: a run is drawn over time")
+    if run is not None and name in (None, *Run.figures):
+        axes = _figure(run, name or Run.figures[0], only)
     else:
-        _, axes = drawn(Path(saved), name, over, only, laws_of(law))
+        with _data(saved) as data:
+            axes = figure_of(data, name, over=over, only=only)
     if output is not None:
         write_figure(axes, Path(output))
     return axes
-
-
-def _of_result(result: Run | Batch, name: str | None, over: str | None, only: Sequence[str] | None) -> Axes:
-    """The figure of a run or batch in memory."""
-    if isinstance(result, Batch):
-        return figure_of(result.to_dataset(), name or next(iter(result.measured())), over=over, only=only)
-    if over is not None:
-        raise InputError("over is for batches and sweeps: a run is drawn over time")
-    if name is not None and name not in Run.figures:
-        return figures.series(result, name, only, axes=blank())
-    return _figure(result, name or Run.figures[0], only)
-
-
-def drawn(
-    saved: Path, name: str | None, over: str | None, only: Sequence[str] | None, laws: Mapping[str, Any]
-) -> tuple[str, Axes]:
-    """What was drawn, and the axes."""
-    whole_run = saved.is_dir() and (saved / SERIES_FILE).is_file()
-    if whole_run and (name is None or name in Run.figures):
-        return name or Run.figures[0], _of_run(saved, name or Run.figures[0], over, only, laws)
-    file = saved / (SERIES_FILE if whole_run else COLLECTED_FILE) if saved.is_dir() else saved
-    if saved.is_dir() and not file.is_file():
-        raise InputError(f"'{saved}' holds no run and no finished sweep ({SERIES_FILE} or {COLLECTED_FILE})")
-    with _opened(file) as data:
-        known = offered(data)
-        if not known:
-            raise InputError(f"'{file}' holds neither series nor measures")
-        if name is not None and name not in known:
-            raise InputError(f"'{saved}' has no '{name}'{nearest(name, [*Run.figures * whole_run, *known])}")
-        return name or known[0], figure_of(data, name or known[0], over=over, only=only)
-
-
-def _of_run(folder: Path, name: str, over: str | None, only: Sequence[str] | None, laws: Mapping[str, Any]) -> Axes:
-    if over is not None:
-        raise InputError("--over is for batches and sweeps: a run is drawn over time")
-    return _figure(load_run(folder, laws), name, only)
 
 
 def _figure(run: Run, name: str, only: Sequence[str] | None) -> Axes:
@@ -114,8 +83,15 @@ def _figure(run: Run, name: str, only: Sequence[str] | None) -> Axes:
     return figures.impacts(run, only[0] if only else None, axes=blank())
 
 
-def _opened(file: Path) -> xarray.Dataset:
-    """A NetCDF file; `InputError` where it is none."""
+def _data(saved: Saved) -> xarray.Dataset:
+    """Series or measures of what was saved or not; `InputError` where it holds neither."""
+    if isinstance(saved, (Run, Batch)):
+        return dataset_of(saved.variables(), {}) if isinstance(saved, Run) else saved.to_dataset()
+    folder = file = Path(saved)
+    if folder.is_dir():
+        file = next((folder / one for one in (SERIES_FILE, COLLECTED_FILE) if (folder / one).is_file()), folder)
+    if file.is_dir():
+        raise InputError(f"'{saved}' holds no run and no finished sweep ({SERIES_FILE} or {COLLECTED_FILE})")
     if not file.is_file():
         raise InputError(f"there is no '{file}': name a folder that `simulate` or `sweep` wrote, or a .nc file")
     try:

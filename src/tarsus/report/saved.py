@@ -41,15 +41,20 @@ def blank() -> Axes:
     return Figure(figsize=(7.0, 3.4), layout="constrained").subplots()
 
 
-def figure_of(data: xarray.Dataset, name: str, *, over: str | None = None, only: Sequence[str] | None = None) -> Axes:
+def figure_of(
+    data: xarray.Dataset, name: str | None = None, *, over: str | None = None, only: Sequence[str] | None = None
+) -> Axes:
     """A series over time, or a measure over one number that varies, as a map over two where they are a grid.
 
-    data: as Tarsus writes them; name: one of `offered`; over: path of the number on the horizontal axis, the first that
-    varies unless given (of a grid of more numbers each line is one combination of the others); only: of series feet,
-    points or drives by name, the first six unless given. Raises InputError for names that the file does not have, and
-    for a grid of more combinations than there are colours.
+    data: as Tarsus writes them; name: one of `offered`, the first unless given; over: path of the number on the
+    horizontal axis, the first that varies unless given (of a grid of more numbers each line is one combination of the
+    others); only: of series feet, points or drives by name, the first six unless given. Raises InputError for names
+    that the file does not have, and for a grid of more combinations than there are colours.
     """
     known = offered(data)
+    if not known:
+        raise InputError("the file holds neither series nor measures")
+    name = name or known[0]
     if name not in known:
         raise InputError(f"the file has no '{name}'{nearest(name, known)}")
     axes, one = blank(), data[name]
