@@ -271,19 +271,6 @@ class GradientRun(Run):
         """
         return self._gradient(lambda runs: [float(objective(run)) for run in runs], unit)
 
-    @property
-    def period_moves(self) -> bool:
-        """Whether the drive period depends on a number at the paths."""
-        return any(run.period != self.period for one in self._best.values() for run in one.lane.runs)
-
-    def slopes_of(self, numbers: Callable[[RunTable], Floats]) -> Floats:
-        """Derivatives (..., P) by path of several numbers of the events at once, which a function makes of many runs
-        (nr, ...) as measures see them; NaN where there is none."""
-        found = self.slopes(lambda runs: numbers(table_of(runs)))
-        lost = np.array([path in self.flags for path in self.paths])
-        missing = found.kinked | lost.reshape(-1, *(1,) * (found.value.ndim - 1))
-        return np.moveaxis(np.where(missing, np.nan, found.value), 0, -1)
-
     @cached_property
     def mark_gradients(self) -> Mapping[str, npt.NDArray[np.void]]:
         """Derivatives of a walker's marks by path, fields as those of `marks`; NaN from the time on from which there is
