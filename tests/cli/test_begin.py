@@ -96,6 +96,10 @@ def test_a_new_design_asks_for_what_its_device_has(tarsus, tmp_path, device):
     assert tarsus("new", "design", file, "--device", device).code == 0
     scene = ts.load_scene(device)
     asked = problem_of(scene, settings_of(DesignSettings, file), None)
+    assert f"is a good design file: {scene.name}, mean" in tarsus("check", file).out
+    assert tarsus("show", file, "--json").json()["free"] == list(asked.free.names)
+    swept = tarsus("sweep", file, "-o", tmp_path / "out")
+    assert swept.code == 2 and "`tarsus design` takes it" in swept.sentences[0]
     (path, *_), (wanted,) = asked.free.paths, asked.objectives
     assert path.startswith("gait." if scene.gait else "signals.")
     assert wanted.measure == ("mean_apex" if device == "mems-switch" else "mean_speed")

@@ -34,6 +34,7 @@ class FileKind(Enum):
     SWEEP = ("study", "a sweep", "`tarsus sweep` takes it")
     CALIBRATION = ("calibration", "a calibration", "`tarsus calibrate` takes it")
     CAMPAIGN = ("campaign", "a campaign", "`tarsus identify` takes it")
+    REQUEST = ("design file", "a design to be searched", "`tarsus design` takes it")
     RECORD = ("record", "a record", "`tarsus identify` takes it in a campaign")
     SERIES = ("series", "a NetCDF file of tarsus", "`tarsus plot` draws it")
     DRAWS = ("draws", "draws of an identification", "`tarsus design --over` takes them")
@@ -140,6 +141,8 @@ def kind_of_table(table: Mapping[str, Any]) -> FileKind | None:
         return FileKind.CAMPAIGN
     if "table" in table:
         return FileKind.CALIBRATION
+    if "free" in table and "objective" in table:
+        return FileKind.REQUEST
     if "vary" in table or isinstance(table.get("scene"), str):
         return FileKind.SWEEP
     return FileKind.SCENE if "robot" in table else None

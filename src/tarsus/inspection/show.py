@@ -97,6 +97,8 @@ def show(
             from tarsus.calibrate.studyfile import load_study
 
             return studies.calibration_view(load_study(name, laws))
+        case FileKind.REQUEST:
+            return studies.design_view(name, laws)
         case FileKind.CAMPAIGN:
             from tarsus.identify.campaign import read_campaign
 
@@ -125,7 +127,7 @@ def _compared(first: str, second: str, laws: dict[str, Any]) -> View:
 
 
 def check(name: Name, *, law: Sequence[Name] = ()) -> View:
-    """Check a device, a scene, a study, a calibration, or a campaign with all its records; name all errors at once.
+    """Check a device, a scene, a study, a design, a calibration or a campaign; name all errors at once, of records too.
 
     Parameters
     ----------

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
+from tarsus.files.library import load_scene
 from tarsus.tables.table import Column, Table
 from tarsus.tables.view import View
 
@@ -38,6 +40,31 @@ def calibration_view(described: Described) -> View:
     rows = [(name, str(one.low), str(one.high)) for name, one in study.unknowns.items()]
     data = {"unknowns": {name: {"low": low, "high": high} for name, low, high in rows}}
     return View(data, Table(f"{len(rows)} unknowns", ("unknown", "from", "to"), rows))
+
+
+def design_view(name: str, laws: Mapping[str, Any]) -> View:
+    """What a design file frees and wants. Raises InputError with all that is wrong with it."""
+    from tarsus.base.errors import InputError
+    from tarsus.design.problem import DesignSettings, problem_of
+    from tarsus.design.request import settings_of
+
+    options = settings_of(DesignSettings, name)
+    if options.scene is None:
+        raise InputError(f"{name}: scene: name a device or a scene file")
+    asked = problem_of(load_scene(options.scene, laws=laws), options, options.risk)
+    numbers, wanted = asked.free.numbers, [one.name for one in asked.objectives]
+    rows = list(zip(numbers.names, *(ends.tolist() for ends in (numbers.low, numbers.high)), strict=True))
+    data = {
+        "scene": asked.scene.name,
+        "free": list(asked.free.names),
+        "objectives": wanted,
+        "limits": [str(one) for one in asked.limits],
+        "over": [] if asked.over is None else list(asked.over.names),
+        "risk": asked.risk.name,
+        "motion": str(asked.motion),
+    }
+    title = f"{name}: {asked.scene.name}, {' and '.join(wanted)} by {len(asked.free.names)} free numbers"
+    return View(data, Table(title, ("free", "from", "to"), rows, [str(asked.motion)]))
 
 
 def campaign_view(opened: Opened) -> View:
