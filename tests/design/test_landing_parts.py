@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from tarsus.design.learning import ArrivalLine, by_bits, by_scalars
-from tarsus.design.target import LandingObjective, Target
 from tarsus.design.trials import Landings
 
 
@@ -36,7 +35,6 @@ def test_a_scalar_finds_the_place_of_every_ground_from_both_sides():
         far = durations[:, 0] - 1.0 - grounds
         return Landings(*(np.where(far < 0.0, -3.0 * far, far),) * 7)
 
-    target = Target(LandingObjective.SPEED, step(np.full((50, 1), 1.5)))
-    speeds, best, softest = by_scalars(line, step, target, 50, 40)
+    speeds, best, softest = by_scalars(line, step, 50, 40)
     assert len(speeds) < 20 and (np.abs(best[:, 0] - 1.0 - grounds) < 1.0 / 32.0).all()
     assert np.array_equal(softest, np.min(speeds, axis=0)) and np.array_equal(step(best).speed, softest)

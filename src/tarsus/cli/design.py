@@ -25,7 +25,7 @@ GRAMMAR = Verb(
     title="designs",
 )
 LANDING = Verb(
-    "tarsus.design.soft_landing:landing",
+    "tarsus.design.landing:landing",
     files="tarsus.design.landing_design:LANDING_FILES",
     page="tarsus.report.landing_page:landing_html",
     title="design",

@@ -14,7 +14,7 @@ COMMANDS = {
 """What to use in place of a command."""
 
 DESIGNS = {
-    "landing": "pairs levels risk objective drive free tick shortest ringing learn sensor effort seed",
+    "landing": "pairs levels risk objective drive free tick shortest learn sensor effort seed",
     "gait": "objective risk look loss symmetry dead candidates duration seed",
     "adapt": "sense objective steps gaits hidden training noise repeats symmetry dead candidates duration seed",
 }

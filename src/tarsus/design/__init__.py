@@ -13,9 +13,9 @@ from tarsus.design.front import Candidate, Design
 from tarsus.design.grounds import Grounds
 from tarsus.design.headers import drives_header_text, gait_header_text, header_text
 from tarsus.design.judge import Risk, cvar
+from tarsus.design.landing import landing
 from tarsus.design.landing_design import LandingDesign
-from tarsus.design.landing_request import Sensor
-from tarsus.design.learning import Learning
+from tarsus.design.learning import Learning, Sensor, learn
 from tarsus.design.legs import LinkDesign, leg
 from tarsus.design.measures import DesignLimit, DesignObjective
 from tarsus.design.motion import DesignMotion
@@ -23,9 +23,7 @@ from tarsus.design.percents import Percent, Percents
 from tarsus.design.presets import gait, hold, steady
 from tarsus.design.pulse_train import Pulses
 from tarsus.design.request import settings_text
-from tarsus.design.soft_landing import landing, learn
 from tarsus.design.stance import standing
-from tarsus.design.target import LandingObjective
 
 __all__ = [
     "AdaptiveGait",
@@ -36,7 +34,6 @@ __all__ = [
     "DesignObjective",
     "Grounds",
     "LandingDesign",
-    "LandingObjective",
     "Learning",
     "LinkDesign",
     "Percent",

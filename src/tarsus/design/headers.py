@@ -45,11 +45,11 @@ def header_text(design: LandingDesign) -> str:
 
     Raises InputError for a period of more ticks than 32 bits hold.
     """
-    request, signal = design.request, design.signal
-    tick = request.step.period / request.ticks
-    _fits(request.ticks)
+    train, signal = design.train, design.signal
+    tick = train.step.period / train.ticks
+    _fits(train.ticks)
     times = [round(time / tick) for time in design.switching_times]
-    about = f"{in_comment(request.scene.name)}, foot {request.foot}, drive {request.drive}"
+    about = f"{in_comment(design.request.scene.name)}, foot {train.foot}, drive {train.drive}"
     judged = not math.isnan(design.worst)
     worst = f", at most {design.worst:.4g} m/s on the grounds it was designed for" if judged else ""
     said = (
@@ -59,7 +59,7 @@ def header_text(design: LandingDesign) -> str:
     )
     constants = {
         "uint32_t landing_tick_ns": round(tick * 1e9),
-        "uint32_t landing_period_ticks": request.ticks,
+        "uint32_t landing_period_ticks": train.ticks,
         "uint32_t landing_ticks": times,
         "int32_t landing_millivolts": [round(1e3 * one) for one in signal.levels],
     }

@@ -8,7 +8,8 @@ designs for grounds that are met sooner or later, and searches along it.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from enum import Enum
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,15 +17,30 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths
+from tarsus.design.descent import settled
 from tarsus.design.grounds import Grounds, Over, drawn, over_of
-from tarsus.design.landing_request import LandingRequest, Sensor
+from tarsus.design.pulse_train import PulseTrain
+from tarsus.design.target import Target
+from tarsus.design.trials import Trials
 from tarsus.fit.valleys import Budget, Visited, follow_down
 
 if TYPE_CHECKING:
-    from tarsus.design.target import Target
-    from tarsus.design.trials import Landings, Trials
+    from tarsus.base.workers import Workers
+    from tarsus.design.landing_design import LandingDesign
+    from tarsus.design.problem import DesignProblem
+    from tarsus.design.trials import Landings
 
 Floats = NDArray[np.float64]
+
+
+class Sensor(Enum):
+    """What a learner measures of each step. The value is a word for it."""
+
+    SPEED = "speed"
+    """A scalar: how hard the step's impact was."""
+    CONTACT = "contact"
+    """One bit: whether the contact has closed by the instant at which it is planned to."""
+
 
 MEMBERS = 9
 """Designs of the line; between them plateaus are interpolated."""
@@ -140,7 +156,7 @@ def by_bits(
 
 
 def by_scalars(
-    line: ArrivalLine, step: Callable[[Floats], Landings], target: Target, hidden: int, steps: int
+    line: ArrivalLine, step: Callable[[Floats], Landings], hidden: int, steps: int
 ) -> tuple[list[Floats], Floats, Floats]:
     """Speeds (nh,) of at most so many steps on hidden grounds; the softest design (nh, S) of each, its measure (nh,).
 
@@ -155,7 +171,7 @@ def by_scalars(
         durations, searched = line.at(asked)[0], len(speeds) >= len(FIRST_PLACES)
         found = step(durations)
         speeds.append(found.speed)
-        measured = target.measure(found)
+        measured = found.speed
         softer = (measured < score) & (span > FINEST)
         place, score = np.where(softer, asked, place), np.where(softer, measured, score)
         best = np.where(softer[:, None], durations, best)
@@ -188,47 +204,73 @@ class Learning:
         return float(np.mean(self.speeds[:, :11].min(axis=1) <= 0.5 * self.plain))
 
 
-def learn_on_hidden_grounds(
-    trials: Trials, request: LandingRequest, target: Target, start: Floats, steps: int, hidden: int = HIDDEN
+def learn(
+    design: LandingDesign,
+    steps: int = 30,
+    sensor: Sensor | str | None = None,
+    *,
+    threads: Workers = None,
+    hidden: int = HIDDEN,
 ) -> Learning:
-    """Let a design, a signal (1, 2S), learn for so many steps on hidden grounds, all at once.
+    """Let a landing go on being learned on hidden grounds, all at once, from a scalar or a bit a step.
 
     A step lasts until the motion has settled, and its last period is measured.
+
+    Parameters
+    ----------
+    design
+        Of `landing`: what the learner begins with, and over which grounds.
+    steps
+        Of each learner.
+    sensor
+        What is measured of each step, ``speed`` or ``contact``; that of the design's request unless given.
+    threads
+        Worker threads, or an executor.
+    hidden
+        Number of hidden grounds.
+
+    Raises
+    ------
+    InputError
+        For no steps, and for another sensor.
     """
-    rng = np.random.default_rng([request.options.seed, 13])
-    over = _around(request)
+    if steps < 1:
+        raise InputError(f"learn: expected one step or more, got {steps}")
+    words = [one.value for one in Sensor]
+    if sensor is not None and not isinstance(sensor, Sensor) and sensor not in words:
+        raise InputError(f"sensor: expected {' or '.join(words)}, got '{sensor}'")
+    sensed = design.sensor if sensor is None else Sensor(sensor)
+    request, train, seed = settled(replace(design.request, threads=threads)), design.train, design.seed
+    trials, rng = Trials(request.runs()), np.random.default_rng([seed, 13])
+    over = _around(request, train.foot)
     grounds = drawn(over, hidden, rng)
+    start = np.array([[*design.signal.levels, *design.signal.durations]])
     levels, spans = (np.repeat(part, hidden, axis=0) for part in np.split(start, 2, axis=1))
 
     def step(durations: Floats) -> Landings:
         return trials.each(np.concatenate([levels, durations], axis=1), grounds.values)
 
-    plain = trials.each(np.repeat(request.step.plain(), hidden, axis=0), grounds.values).speed
-    plateaus = _Plateaus(request, spans[0], rng)
-    prior = drawn(over, PRIOR, np.random.default_rng([request.options.seed, 14]))
+    plain = trials.each(np.repeat(train.plain(), hidden, axis=0), grounds.values).speed
+    plateaus, target = _Plateaus(train, spans[0], rng), Target(design.before)
+    prior = drawn(over, PRIOR, np.random.default_rng([seed, 14]))
     line = ArrivalLine.of(trials, target, start, plateaus.near, prior)
     first = step(spans)
-    if request.options.sensor is Sensor.CONTACT:
+    if sensed is Sensor.CONTACT:
         speeds = by_bits(line, step, hidden, steps, first)
     else:
-        speeds = _by_speeds(plateaus, line, step, target, steps, first)
+        speeds = _by_speeds(plateaus, line, step, steps, first)
     table = np.stack(speeds, axis=1)[:, : steps + 1]
     regret = np.cumsum(table[:, 1:] - table.min(axis=1, keepdims=True), axis=1)
-    return Learning(table, plain, regret, grounds, request.options.sensor)
+    return Learning(table, plain, regret, grounds, sensed)
 
 
 def _by_speeds(
-    plateaus: _Plateaus,
-    line: ArrivalLine,
-    step: Callable[[Floats], Landings],
-    target: Target,
-    steps: int,
-    first: Landings,
+    plateaus: _Plateaus, line: ArrivalLine, step: Callable[[Floats], Landings], steps: int, first: Landings
 ) -> list[Floats]:
     """Along the line first. Then every step is the softest so far with all plateaus a little longer or shorter, and
     where that is softer it stays: a strategy of one parent and one child, whose step grows by what succeeds."""
     hidden = len(first.speed)
-    along, best, softest = by_scalars(line, step, target, hidden, steps)
+    along, best, softest = by_scalars(line, step, hidden, steps)
     speeds = [first.speed, *along]
     logs = np.log(line.durations[:, plateaus.moved])
     reach, size = np.maximum(FINEST * np.ptp(logs, axis=0), LEAST), np.ones(hidden)
@@ -236,9 +278,9 @@ def _by_speeds(
         tried = plateaus.near(best, size[:, None] * reach * plateaus.rng.standard_normal((hidden, len(reach))))
         found = step(tried)
         speeds.append(found.speed)
-        softer = target.measure(found) < softest
+        softer = found.speed < softest
         best = np.where(softer[:, None], tried, best)
-        softest = np.where(softer, target.measure(found), softest)
+        softest = np.where(softer, found.speed, softest)
         size = np.clip(size * np.where(softer, GROWS, GROWS**-0.25), SMALLEST, LARGEST)
     return speeds
 
@@ -246,10 +288,10 @@ def _by_speeds(
 class _Plateaus:
     """The plateaus of a signal that learning moves, and the hold of each edge that gives way to them."""
 
-    def __init__(self, request: LandingRequest, durations: Floats, rng: np.random.Generator) -> None:
+    def __init__(self, train: PulseTrain, durations: Floats, rng: np.random.Generator) -> None:
         ends = np.cumsum(durations)
         size, self.rng = len(ends), rng
-        first = int(np.argmin(np.abs(ends - request.step.supported)))  # the support level ends there
+        first = int(np.argmin(np.abs(ends - train.step.supported)))  # the support level ends there
         self.edges = [(list(range(first)), first), (list(range(first + 1, size - 1)), size - 1)]
         self.moved = [i for plateaus, _ in self.edges for i in plateaus]
 
@@ -264,12 +306,12 @@ class _Plateaus:
         return found
 
 
-def _around(request: LandingRequest) -> Over:
+def _around(request: DesignProblem, foot: str) -> Over:
     """What the request is over, else a box about the scene's own gap, restitution and film."""
     if request.over is not None:
         return request.over
     known = float_paths(request.scene)
-    names = (f"robot.feet.{request.foot}.gap", "ground.restitution.coefficient", "ground.film.coefficient")
+    names = (f"robot.feet.{foot}.gap", "ground.restitution.coefficient", "ground.film.coefficient")
     middle = {path: known[path].value for path in names if path in known and known[path].value > 0.0}
     ends = {path: ((1.0 - UNKNOWN) * value, (1.0 + UNKNOWN) * value) for path, value in middle.items()}
     over = over_of(request.scene, ends)

@@ -44,7 +44,7 @@ REST = (
     "judge an episode of so long from the scene's own start, transients and all, and not the settled motion; of a "
     "robot that does not walk the scene's own duration unless anything else is asked for"
 )
-PERIODS = "judge the last of so many drive periods from the scene's own start, and not the settled motion"
+PERIODS = "judge the last of so many drive periods from the scene's own start; of pulses as many as they take to settle"
 SEARCHED = 0.3
 """Share of their duration that runs of a settled motion have in the search: 0.3 s of `millipede`, after which the mean
 of five starts is off by 0.2 mm/s (root of the mean square of 40 gaits) of up to 4 mm/s."""
@@ -200,6 +200,9 @@ def _motion(free: Free, options: SearchSettings) -> Motion | LastPeriod:
         if not slowest > 0.0:
             raise InputError("periods: the scene has no drive with a period")
         return LastPeriod(options.periods * slowest, options.periods)
+    if not named and free.pulses is not None:
+        periods = free.pulses.settling(free.scene)
+        return LastPeriod(periods * slowest, periods)
     if not named and not isinstance(free.scene.robot.structure, Walker):
         given["from_rest"] = free.scene.duration
     return motion_asked(slowest, **given)

@@ -39,6 +39,11 @@ SLOWEST_SHARE = 0.25
 """A plateau lasts a quarter of the period at most, however slow the slowest mode is: one at each edge fills half."""
 
 
+FORGOTTEN, PERIODS = 1e-4, (4, 32)
+"""What is left of the start of a run in the period that is judged, by the decay of the slowest mode: a unit of the four
+digits shown; and of how many periods a run is, at least and at most."""
+
+
 @dataclass(frozen=True)
 class Pulses:
     """Switchings at the two edges of a step: a kind of what a design may change, of ``signals.DRIVE``.
@@ -109,6 +114,15 @@ class PulseTrain:
         levels, durations = np.split(self.step.plain(), 2, axis=1)
         parts = np.array([1, 2 * self.pairs + 1])
         return np.concatenate([np.repeat(levels, parts, axis=1), np.repeat(durations / parts, parts, axis=1)], axis=1)
+
+    def settling(self, scene: Scene) -> int:
+        """Periods of a run whose last one has forgotten how the run began."""
+        parts = scene.robot.structure.matrices()
+        rates = -np.linalg.solve(parts.mass, np.hstack([parts.stiffness, parts.damping]))
+        size = len(parts.mass)
+        decay = -float(np.linalg.eigvals(np.vstack([np.eye(size, 2 * size, size), rates])).real.max())
+        wanted = 1.0 - np.log(FORGOTTEN) / max(decay * self.step.period, 1e-9)
+        return int(np.clip(np.ceil(wanted), *PERIODS))
 
     def carried_by(self, scene: Scene) -> Scene:
         """A scene with a signal of so many plateaus."""

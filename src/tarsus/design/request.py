@@ -50,7 +50,7 @@ RISK = "worst, mean, nominal, or {cvar = q}; worst with grounds, else nominal"
 SEED = "of everything that is drawn at random"
 _KINDS = {
     "design": ("problem", "DesignSettings"),
-    "landing": ("landing_request", "LandingSettings"),
+    "landing": ("landing", "LandingSettings"),
     "gait": ("presets", "GaitSettings"),
     "adapt": ("adaptive", "AdaptSettings"),
     "leg": ("legs", "LegSettings"),

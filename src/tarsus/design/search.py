@@ -4,14 +4,15 @@ grounds that hurt most."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.progress import Progress, silent
+from tarsus.design.descent import follow, settled, valleys
 from tarsus.design.front import FRONT_FILES, Candidate, Design
-from tarsus.design.grounds import Grounds, drawn, started, with_starts
+from tarsus.design.grounds import Grounds, corners, drawn, started, with_starts
 from tarsus.design.judge import CLOSED, NOMINAL, WORST, Certificate, Each, Judge, Look, Risk, Round, excess, finite
 from tarsus.design.motion import MOTIONS, motions_of
 from tarsus.design.percents import percents_of
@@ -34,8 +35,11 @@ ROUNDS = 5
 SHARES: tuple[float, float] = (0.55, 0.4)
 """Shares of the candidates that go to the nominal front, each of which costs one run, and to the first search under
 the risk, each of which costs one on every ground."""
-MORE_SHARE = 0.02
-"""Share of the candidates in every further round."""
+MORE_SHARE = 0.02, 0.1
+"""Share of the candidates in every further round, and where each of them follows valleys down."""
+FEW = 4
+"""Corners of a box that a search which follows valleys down begins with beside the scene's own ground: what is best on
+many is found by what is good on these."""
 STARTS = 48
 """Candidates of one search that the next one begins with; and as many of the nominal search that lose no more than a
 tenth of what the median loses, as far from each other as there are: what is robust may lie anywhere among them."""
@@ -156,7 +160,7 @@ class DesignSearch:
                 grounded,
                 limited=bool(request.limits),
             )
-            for number, runs in enumerate((request.runs(SEARCHED), self.runs))
+            for number, runs in enumerate((settled(request).runs(SEARCHED), self.runs))
         )
         self.tried = self.asked = 0
         self.certificate: Certificate | None = None
@@ -168,6 +172,17 @@ class DesignSearch:
         rows = np.flatnonzero((costs[:, most] < 0.0).all(axis=1))
         rows = rows if len(rows) else np.arange(len(costs))
         return rows[along(costs[rows])]
+
+    @property
+    def descends(self) -> bool:
+        """Whether searches follow valleys down: of one objective with pulses."""
+        return len(self.request.objectives) == 1 and self.request.free.pulses is not None
+
+    def _begun(self, found: _Found) -> Floats:
+        """Points (k, nu) that a search on more grounds begins with."""
+        if self.descends:
+            return valleys(self.request.free, found.points, found.risked[:, 0], 8 * STARTS)
+        return found.leading(STARTS)
 
     def _report(self, what: str) -> None:
         """Tell progress: searches finish their last generation, which may try more than was asked for."""
@@ -200,7 +215,7 @@ class DesignSearch:
 
     def _search(self, what: str, grounds: Grounds, risk: Risk, share: float, starts: Floats) -> _Found:
         """DesignSearch the front under a risk on grounds, from points (ns, nu) beside an even spread."""
-        every: list[tuple[Floats, Floats]] = []
+        every: list[tuple[Floats, Floats, Floats]] = []
         size, free = len(self.request.objectives), self.request.free
 
         def costs(points: Floats) -> Floats:
@@ -208,22 +223,29 @@ class DesignSearch:
             each = self.quick.costs(free.values(points), grounds)
             self.tried += len(points)
             found = self.quick.risked(each, grounds, risk), self.quick.nominal(each)
-            every.append((allowed(found[0], size), allowed(found[1], size)))
-            return every[-1][0]
+            every.append((points, allowed(found[0], size), allowed(found[1], size)))
+            return every[-1][1]
 
-        search = search_of(int(share * self.request.candidates) - len(starts))
+        count = int(share * self.request.candidates) - len(starts)
+        search = search_of(count // 2 if self.descends else count)
+        if self.descends and risk is not NOMINAL:
+            search = replace(search, generations=0)
         self.asked += 1
         seed = 1000 * self.options.seed + self.asked
-        points, _ = search_front(costs, len(free), free.circular, search, seed, starts)
-        risked, own = (np.concatenate(part) for part in zip(*every, strict=True))
-        return _Found(points, risked, own)
+        points, found = search_front(costs, len(free), free.circular, search, seed, starts)
+        if self.descends:
+            left = count - len(points)
+            follow(lambda some: costs(some)[:, 0], free, points, found[:, 0], left, np.random.default_rng(seed))
+        return _Found(*(np.concatenate(part) for part in zip(*every, strict=True)))
 
     def design(self) -> Design:
         """The whole design: searches by short runs, then one list of what they found, judged by long ones."""
         pool, grounds, rounds = self._candidates()
         found, made, gap = self._sure(pool, grounds), _Shown((), *np.zeros((2, 0, 0))), np.nan
         for number in range(LAST_LOOKS):
-            chosen = np.unique(np.stack([self._rounded(one, grounds) for one in self._chosen(found)]), axis=0)
+            *rivals, best = self._chosen(found)
+            rows = [*(self._rounded(one, grounds) for one in rivals), self._rounded(best, self.sure.own)]
+            chosen = np.unique(np.stack(rows), axis=0)
             made, gap, hurt = self._shown(chosen, grounds)
             if not gap > CLOSED or number == LAST_LOOKS - 1:
                 break
@@ -256,7 +278,8 @@ class DesignSearch:
     def _rounded(self, row: Floats, grounds: Grounds) -> Floats:
         """The best under the risk of what a device can be given about a row (np,)."""
         near = self.request.free.neighbours(row, self.rng)
-        return near[_best(self._judgement(near, grounds).risked)] if len(near) > 1 else row
+        judge = self.quick if isinstance(self.request.motion, LastPeriod) else self.sure
+        return near[_best(self._judgement(judge, near, grounds).risked)] if len(near) > 1 else row
 
     def _chosen(self, found: _Found) -> list[Floats]:
         """Rows (np,) that are attacked and shown: along the front, the next best ones where it has few, and the best
@@ -293,11 +316,11 @@ class DesignSearch:
     def _sure(self, rows: Floats, grounds: Grounds) -> _Found:
         """Candidates judged by long runs."""
         self._report("runs that confirm")
-        return self._judgement(rows, grounds)
+        return self._judgement(self.sure, rows, grounds)
 
-    def _judgement(self, rows: Floats, grounds: Grounds) -> _Found:
-        each, size = self.sure.costs(rows, grounds), len(self.request.objectives)
-        return _Found(rows, allowed(self.sure.risked(each, grounds), size), allowed(self.sure.nominal(each), size))
+    def _judgement(self, judge: Judge, rows: Floats, grounds: Grounds) -> _Found:
+        each, size = judge.costs(rows, grounds), len(self.request.objectives)
+        return _Found(rows, allowed(judge.risked(each, grounds), size), allowed(judge.nominal(each), size))
 
     def _judged(self, starts: Floats, grounds: Grounds, share: float) -> tuple[_Found, Grounds, list[Round]]:
         """DesignSearch the front under the request's risk, its grounds, and the rounds that made them."""
@@ -307,13 +330,16 @@ class DesignSearch:
         found: list[_Found] = []
 
         def improve(active: Grounds) -> Floats:
-            begun = found[-1].leading(STARTS) if found else starts
-            found.append(self._search("front", active, WORST, MORE_SHARE if found else share, begun))
+            begun = self._begun(found[-1]) if found else starts
+            more = MORE_SHARE[self.descends]
+            found.append(self._search("front", active, WORST, more if found else share, begun))
             return self.request.free.values(found[-1].points[along(found[-1].risked, ATTACKED)])
 
-        first = starts[np.linspace(0, len(starts) - 1, min(ATTACKED, len(starts))).astype(int)]
-        look = Look(self.options.look, CLIMB)
-        rows = self.request.free.values(first)
+        look, rows = Look(self.options.look, CLIMB), None
+        if self.descends and isinstance(self.quick.over, Unknowns):
+            grounds = grounds.with_more(spaced(corners(self.quick.over), FEW))
+        else:
+            rows = self.request.free.values(spaced(starts, ATTACKED))
         grounds, rounds, _ = self.quick.close_gap(improve, rows, grounds, look, ROUNDS, "front")
         return found[-1], grounds, rounds
 
@@ -396,6 +422,11 @@ class DesignSearch:
     def _beyond(self, costs: Floats) -> float:
         """Share of runs (n, no) that do not keep their limits."""
         return float((costs[:, -1] > 1.0).mean()) if self.request.limits else 0.0
+
+
+def spaced(rows: Floats, count: int) -> Floats:
+    """So many rows at most, evenly along their order."""
+    return rows[np.linspace(0, len(rows) - 1, min(count, len(rows))).astype(int)]
 
 
 def search_of(candidates: int) -> FrontSearch:

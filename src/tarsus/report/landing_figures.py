@@ -10,10 +10,9 @@ from matplotlib.axes import Axes
 from tarsus.base.arrays import Floats
 from tarsus.base.events import IMPACTS
 from tarsus.base.spec import float_paths, with_values
-from tarsus.design.energy import period_rises
 from tarsus.report.series import RunSeries, last_turns
 from tarsus.report.sheet import Sheet, line, name_axes, panel, panels, plate, shade
-from tarsus.report.style import BLUE, GREEN, INK, MUTED, ORANGE, VERMILION
+from tarsus.report.style import BLUE, INK, MUTED, VERMILION
 from tarsus.solve import simulate
 from tarsus.tables.numbers import amount
 
@@ -35,13 +34,12 @@ class DesignPair:
 
     def __init__(self, design: LandingDesign) -> None:
         self.design = design
-        step, request = design.request.step, design.request
-        self.period = step.period
-        self.foot = list(request.scene.robot.feet).index(request.foot)
-        self.drive = list(request.scene.robot.drives).index(request.drive)
-        periods = design.settle + SHOWN
-        plain = with_values(design.scene, {f"signals.{request.drive}": design.plain_signal})
-        self.runs: tuple[Run, Run] = tuple(simulate(scene, periods * step.period) for scene in (plain, design.scene))  # pyright: ignore[reportAttributeAccessIssue]
+        train, robot = design.train, design.request.scene.robot
+        self.period = train.step.period
+        self.foot, self.drive = list(robot.feet).index(train.foot), list(robot.drives).index(train.drive)
+        lasting = design.request.duration + SHOWN * self.period
+        plain = with_values(design.scene, {f"signals.{train.drive}": design.plain_signal})
+        self.runs: tuple[Run, Run] = tuple(simulate(scene, lasting) for scene in (plain, design.scene))  # pyright: ignore[reportAttributeAccessIssue]
         self.series: tuple[RunSeries, RunSeries] = tuple(last_turns(run, SHOWN, SAMPLES) for run in self.runs)  # pyright: ignore[reportAttributeAccessIssue]
 
     def touchdowns(self, which: int, span: float | None = None) -> list[tuple[float, float]]:
@@ -128,7 +126,7 @@ def draw_gaps(axes: Axes, pair: DesignPair, span: float) -> None:
 
 def landing_zoom(pair: DesignPair) -> Plate:
     """The landing itself, before and after on one axis, with every touchdown."""
-    span = min(0.5 * pair.period, 3.0 * pair.design.request.step.longest)
+    span = min(0.5 * pair.period, 3.0 * pair.design.train.step.longest)
 
     def draw(sheet: Sheet) -> None:
         ((top, bottom),) = sheet.stacks(1, [1.6, 0.7])
@@ -164,30 +162,6 @@ def on_grounds(design: LandingDesign) -> Plate:
         draw,
         "Hardest touchdown of the period on the grounds that the design was judged on and on the worst that was found, "
         "over each number that varies; the line is the worst after.",
-    )
-
-
-def front(design: LandingDesign) -> Plate:
-    """Speed against energy: what a softer landing costs."""
-    known = np.isfinite([one.energy for one in design.front]).all()
-    plain = np.array([one.energy if known else period_rises(np.array([one.signal.levels]))[0] for one in design.front])
-    speeds, pairs = (np.array([getattr(one, name) for one in design.front]) for name in ("speed", "pairs"))
-    order = np.argsort(plain, kind="stable")
-
-    def draw(axes: Axes) -> None:
-        axes.step(plain[order], speeds[order], where="post", color=MUTED, lw=0.8)
-        for count in sorted(set(pairs.tolist())):
-            color = (MUTED, GREEN, BLUE, VERMILION, ORANGE, INK, MUTED)[count]
-            own, label = pairs == count, f"{count or 'no'} pair{'s' * (count > 1)}"
-            axes.plot(plain[own], speeds[own], "o", ms=3.5, mew=0.0, color=color, label=label)
-        across = ("energy a period", "J") if known else ("sum of squared rises", "V^2")
-        name_axes(axes, across, ("hardest touchdown", "m/s"))
-        axes.set_ylim(bottom=0.0)
-
-    return panel(
-        1.6,
-        draw,
-        "The front on the nominal ground: designs that no other beats in both touchdown speed and plain energy.",
     )
 
 

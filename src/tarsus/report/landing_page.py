@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from tarsus.base.spec import float_paths
 from tarsus.design.energy import energy_of
 from tarsus.design.headers import digest, header_text
-from tarsus.design.landing_request import Sensor
+from tarsus.design.learning import Sensor
 from tarsus.report import landing_figures
 from tarsus.report.pages import Markup, Section, sections_page
 from tarsus.tables.numbers import amount, number
@@ -30,17 +30,16 @@ def landing_html(design: LandingDesign) -> str:
         if len(design.grounds) > 1
         else None,
         Section("What one percent costs", _percents(design), design.percents.table()),
-        Section("Speed against energy", landing_figures.front(design), _front(design)),
         None
         if design.learning is None
         else Section("Learning on hidden grounds", _learned(design.learning), landing_figures.learning(design)),
         Section("landing.h", Markup('<pre tabindex="0">{}</pre>').format(header_text(design))),
     ]
     footer = (
-        f"{design.runs} runs; a run takes {design.settle} periods, of which the last is looked at: "
-        f"{design.settle - 1} settle the motion, by measurement. Digest {digest(design.signal)}."
+        f"{design.found.candidates} signals, {design.found.runs} runs; {request.motion}. "
+        f"Digest {digest(design.signal)}."
     )
-    title = f"Soft landing: {request.scene.name}, foot {request.foot}"
+    title = f"Soft landing: {request.scene.name}, foot {design.train.foot}"
     return sections_page(title, [_about(design)], parts, footer, head=f"{request.scene.name} – soft landing")
 
 
@@ -50,7 +49,7 @@ def _about(design: LandingDesign) -> str:
         f"The plain step strikes at {amount(design.before.speed[0, 0], 'm/s', 3)} with "
         f"{number(design.before.touchdowns[0, 0], 3)} touchdowns a step; the design at "
         f"{amount(design.speed, 'm/s', 3)} with {number(design.touchdowns, 3)}. Every touchdown of the whole period "
-        f"counts; the motion is {design.regime.words}. Volts are {design.volts}."
+        f"counts; from period to period the motion {design.found.robust.motion.words}. Volts are {design.volts}."
     )
     if len(design.put_down):
         told += f" From other starts, {design.as_stated[0]} of {len(design.put_down)} settle to touchdowns no harder."
@@ -62,31 +61,28 @@ def _about(design: LandingDesign) -> str:
 def _unpriced(design: LandingDesign) -> str:
     if math.isfinite(design.energies[0]):
         return ""
-    return f"The drive {design.request.drive} has no capacitance, so its energy is not known."
+    return f"The drive {design.train.drive} has no capacitance, so its energy is not known."
 
 
 def _rounding(design: LandingDesign) -> str:
-    """What a timer's ticks cost."""
-    request = design.request
-    return (
-        f"Times count from the landing edge. Rounding to a timer of {amount(request.step.period / request.ticks, 's')} "
-        f"{'costs' if design.loss >= 0 else 'gains'} {amount(abs(design.loss), 'm/s', 2)}; the period has "
-        f"{request.ticks} ticks."
-    )
+    """What a timer is asked for."""
+    tick = amount(design.train.step.period / design.train.ticks, "s")
+    return f"Times count from the landing edge, in ticks of {tick}; the period has {design.train.ticks} of them."
 
 
 def _judged(design: LandingDesign) -> str:
     """By which grounds, and what was found against them."""
     told = [f"Judged by the {design.request.risk.name} of {len(design.grounds)} grounds."]
-    if design.rounds:
-        last, count = design.rounds[-1], len(design.rounds)
+    if design.found.rounds:
+        last, count = design.found.rounds[-1], len(design.found.rounds)
         found = f"a ground {number(100 * last.gap, 2)} % worse" if last.gap > 1e-3 else "no ground worse"
         told.append(
             f"Cutting planes took {'one round' if count == 1 else f'{count} rounds'}; the last found {found} than the "
             f"{last.grounds} of the search."
         )
-    if design.attack is not None:
-        told.append(f"The last search of the box tried {design.attack.tried} grounds.")
+    if design.found.certificate is not None:
+        looked = design.found.certificate
+        told.append(f"Of {looked.grounds} grounds drawn at the end {looked.worse} were more than 2 % worse than known.")
     if math.isfinite(design.nominal_worst):
         told.append(
             f"The design for the nominal ground alone strikes at {amount(design.nominal_worst, 'm/s', 3)} on its worst "
@@ -104,8 +100,8 @@ def _percents(design: LandingDesign) -> str:
         else ""
     )
     return (
-        f"{bears}Each number alone, on the scene's own ground: what a percent more adds to the hardest touchdown, a "
-        "derivative with its error, and the hardest within a percent to either side. With all of them moved "
+        f"{bears}Each number alone, on the scene's own ground: what a percent more adds to the hardest touchdown, with "
+        "its error, and the hardest within a percent to either side. With all of them moved "
         f"at once by up to a percent the hardest is {amount(design.percents.box, 'm/s', 3)}."
     )
 
@@ -134,7 +130,7 @@ def _compared(design: LandingDesign) -> Table:
     ]
     for title, before, after in zip(
         ("energy a period, plain on-off", "energy a period, charge recovered"),
-        energy_of(design.request.actuator, design.plain_signal),
+        energy_of(design.request.scene.robot.drives[design.train.drive], design.plain_signal),
         design.energies,
         strict=True,
     ):
@@ -144,7 +140,7 @@ def _compared(design: LandingDesign) -> Table:
 
 
 def _signal(design: LandingDesign) -> Table:
-    tick = design.request.step.period / design.request.ticks
+    tick = design.train.step.period / design.train.ticks
     steps = zip(design.switching_times, design.signal.levels, design.signal.durations, strict=True)
     columns = ("switching", "tick", Column("time", "s", 6), Column("level", "V", 5), Column("lasts", "s", 6))
     rows = [(i, round(time / tick), time, level, span) for i, (time, level, span) in enumerate(steps)]
@@ -158,12 +154,3 @@ def _grounds(design: LandingDesign) -> Table:
     speeds = (Column("before", "m/s", 3), Column("after", "m/s", 3), Column("touchdowns", digits=3))
     found = (design.before_on_grounds.speed[0], after.speed[0], after.touchdowns[0])
     return Table("", (*(Column(p, known[p].unit) for p in paths), *speeds), list(zip(*values, *found, strict=True)))
-
-
-def _front(design: LandingDesign) -> Table:
-    rows = [
-        (one.pairs, one.speed, one.energy, one.recovered, ", ".join(number(level, 3) for level in one.signal.levels))
-        for one in design.front
-    ]
-    columns = ("pairs", Column("speed", "m/s", 3), Column("energy", "J", 3), Column("recovered", "J", 3), "levels (V)")
-    return Table("", columns, rows)

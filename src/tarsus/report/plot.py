@@ -139,7 +139,7 @@ def landing(design: LandingDesign, *, axes: Axes | None = None) -> Axes:
     from tarsus.report.landing_figures import DesignPair, draw_gaps
 
     axes = _on(axes)
-    draw_gaps(axes, DesignPair(design), design.request.step.period)
+    draw_gaps(axes, DesignPair(design), design.train.step.period)
     axes.set_title(repr(design)[1:-1])
     axes.legend(frameon=False)
     return axes
