@@ -71,7 +71,7 @@ CAUSES = {
     "adhesion drifts": r"adhesion.*(order of recording|repeats of a record)",
     "restitution drifts": r"restitution.*(order of recording|speed)",
     "adhesion that ages": r"adhesion.*(age|saturat|grows no more|not linear|levels off|contact time)",
-    "samples lost on the way": r"samples? (was |were )?lost|lost samples?|clock|trigger",
+    "samples lost on the way": r"samples of the motion were lost",
 }
 """Words by which a sentence names the difference; it must not be one that the sound world's campaign has as well. Of
 others the cause stays unknown."""

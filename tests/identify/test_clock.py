@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -55,6 +57,17 @@ def test_starts_that_are_late_by_more_or_less_are_found_beside_the_clock(slow):
     assert list(found.starts) == [f"sweep {k}" for k in range(4)]
     assert list(found.starts.values()) == pytest.approx(np.array(lates) - np.mean(lates), abs=0.1e-6)
     assert not clocks_of([(sweep(one, slow, k), one) for k, one in enumerate((UP, DOWN, UP))]).starts
+
+
+def test_samples_that_were_lost_are_no_clock():
+    """One of three sweeps lost a sample in its middle, the later ones having moved up."""
+    sweeps = [(sweep(one, 0.0, k), one) for k, one in enumerate((UP, DOWN, UP))]
+    record, signal = sweeps[1]
+    moved = np.append(np.delete(record["x"], COUNT // 2), record["x"][-1])
+    sweeps[1] = replace(record, values=np.array([moved, record["u"]])), signal
+    found = clocks_of(sweeps)
+    (said,) = Instruments({}, STEP, pace=found.pace, starts=found.starts, lost=found.lost).sentences()
+    assert said.startswith("samples of the motion were lost in the sweeps")
 
 
 def test_a_sweep_is_known_between_its_samples():

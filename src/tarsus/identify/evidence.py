@@ -67,7 +67,7 @@ class Evidence:
             ]
             relations = relations_of(records, self.opened.model.points)
             clocks = clocks_of(sweeps)
-            self.take_off(Instruments(relations, step, pace=clocks.pace, starts=clocks.starts))
+            self.take_off(Instruments(relations, step, pace=clocks.pace, starts=clocks.starts, lost=clocks.lost))
 
     def nudged(self) -> Iterator[Evidence]:
         """The same records with each number that was taken off them moved by its standard error."""

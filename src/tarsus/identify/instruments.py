@@ -68,7 +68,7 @@ class Instruments:
     has the gain; lateness: of the sweeps' channels behind the drive, as far as it is known; of: the quantity of
     these channels; step [s]: between samples of the sweeps, or the finest of the other records; pace: share by which
     the clock of the motion is slow beside that of the drive, as far as it is known; starts [s]: by source, how
-    much later than the others a sweep comes behind its drive.
+    much later than the others a sweep comes behind its drive; lost: samples of sweeps were, which both mend in part.
     """
 
     relations: dict[str, Relation]
@@ -78,6 +78,7 @@ class Instruments:
     of: Quantity = Quantity.DISPLACEMENT
     pace: WithError = UNTOLD
     starts: Mapping[str, float] = field(default_factory=dict)
+    lost: bool = False
 
     def gain(self, point: str, quantity: Quantity) -> float:
         """Factor that a channel of a point has too much."""
@@ -216,13 +217,18 @@ class Instruments:
     def sentences(self) -> list[str]:
         """What was found and taken off."""
         out = []
-        if self.slow:
+        if self.lost:
+            out.append(
+                "samples of the motion were lost in the sweeps, the later ones having moved up: no clock and no "
+                "trigger turns them so; what a pace and delays explain is taken off, record them again without a gap"
+            )
+        elif self.slow:
             out.append(
                 f"the clock of the motion runs {1e6 * abs(self.slow):.4g} +- {2e6 * self.pace.error:.1g} ppm "
-                f"{'slow' if self.slow > 0.0 else 'fast'} against that of the drive, as sweeps up and down show"
-                f"{'' if self.slow > 0.0 else ', or some of its samples were lost'}: corrected"
+                f"{'slow' if self.slow > 0.0 else 'fast'} against that of the drive, as sweeps up and down show: "
+                "corrected"
             )
-        if self.starts:
+        if self.starts and not self.lost:
             apart = max(self.starts.values()) - min(self.starts.values())
             out.append(
                 f"the sweeps begin up to {1e6 * apart:.3g} us apart from their drive, as by a trigger with a varying "
