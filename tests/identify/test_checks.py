@@ -15,6 +15,7 @@ from laboratory import LABORATORY
 from tarsus.base.arrays import Floats
 from tarsus.base.spec import FrozenDict, with_values
 from tarsus.fit.verdict import Verdict, verdict_of
+from tarsus.identify import steps
 from tarsus.identify.afterwards import _nudged
 from tarsus.identify.airborne import air_records
 from tarsus.identify.campaign import Campaign, Opened
@@ -32,6 +33,7 @@ from tarsus.identify.verdict import judge_samples
 from tarsus.model.drive.waveforms import Square
 from tarsus.model.scene import Provenance
 from tarsus.model.standing import rest_state
+from tarsus.records.purpose import Purpose
 
 PATHS = (
     "robot.structure.frequencies.0",
@@ -198,6 +200,19 @@ def test_the_exponent_of_the_film_is_found_and_what_it_leaves_open_takes_the_wor
     for value in (2.0, -78.0):
         wrong, _ = replace(found, value=value, error=0.1).checks(step)
         assert not wrong.passed and "not damped as by a film of exponent 3" in wrong.cause
+
+
+@pytest.mark.parametrize("even", [False, True])
+def test_a_film_that_is_stated_to_be_even_is_not_asked_for_its_exponent(even: bool, monkeypatch: pytest.MonkeyPatch):
+    found = identified()
+    assert found.film is not None
+    bare = replace(found.film, step=replace(found.film.step, checks=()))
+    monkeypatch.setattr(steps, "identify_film", lambda *_: bare)
+    campaign = found.opened.campaign.model_copy(update={"even_film": even})
+    runner = StepRunner.of(replace(found.opened, campaign=campaign))
+    runner.evidence.level, runner.evidence.traces = found.level, {Purpose.RAMPS: list(bare.offs.traces)}
+    assert runner.opened.campaign.even_film is even
+    assert len(steps.FILM_STEP.find(runner).checks) == (0 if even else 2)
 
 
 def test_what_the_device_file_states_with_an_interval_is_moved_by_its_standard_error():
