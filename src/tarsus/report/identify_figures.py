@@ -83,7 +83,7 @@ def correlations(judged: Assessment) -> Plate:
     wide = plate(draw, "Correlations of the numbers over their draws, in per cent where 30 or more.")
     rows = [(labels[i], labels[j], shown[i, j]) for i, j in pairs[:MOST_PAIRS]]
     narrow = Table("", ("correlated", "with", Column("by", "%", 2)), rows).html()
-    both = Markup('<div class="on-wide">{}</div><div class="on-narrow">{}</div>').format(wide.picture, narrow)
+    both = Markup('<div class="on-wide large">{}</div><div class="on-narrow">{}</div>').format(wide.picture, narrow)
     return Plate(both, wide.caption)
 
 
