@@ -18,7 +18,7 @@ from tarsus.design.grounds import Grounds
 from tarsus.design.judge import NOMINAL
 from tarsus.design.landing_design import LandingDesign
 from tarsus.design.learning import Sensor, learn
-from tarsus.design.problem import FEWEST, DesignProblem, DesignSettings, problem_of
+from tarsus.design.problem import DesignProblem, DesignSettings, problem_of
 from tarsus.design.pulse_train import SHORTEST, Pulses
 from tarsus.design.request import OVER, SEED, Given, Seed, Settings, setting, settings_of
 from tarsus.design.runs import Runs
@@ -31,8 +31,8 @@ from tarsus.plan.lowering import still_only
 
 MOST_PAIRS = 6
 """More pairs than this have more unknowns than a search of a minute can tell apart."""
-CANDIDATES = 24000
-"""That are tried at effort 1."""
+CANDIDATES, LEAST = 24000, 9600
+"""That are tried at effort 1, and at least: fewer end before a valley's floor."""
 KNOWN = 0.01
 """Share to either side of a frequency that states no interval: structures of one drawing differ by that, and so does
 one from day to day; a landing that is soft for 0.2 % to either side is soft on no bench."""
@@ -62,7 +62,7 @@ class LandingSettings(Settings):
     risk: Any = setting(None, "worst, mean, {cvar = q}, or nominal for the scene as it is")
     contact: Amount = quantity("1", "least share of the plain step's contact", default=KEPT, ge=0, le=1)
     lift: Amount = quantity("1", "least share of its mean height", default=KEPT, ge=0, le=1)
-    effort: Amount = quantity("1", "factor on the length of the search", default=1.0, gt=0)
+    effort: Amount = quantity("1", "factor on the length of the search, of 0.4 at least", default=1.0, gt=0)
     seed: Seed = setting(0, SEED)
     tick: Amount = quantity("s", "of the timer that edges are rounded to", default=1e-6, gt=0)
     shortest: Amount = quantity("s", "time that a level lasts at least", default=SHORTEST, gt=0)
@@ -150,7 +150,7 @@ def landing_problem(scene: Scene, options: LandingSettings) -> tuple[DesignProbl
         },
         over=borne(scene, options),
         risk=options.risk,
-        candidates=max(int(CANDIDATES * options.effort), FEWEST),
+        candidates=max(int(CANDIDATES * options.effort), LEAST),
         seed=options.seed,
     )
     return problem_of(scene, words, words.risk), words
