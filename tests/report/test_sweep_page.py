@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 import tarsus as ts
 from html_page import Page
 from tarsus.report.style import scale_of
-from tarsus.report.sweep_page import _against, _median_run, _read, sweep_html
+from tarsus.report.sweep_page import _against, _median_run, _over_both, _read, sweep_html
 from tarsus.study.axes import Grid, Linspace, Logspace
 from tarsus.study.collecting import collected_variables
 from tarsus.study.sweep import Sweep
@@ -116,7 +116,8 @@ def test_a_line_joins_runs_and_breaks_where_there_is_none(tmp_path: Path) -> Non
 
 def test_a_grid_of_two_values_is_a_map(tmp_path: Path) -> None:
     found = _read(*made(tmp_path, ["DONE"] * 11 + ["STALLED"]))
-    shown = found.maps["bounces"]
+    assert found.grid is not None
+    shown = _over_both(found, found.grid, "bounces", {GAP: "m", FILM: "N m^2 s"}, "1")
     assert shown.dims == (FILM, GAP), "the first one across"
     np.testing.assert_allclose(shown.sel({GAP: 60e-6}, method="nearest"), 6.0)
     assert np.isnan(shown.values[-1, -1]) and np.isfinite(shown.values).sum() == 11

@@ -284,7 +284,6 @@ def to_svg(figure: Figure, salt: str) -> Markup:
     body = _TAG.sub(lambda tag: _LONG_NUMBER.sub(_hundredths, tag[0]), _NEEDLESS.sub("", body))
     body = _MARKS.sub(lambda found: f"<g{found[1]}{found[3]}>{found[2].replace(found[3], '')}</g>", body)
     body = _FRAME.sub(' class="frame"', _WORDS.sub(_look_of_words, body)).replace("<g/>", "").replace("<g></g>", "")
-    body = body.replace("xlink:href", "href")
     return themed(f'<svg xmlns="http://www.w3.org/2000/svg" {box[0]} aria-hidden="true">{body}')
 
 

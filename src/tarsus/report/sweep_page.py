@@ -42,8 +42,7 @@ MOST_FAILURES = 30
 @dataclass(frozen=True)
 class _Scored:
     """Runs (nr,): their values by axis, measures by name [SI], and outcomes; `every` so manieth run of the sweep. Of
-    settled motions also the standard deviations between starts by measure, and the shares of starts that repeat; maps:
-    of a grid of two swept values with few levels the measures over both, the first one across."""
+    settled motions also the standard deviations between starts by measure, and the shares of starts that repeat."""
 
     points: Mapping[str, np.ndarray]
     values: Mapping[str, np.ndarray]
@@ -51,7 +50,17 @@ class _Scored:
     every: int
     between: Mapping[str, np.ndarray]
     settled: np.ndarray | None
-    maps: Mapping[str, xarray.DataArray]
+
+    @property
+    def grid(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Values of both axes where the runs are all pairs of few of them."""
+        if len(self.points) != 2:
+            return None
+        first, second = (np.unique(one) for one in self.points.values())
+        pairs = len(set(zip(*self.points.values(), strict=True)))
+        whole = len(first) * len(second) == len(self.code) == pairs
+        sizes = (len(first), len(second))
+        return (first, second) if whole and min(sizes) > 1 and max(sizes) <= FEW else None
 
     @property
     def repeating(self) -> float | None:
@@ -106,23 +115,22 @@ def _settled(found: _Scored) -> str:
 
 
 def _read(sweep: Sweep, file: Path) -> _Scored:
+    import h5py
+
     every = -(-sweep.runs // MOST_RUNS)
-    with xarray.open_dataset(file, engine="h5netcdf") as stored:
 
-        def thin(name: str) -> np.ndarray:
-            return stored[name].values.reshape(-1)[::every]
+    def thin(values: np.ndarray) -> np.ndarray:
+        return np.asarray(values).reshape(-1)[::every]
 
-        lasting, sizes = "settled" in stored, stored["code"].shape
-        few = len(sizes) == 2 and min(sizes) > 1 and max(sizes) <= FEW
-        return _Scored(
-            points={name: one[::every] for name, one in sweep.points().items()},
-            values={name: thin(name) for name in sweep.measures},
-            code=thin("code"),
-            every=every,
-            between={name: thin(f"{name}_over_starts") for name in sweep.measures if lasting},
-            settled=thin("settled") if lasting else None,
-            maps={name: stored[name].transpose().load() for name in sweep.measures if few},
-        )
+    with h5py.File(file, "r") as stored:
+        values = {name: thin(stored[name][()]) for name in sweep.measures}  # type: ignore[index]
+        code = thin(stored["code"][()])  # type: ignore[index]
+        lasting = "settled" in stored
+        names = sweep.measures if lasting else ()
+        between = {name: thin(stored[f"{name}_over_starts"][()]) for name in names}  # type: ignore[index]
+        settled = thin(stored["settled"][()]) if lasting else None  # type: ignore[index]
+    points = {name: thin(one) for name, one in sweep.points().items()}
+    return _Scored(points, values, code, every, between, settled)
 
 
 def _span(values: np.ndarray, unit: str) -> str:
@@ -167,7 +175,7 @@ def _where(found: _Scored, run: int, units: Mapping[str, str]) -> str:
 
 def _figure(sweep: Sweep, found: _Scored, measure: str, units: Mapping[str, str], unit: str) -> Plate:
     """One measure over both swept values where they are a grid, and against each."""
-    both = [found.maps[measure]] if measure in found.maps else []
+    both = [] if found.grid is None else [_over_both(found, found.grid, measure, units, unit)]
 
     def draw(axes: Axes, over: str | xarray.DataArray) -> None:
         if isinstance(over, xarray.DataArray):
@@ -195,6 +203,19 @@ def _against(axes: Axes, found: _Scored, axis: str, measure: str) -> None:
         axes.plot(levels, middle, color=MUTED, lw=1.0, zorder=1.0, label="median run")
     if limits := level_limits(y):
         axes.set_ylim(*limits)
+
+
+def _over_both(
+    found: _Scored, grid: tuple[np.ndarray, np.ndarray], measure: str, units: Mapping[str, str], unit: str
+) -> xarray.DataArray:
+    """A measure over both swept values, the first one across."""
+    names, order = list(found.points), np.lexsort(tuple(found.points.values()))
+    coords = {
+        name: xarray.DataArray(levels, dims=name, attrs={"units": units[name]})
+        for name, levels in zip(names, grid, strict=True)
+    }
+    values = found.values[measure][order].reshape([len(levels) for levels in grid[::-1]])
+    return xarray.DataArray(values, coords, names[::-1], measure, {"units": unit})
 
 
 def _median_run(values: np.ndarray) -> float:
