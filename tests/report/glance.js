@@ -138,7 +138,7 @@ function empty() {
       const { bars, shaded, levels } = figure.built.spec.panels[i], drawn = plot.data.slice(1).map((row) => row.some(Number.isFinite));
       if (![...drawn, bars.length, shaded.length, levels.length].some(Boolean)) faults.push(`empty figure: ${where(figure)}, panel ${i}`);
       for (const key of figure.built.panels[i].querySelectorAll(".names button")) {
-        if (seen(key) && !drawn[key.dataset.line - 1]) faults.push(`a key of no line: ${key.innerText}`);
+        if (seen(key) && !key.dataset.lines.split(" ").some((line) => drawn[line - 1])) faults.push(`a key of no line: ${key.innerText}`);
       }
       cramped(plot, where(figure));
     });

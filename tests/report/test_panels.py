@@ -115,7 +115,7 @@ function look() {
     () => { found.whole = scale(); found.light = drawn("0,114,178"); document.getElementById("theme").click(); },
     () => { found.dark = drawn("74,168,228"); found.theme = root.dataset.theme; press("in"); },
     () => { found.near = scale(); press("on"); },
-    () => { found.on = scale(); press("all"); document.querySelector("button[data-line]").click(); },
+    () => { found.on = scale(); press("all"); document.querySelector("button[data-lines]").click(); },
     () => { found.down = built.plots[1].valToPos(1, "y") > built.plots[1].valToPos(0, "y"); },
     () => { found.again = scale(); found.hidden = !built.plots[0].series[1].show; },
     () => {
@@ -169,6 +169,21 @@ def test_axes_stand_under_a_prefix_of_what_is_seen():
     assert "height (µm)" in text and "time (ms)" in text
     assert times(found)[[0, -1]] == pytest.approx([2.0, 4.0])
     assert line(found).max() == pytest.approx(2.4, abs=1e-3)
+
+
+def test_dots_and_lines_of_one_name_are_one_to_a_reader():
+    parts = [DrawnLine(np.array(x), np.array(x) ** 2, GREEN, "median") for x in ([0.0, 1.0], [3.0, 4.0])]
+    panels = [one_panel(DrawnLine(np.array([1.2, 0.2]), np.array([3.0, 4.0]), BLUE, "a run", dots=True), *parts)]
+    found, text = spec(panels, (0.0, 4.0)), panels_html(panels, "what is seen", (0.0, 4.0))
+    (panel,), places = found["panels"], times(found)
+    assert panel["apart"] and np.all(np.diff(places) >= 0.0)
+    seen = [[(a, b) for a, b in zip(places, line(found, 0, i), strict=True) if np.isfinite(b)] for i in range(3)]
+    np.testing.assert_allclose(seen[0], [(0.2, 4.0), (1.2, 3.0)], atol=1e-3)
+    np.testing.assert_allclose(seen[1], [(0, 0), (1, 1)], atol=1e-3)
+    np.testing.assert_allclose(seen[2], [(3, 9), (4, 16)], atol=1e-3)
+    assert [one["dots"] for one in panel["series"]] == [True, False, False]
+    names = re.findall(r'data-lines="([\d ]+)" aria-label="([\w ]+)"', text)
+    assert names == [("1", "a run"), ("2 3", "median")]
 
 
 def test_prefixes_and_headings_are_changed_in_what_is_read_and_not_in_data():

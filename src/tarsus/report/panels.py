@@ -42,7 +42,8 @@ NUMBERS = 36_000
 
 @dataclass(frozen=True)
 class DrawnLine:
-    """A line through points (n,), x rising, broken where y is NaN."""
+    """A line through points (n,), x rising, broken where y is NaN; dots: its points alone. Lines of one name are one to
+    a reader."""
 
     x: Floats
     y: Floats
@@ -50,6 +51,7 @@ class DrawnLine:
     name: str = ""
     width: float = 1.1
     dash: Dash = ()
+    dots: bool = False
 
     def inside(self, window: Window | None) -> DrawnLine:
         """What is seen of it within a window."""
@@ -128,12 +130,14 @@ class TimePanel:
             "step": scale.step,
             "limits": limits,
             "names": self.names,
+            "apart": _apart(lines),
             "shaded": _inside(shaded, window, step),
             "series": [
                 {
                     "stroke": paint_of(one.color),
                     "width": one.width,
                     "dash": _pixels(one.dash, one.width),
+                    "dots": one.dots,
                     "values": packed(row, 16, gaps=True),
                 }
                 for one, row in zip(lines, rows, strict=True)
@@ -154,14 +158,19 @@ class TimePanel:
         }
 
     def head(self, window: Window) -> dict[str, Any]:
-        """What stands above the panel: what its numbers are, names of lines in the order of `options`, and for those
-        without a script, least and largest value of each."""
+        """What stands above the panel: what its numbers are, names of lines with the places in `options` of all that
+        bear it, and for those without a script name, least and largest value of each."""
         lines, scale = self.seen(window)
-        finite = [(one.name, one.y[np.isfinite(one.y)] / scale.step) for one in lines]
+        named: dict[str, list[int]] = {}
+        for place, line in enumerate(lines, 1):
+            named.setdefault(line.name or f"\0{place}", []).append(place)
+        parts = {" ".join(map(str, own)): [lines[place - 1] for place in own] for own in named.values()}
+        known = [(part[0].name, np.concatenate([one.y for one in part]) / scale.step) for part in parts.values()]
+        finite = [(name, y[np.isfinite(y)]) for name, y in known]
         return {
             "label": scale.axis(self.words),
             "signs": [(one.name, one.area, f"var(--{paint_of(one.color)})") for one in self.signs],
-            "lines": [(one, f"var(--{paint_of(one.color)})") for one in lines],
+            "lines": [(part[0], f"var(--{paint_of(part[0].color)})", own) for own, part in parts.items()],
             "ends": [(name, number(float(y.min())), number(float(y.max()))) for name, y in finite if len(y)],
         }
 
@@ -180,6 +189,8 @@ def _columns(lines: Sequence[DrawnLine], window: Window) -> tuple[Floats, Floats
     """Lines at common times: (n,) and (lines, n), thinned to what a page can hold."""
     if not lines:
         return np.array(window), np.zeros((0, 2))
+    if _apart(lines):
+        return _beside(lines)
     x = lines[0].x
     if all(np.array_equal(line.x, x) for line in lines[1:]):
         rows = np.stack([line.y for line in lines])
@@ -189,12 +200,33 @@ def _columns(lines: Sequence[DrawnLine], window: Window) -> tuple[Floats, Floats
     return thinned(*upright(x, rows), max(400, min(POINTS, NUMBERS // len(rows))))
 
 
+def _apart(lines: Sequence[DrawnLine]) -> bool:
+    """Whether each line has numbers at its own places alone: dots have none between theirs."""
+    return any(line.dots for line in lines)
+
+
+def _beside(lines: Sequence[DrawnLine]) -> tuple[Floats, Floats]:
+    """Dots and lines at the places of all, each with numbers at its own alone; lines go on over the others'."""
+    places = np.concatenate([line.x for line in lines])
+    own = np.repeat(np.arange(len(lines)), [len(line.x) for line in lines])
+    values = np.where(own == np.arange(len(lines))[:, None], np.concatenate([line.y for line in lines]), np.nan)
+    order = np.argsort(places, kind="stable")
+    return places[order], values[:, order]
+
+
 def panels_html(
-    panels: Sequence[TimePanel], label: str, window: Window | None = None, *, across: str = "time", unit: str = "s"
+    panels: Sequence[TimePanel],
+    label: str,
+    window: Window | None = None,
+    *,
+    across: str = "time",
+    unit: str = "s",
+    log: bool = False,
 ) -> Markup:
     """Panels with one horizontal axis for a page; ``label`` tells those who do not see them what they show.
 
-    across, unit: what that axis is, and the SI unit of its numbers; window: its stretch that is shown, all without.
+    across, unit: what that axis is, and the SI unit of its numbers; window: its stretch that is shown, all without;
+    log: whether it is logarithmic.
     """
     if window is None:
         every = [line.x for panel in panels for line in panel.lines if len(line.x)]
@@ -209,6 +241,7 @@ def panels_html(
             "x": [packed_times(one) for one in places],
             "window": [end / scale.step for end in window],
             "step": scale.step,
+            "log": log,
             "panels": [one | {"height": height} for one, height in zip(options, heights, strict=True)],
         }
     )

@@ -9,13 +9,11 @@ from typing import Any
 
 import numpy as np
 import xarray
-from matplotlib.axes import Axes
 
 from tarsus.base.spec import float_paths
 from tarsus.report.pages import Fold, Markup, Plate, Section, marked, said, sections_page, terms
-from tarsus.report.saved import draw_measure
-from tarsus.report.sheet import name_axes, panels
-from tarsus.report.style import BLUE, MUTED, level_limits
+from tarsus.report.panels import DrawnLine, TimePanel, Window, panels_plate
+from tarsus.report.style import BLUE, MUTED
 from tarsus.solve import Run
 from tarsus.study.axes import Logspace
 from tarsus.study.sweep import Sweep
@@ -26,8 +24,8 @@ from tarsus.tables.table import ROW, Column, Table
 MOST_RUNS = 100_000
 """Runs that a page is made of: of more, every so manieth, evenly over the sweep."""
 
-MOST_DOTS = 600
-"""Runs drawn in a panel, evenly from all: more dots are one blot."""
+MOST_DOTS = 3000
+"""Runs drawn in a figure: more dots are one blot."""
 
 MOST_AXES, MOST_MEASURES = 6, 8
 """Swept values and measures that are drawn: the first ones."""
@@ -81,7 +79,7 @@ def sweep_html(sweep: Sweep, collected: str | Path) -> str:
             "Measures", _table(found, units, kinds), _settled(found), Fold("What each measure is", terms(definitions))
         ),
         *(
-            Section(spaced(name).capitalize(), _figure(sweep, found, name, units, kinds[name]))
+            Section(spaced(name).capitalize(), *_figures(sweep, found, name, units, kinds[name]))
             for name in sweep.measures[:MOST_MEASURES]
         ),
         Section("Runs that failed", failures) if failures else None,
@@ -173,36 +171,48 @@ def _where(found: _Scored, run: int, units: Mapping[str, str]) -> str:
     return ", ".join(f"{path_end(name)} {amount(float(one[run]), units[name])}" for name, one in found.points.items())
 
 
-def _figure(sweep: Sweep, found: _Scored, measure: str, units: Mapping[str, str], unit: str) -> Plate:
-    """One measure over both swept values where they are a grid, and against each."""
-    both = [] if found.grid is None else [_over_both(found, found.grid, measure, units, unit)]
-
-    def draw(axes: Axes, over: str | xarray.DataArray) -> None:
-        if isinstance(over, xarray.DataArray):
-            draw_measure(axes, over)
-            return
-        _against(axes, found, over, measure)
-        axes.set_xscale("log" if isinstance(sweep.vary[over], Logspace) else "linear")
-        name_axes(axes, (over, units[over]), (spaced(measure), unit))
-
-    caption = f"{spaced(measure).capitalize()}{' over both swept values, and' * bool(both)} against every swept value."
-    if any(1 < len(np.unique(one)) <= FEW for one in found.points.values()):
-        caption += " The line joins the median run of each value, and is broken where no run gave a number."
-    return panels([*both, *list(sweep.vary)[:MOST_AXES]], 1.9, draw, caption)
+def _figures(sweep: Sweep, found: _Scored, measure: str, units: Mapping[str, str], unit: str) -> list[list[Plate]]:
+    """Of one measure, its figures against every swept value, two in a row."""
+    plates = [
+        _against(found, name, units[name], measure, unit, isinstance(sweep.vary[name], Logspace))
+        for name in list(sweep.vary)[:MOST_AXES]
+    ]
+    if found.grid is not None:
+        plates.insert(0, _map(_over_both(found, found.grid, measure, units, unit)))
+    return [plates[left : left + 2] for left in range(0, len(plates), 2)]
 
 
-def _against(axes: Axes, found: _Scored, axis: str, measure: str) -> None:
-    """Runs as dots, and where the swept value has few levels the median run of each."""
+def _against(found: _Scored, axis: str, axis_unit: str, measure: str, unit: str, log: bool) -> Plate:
     x, y = found.points[axis], found.values[measure]
-    known = np.flatnonzero(np.isfinite(y))
-    shown = known[:: max(1, -(-len(known) // MOST_DOTS))]
-    axes.plot(x[shown], y[shown], "o", ms=3.0, mew=0.0, color=BLUE, label="a run")
+    known = np.isfinite(y)
     levels = np.unique(x)
-    if 1 < len(levels) <= FEW:
-        middle = [_median_run(y[known][x[known] == one]) for one in levels]
-        axes.plot(levels, middle, color=MUTED, lw=1.0, zorder=1.0, label="median run")
-    if limits := level_limits(y):
-        axes.set_ylim(*limits)
+    chosen = np.flatnonzero(known)[:: max(1, -(-int(known.sum()) // MOST_DOTS))]
+    chosen = chosen[np.argsort(x[chosen], kind="stable")]
+    few = 1 < len(levels) <= FEW
+    alone = few and len(levels) == len(x)
+    lines = [DrawnLine(x[chosen], y[chosen], BLUE, "" if alone or not few else "a run", dots=True)]
+    caption = f"{spaced(measure).capitalize()} against {axis}."
+    if few and known.any():
+        middle = np.array([_median_run(y[known & (x == one)]) for one in levels])
+        parts = _stretches(np.isfinite(middle))
+        name = "" if alone else "median run"
+        lines += [DrawnLine(levels[part], middle[part], MUTED, name, 1.0) for part in parts]
+        caption += "" if alone else " The line joins the median run of each value."
+        if not np.isfinite(middle).all():
+            caption += " It is broken at values of which no run gave a number."
+    window = _with_room(float(levels[0]), float(levels[-1]), log=log)
+    return panels_plate(
+        [TimePanel(1.9, spaced(measure), unit, lines)], caption, window, across=axis, unit=axis_unit, log=log
+    )
+
+
+def _with_room(low: float, high: float, *, log: bool) -> Window:
+    """A window with room for the dots at both of its ends."""
+    if log and low > 0.0:
+        beyond = (high / low) ** 0.03 if high > low else 1.1
+        return low / beyond, high * beyond
+    beyond = 0.03 * (high - low) or 0.05 * abs(high) or 1.0
+    return low - beyond, high + beyond
 
 
 def _over_both(
@@ -218,9 +228,23 @@ def _over_both(
     return xarray.DataArray(values, coords, names[::-1], measure, {"units": unit})
 
 
+def _map(shown: xarray.DataArray) -> Plate:
+    from tarsus.report.saved import draw_measure
+    from tarsus.report.sheet import plate
+
+    caption = f"{spaced(str(shown.name)).capitalize()} over both swept values."
+    return plate(lambda sheet: draw_measure(sheet.grid(1, 2.3)[0], shown), caption)
+
+
 def _median_run(values: np.ndarray) -> float:
     """The middle one of the runs (n,), the lower of two: where runs fall into two groups, a mean lies where none is."""
     return float(np.quantile(values, 0.5, method="lower")) if len(values) else np.nan
+
+
+def _stretches(known: np.ndarray) -> list[slice]:
+    """Stretches of at least two neighbours (n,) that are known."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]])))
+    return [slice(a, b) for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True) if b - a > 1]
 
 
 def _failures(found: _Scored, units: Mapping[str, str]) -> Table | None:

@@ -84,7 +84,7 @@ class Charts {
   /** Names stand for lines that have numbers. */
   keys(i) {
     const drawn = this.plots[i].data.map((row) => row.some(Number.isFinite));
-    for (const key of this.panels[i].querySelectorAll("button[data-line]")) key.hidden = !drawn[key.dataset.line];
+    for (const key of this.panels[i].querySelectorAll("button[data-lines]")) key.hidden = !key.dataset.lines.split(" ").some((line) => drawn[line]);
   }
 
   reveal(i, seen) {
@@ -111,16 +111,19 @@ class Charts {
       padding: [6, 18, last ? 0 : 6, 0],
       legend: { show: false },
       cursor: { y: false, sync: { key: this.key.key }, drag: { x: true, y: false }, points: { size: 6 } },
-      scales: { x: { time: false, range: (_, low, high) => [low, high] }, y: { dir: this.flipped(panel) ? -1 : 1, range: (_, low, high) => this.reach(panel, low, high) } },
+      scales: { x: { time: false, distr: this.spec.log ? 3 : 1, range: (_, low, high) => [low, high] }, y: { dir: this.flipped(panel) ? -1 : 1, range: (_, low, high) => this.reach(panel, low, high) } },
       axes: [
         { ...axis, show: last, gap: 3, size: 26, space: (_, __, ___, ____, room) => (room < 250 ? 34 : 50), grid: { show: false },
-          values: (_, marks, __, ___, step) => marks.map((v) => tick(v, step)) },
+          values: (_, marks, __, ___, step) => marks.map((v) => (this.spec.log ? v === null ? "" : shown(v) : tick(v, step))) },
         { ...axis, size: (_, words) => this.wide(words), gap: 4, space: panel.height < 120 ? 18 : 26,
           ...(names ? { splits: () => names.map((_, at) => at), values: () => names, grid: { show: false }, ticks: { show: false }, space: 0,
             font: names.length > 12 ? `10px ${this.face}` : font }
             : { grid: { stroke: () => color("rule"), width: 0.5 }, values: (_, marks, __, ___, step) => marks.map((v) => tick(v, step)) }) },
       ],
-      series: [{}, ...panel.series.map(({ stroke, width, dash }) => ({ stroke: () => color(stroke), width, dash, points: { size: 4 } }))],
+      series: [{}, ...panel.series.map(({ stroke, width, dash, dots }) => ({
+        stroke: () => color(stroke), width, dash, spanGaps: panel.apart,
+        ...(dots ? { paths: () => null, points: { show: true, size: 5, width: 0, fill: () => color(stroke) } } : { points: panel.apart ? { show: false } : { size: 4 } }),
+      }))],
       hooks: {
         drawClear: [(u) => this.under(u, panel)],
         setScale: [(u, key) => key === "x" && this.share(u)],
@@ -198,22 +201,43 @@ class Charts {
     this.figure.dispatchEvent(new Event("zoom"));
   }
 
-  /** What the lines show at the cursor. */
+  /** What a line shows at the cursor: its number there, or the one that is nearest to it on the screen. */
+  nearest(u, panel, lines) {
+    const at = u.cursor.idx, x = u.data[0];
+    let found = null, least = 16;
+    for (const line of lines) {
+      const row = u.data[line];
+      if (!panel.apart) return { line, k: at };
+      for (const step of [1, -1]) {
+        for (let k = at; k >= 0 && k < x.length; k += step) {
+          const off = Math.abs(u.valToPos(x[k], "x") - u.cursor.left);
+          if (off > least) break;
+          if (row[k] !== null) {
+            [found, least] = [{ line, k }, off];
+            break;
+          }
+        }
+      }
+    }
+    return found;
+  }
+
   read(u, i) {
-    const at = u.cursor.idx, none = at === null || at === undefined;
+    const at = u.cursor.idx, panel = this.spec.panels[i], none = at === null || at === undefined;
     for (const out of this.panels[i].querySelectorAll("output")) {
-      out.textContent = none ? "" : shown(u.data[out.dataset.line || out.parentNode.dataset.line][at]);
+      const found = none ? null : this.nearest(u, panel, (out.dataset.lines || out.parentNode.dataset.lines).split(" "));
+      out.textContent = found ? shown(u.data[found.line][found.k]) : "";
     }
     if (i === 0) this.now.textContent = none ? "" : `: ${shown(u.data[0][at])}`;
   }
 
   listen() {
     this.panels.forEach((panel, i) => {
-      for (const button of panel.querySelectorAll("button[data-line]")) {
+      for (const button of panel.querySelectorAll("button[data-lines]")) {
         button.addEventListener("click", () => {
           const on = button.getAttribute("aria-pressed") !== "true";
           button.setAttribute("aria-pressed", on);
-          this.plots[i].setSeries(Number(button.dataset.line), { show: on });
+          for (const line of button.dataset.lines.split(" ")) this.plots[i].setSeries(Number(line), { show: on });
         });
       }
     });
@@ -234,11 +258,12 @@ class Charts {
   }
 
   zoom(how) {
-    const { min: low, max: high } = this.plots[0].scales.x, [start, end] = this.whole;
+    const [into, from] = this.spec.log ? [Math.log10, (v) => 10 ** v] : [Number, Number];
+    const { min, max } = this.plots[0].scales.x, [low, high, start, end] = [min, max, ...this.whole].map(into);
     const span = high - low, next = { in: 0.5 * span, out: Math.min(2 * span, end - start), all: end - start }[how] || span;
     const centre = 0.5 * (low + high) + ({ back: -0.5, on: 0.5 }[how] || 0) * span;
     const first = between(centre - 0.5 * next, start, end - next);
-    this.plots[0].setScale("x", { min: first, max: first + next });
+    this.plots[0].setScale("x", { min: from(first), max: from(first + next) });
   }
 }
 Charts.count = 0;
