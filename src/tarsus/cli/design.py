@@ -94,7 +94,7 @@ def whole(
 
     other, given = _asked(request, None)
     if other is not None:
-        raise InputError(f"--request {other}: '{file}' is the file of settings; beside it only NAME=VALUE may stand")
+        raise InputError(f"--request {other}: '{file}' is the file of settings; give further settings as NAME=VALUE")
     options = settings_of(DesignSettings, file, **given)
     if options.scene is None:
         raise InputError(f"{file}: scene: name a device or a scene file")
