@@ -132,6 +132,13 @@ class Free:
         near = self.pulses.rounded(row[len(self.tied) :], rng)
         return np.concatenate([np.tile(row[: len(self.tied)], (len(near), 1)), near], axis=1)
 
+    def tunable(self, row: Floats) -> tuple[list[int], float, float]:
+        """Columns of a row (np,) that make up for what ticks of a timer take, and their lowest and highest value."""
+        if self.pulses is None:
+            return [], 0.0, 0.0
+        columns, low, high = self.pulses.tunable(row[len(self.tied) :])
+        return [len(self.tied) + i for i in columns], low, high
+
     def as_it_is(self) -> Floats:
         """Rows (n, np) to begin with: the step without pulses."""
         if self.pulses is None or self.tied:

@@ -21,6 +21,7 @@ from tarsus.design.runs import Runs
 from tarsus.files.runstore import UNIT_FILES, RunStore
 from tarsus.fit.front import FrontSearch, farthest, search_front, undominated
 from tarsus.fit.unknowns import Unknowns
+from tarsus.fit.valleys import shorter_steps
 from tarsus.measure.shares import tolerance_interval
 
 Floats = NDArray[np.float64]
@@ -48,6 +49,11 @@ ATTACKED = 6
 """Candidates along a front that are attacked between rounds."""
 MEAN_GROUNDS = 24
 """Grounds that stand for a box, or for more draws than so many, where a risk averages over them."""
+RETUNED, TRIED = 6, 8
+"""Roundings to ticks whose free levels are tuned again, and how many levels are tried about each in a step."""
+RETUNING = tuple(3e-3 * 0.7**i for i in range(12))
+"""Steps of that, parts of the range of the levels: from what half a tick of a plateau of 100 us is worth to a
+millivolt of 16 V."""
 LAST_LOOKS = 3
 """Attacks at the end at most: grounds that one finds join, the best candidates are judged again, and the next looks
 elsewhere."""
@@ -228,7 +234,7 @@ class DesignSearch:
 
         count = int(share * self.request.candidates) - len(starts)
         search = search_of(count // 2 if self.descends else count)
-        if self.descends and risk is not NOMINAL:
+        if self.descends and (risk is not NOMINAL or not self.quick.robust):  # evenly spread: many valleys
             search = replace(search, generations=0)
         self.asked += 1
         seed = 1000 * self.options.seed + self.asked
@@ -278,8 +284,30 @@ class DesignSearch:
     def _rounded(self, row: Floats, grounds: Grounds) -> Floats:
         """The best under the risk of what a device can be given about a row (np,)."""
         near = self.request.free.neighbours(row, self.rng)
+        if len(near) == 1:
+            return row
         judge = self.quick if isinstance(self.request.motion, LastPeriod) else self.sure
-        return near[_best(self._judgement(judge, near, grounds).risked)] if len(near) > 1 else row
+
+        def costs(rows: Floats) -> Floats:
+            return self._judgement(judge, rows, grounds).risked[:, 0]
+
+        scores = costs(near)
+        order = np.argsort(scores, kind="stable")[:RETUNED]
+        near, scores = near[order], scores[order]
+        columns, low, high = self.request.free.tunable(row)
+        if not columns:
+            return near[0]
+
+        def placed(points: Floats) -> Floats:
+            rows = np.repeat(near, points.shape[1], axis=0)
+            rows[:, columns] = np.round(low + (high - low) * points.reshape(len(rows), -1), 3)
+            return rows
+
+        start = (near[:, columns] - low) / (high - low)
+        points, scores = shorter_steps(
+            lambda some: costs(placed(some)).reshape(some.shape[:2]), start, scores, RETUNING, TRIED, self.rng
+        )
+        return placed(points[:, None])[scores.argmin()]
 
     def _chosen(self, found: _Found) -> list[Floats]:
         """Rows (np,) that are attacked and shown: along the front, the next best ones where it has few, and the best
