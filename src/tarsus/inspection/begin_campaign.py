@@ -126,6 +126,7 @@ def campaign_text(folder: Path, device: str | None) -> tuple[str, list[str]]:
         f'name = "{folder.resolve().name}"',
         "# What is known beforehand: a device, or a scene file, named from this folder.",
         f'device = "{_from(folder, device)}"',
+        "# even_film = true            # faces of foot and ground are flat: the squeeze film has exponent 3",
         "",
         "# What holds for all sets of records that say nothing else. Take away a # where a line is right.",
         "[defaults]",
