@@ -1,4 +1,4 @@
-"""Own data, own measure: the gap and the drive of a cantilever from two numbers that a function takes of its runs."""
+"""Own data, own measure: the gap and the drive of a cantilever from three numbers that a function takes of its runs."""
 
 import numpy as np
 
@@ -8,9 +8,9 @@ truth = ts.with_values(ts.load_scene("cantilever", volts=8, hz=50), {"robot.feet
 
 
 def peaks(run):
-    """Highest gap and mean gap over the last period: the data of this example."""
+    """Highest gap, mean gap and its standard deviation in the last period: the first two alone fit 78.7 um as well."""
     gap = run.states(np.linspace(0.04, 0.06, 200)).gap[0]
-    return np.array([gap.max(), gap.mean()])
+    return np.array([gap.max(), gap.mean(), gap.std()])
 
 
 measured = peaks(ts.simulate(truth, 0.06))

@@ -86,12 +86,15 @@ def _sentence(words: str) -> Table:
 
 def _over_ground(runs: RobotRuns) -> Section:
     """Motion over the last periods, and by drive period, of every run."""
+    from tarsus.report.pages import Fold
+
     ended = [near for near in runs.near if near.run.ok]
-    calls = (
-        FigureCall(f"robot_figures.{name}", near) for near in ended for name in ("ground_motion", "ground_periods")
-    )
+    pairs = [
+        [FigureCall(f"robot_figures.{name}", near) for name in ("ground_motion", "ground_periods")] for near in ended
+    ]
     note = "Every run is one of many: motion with bounces forgets its start within a few impacts."
-    return Section("Motion over the ground", *calls, _sentence(note))
+    others = Fold("The other runs", *pairs[1:]) if pairs[1:] else None
+    return Section("Motion over the ground", *pairs[:1], others, _sentence(note))
 
 
 def _in_air(runs: RobotRuns) -> Section:

@@ -18,7 +18,8 @@ def test_its_table_of_a_small_campaign():
     example, found = load("identify_campaign"), identified()
     lines = example.text(example.Story(truth(), found, identified_device(found))).splitlines()
     assert [line.split()[0] for line in lines[1:7]] == list(example.SHOWN)
-    assert all(line.endswith(" determined") for line in lines[1:7])
+    assert all(line.endswith(" determined") for line in lines[1:6])
+    assert lines[6].endswith(" preferred")  # the film's exponent is open
     assert lines[-1] == f"{found.files_used} of {len(found.readings)} files used"
 
 

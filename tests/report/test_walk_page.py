@@ -196,7 +196,9 @@ def test_path_from_above_is_to_scale() -> None:
     plate = path_above(whole_motion(run))
     series, picture = run.variables(), str(plate.picture)
     drawn = re.findall(r'<path d="([^"]*)"[^>]*style="([^"]*)"', picture)
-    lines = [np.array(re.findall(r"[ML] (\S+) (\S+)", path), float) for path, style in drawn if "none" in style]
+    lines = [
+        np.array(re.findall(r"[ML] ?([-\d.]+) ([-\d.]+)", path), float) for path, style in drawn if "none" in style
+    ]
     points = max(lines, key=len)
     place = np.array([series[name].values for name in ("path_x", "path_y")])
     scale = (points[-1, 0] - points[0, 0]) / (place[0, -1] - place[0, 0])

@@ -215,12 +215,12 @@ class Instruments:
         return replace(record, values=values)
 
     def sentences(self) -> list[str]:
-        """What was found and taken off."""
+        """What was found and corrected."""
         out = []
         if self.lost:
             out.append(
                 "samples of the motion were lost in the sweeps, the later ones having moved up: no clock and no "
-                "trigger turns them so; what a pace and delays explain is taken off, record them again without a gap"
+                "trigger turns them so; what a pace and delays explain is corrected, record them again without a gap"
             )
         elif self.slow:
             out.append(
