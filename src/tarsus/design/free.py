@@ -136,8 +136,8 @@ class Free:
         """Columns of a row (np,) that make up for what ticks of a timer take, and their lowest and highest value."""
         if self.pulses is None:
             return [], 0.0, 0.0
-        columns, low, high = self.pulses.tunable(row[len(self.tied) :])
-        return [len(self.tied) + i for i in columns], low, high
+        step, tied = self.pulses.step, len(self.tied)
+        return [tied + i for i in step.tunable(row[tied:])], step.levels.low, step.levels.high
 
     def as_it_is(self) -> Floats:
         """Rows (n, np) to begin with: the step without pulses."""

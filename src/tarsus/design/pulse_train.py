@@ -136,16 +136,6 @@ class PulseTrain:
         spans = np.asarray(ticks * (self.step.period / self.ticks), dtype=np.float64)
         return np.concatenate([np.tile(np.round(levels, 3), (len(ticks), 1)), spans], axis=1)
 
-    def tunable(self, signal: Floats) -> tuple[list[int], float, float]:
-        """Columns of a signal's (2S,) levels that may have any voltage, the two held ones left out, and the lowest and
-        highest voltage [V]."""
-        levels, durations = np.split(signal, 2)
-        if isinstance(self.step, OwnStep) or not self.step.levels.free:
-            return [], 0.0, 0.0
-        held = int(np.argmin(np.abs(np.cumsum(durations) - self.step.supported)))
-        columns = [i for i in range(len(levels) - 1) if i != held]
-        return columns, self.step.levels.low, self.step.levels.high
-
 
 def pulse_train(scene: Scene, path: str, asked: Pulses) -> PulseTrain:
     """The signals that pulses of ``signals.DRIVE`` make; raises InputError with every problem that can be told at

@@ -110,6 +110,12 @@ class Step:
         """The step (1, 4) without pairs."""
         return np.array([[self.support, self.lift, self.supported, self.period - self.supported]])
 
+    def tunable(self, signal: Floats) -> list[int]:
+        """Columns of a signal's (2S,) levels that may have any voltage: all but the two that are held."""
+        levels, durations = np.split(signal, 2)
+        held = int(np.argmin(np.abs(np.cumsum(durations) - self.supported)))
+        return [i for i in range(len(levels) - 1) if i != held] if self.levels.free else []
+
 
 @dataclass(frozen=True)
 class OwnStep(Step):
@@ -121,6 +127,9 @@ class OwnStep(Step):
 
     own: OnOff
     moving: tuple[int, ...]
+
+    def tunable(self, signal: Floats) -> list[int]:
+        return []
 
     def unknowns(self, pairs: int) -> int:
         return len(self.moving)
