@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Annotated, Any, ClassVar
 
+import numpy as np
 from pydantic import Field
 
 from tarsus.base.errors import InputError
@@ -31,8 +32,10 @@ from tarsus.plan.lowering import still_only
 
 MOST_PAIRS = 6
 """More pairs than this have more unknowns than a search of a minute can tell apart."""
-CANDIDATES, LEAST = 24000, 9600
-"""That are tried at effort 1, and at least: fewer end before a valley's floor."""
+CANDIDATES = 24000
+"""That are tried at effort 1. From 0.4 on valleys are followed down to their floors; less is for a first look."""
+LOOKED_AT = (4, 48)
+"""Grounds that an attack on the box looks at, at least and at effort 1."""
 KNOWN = 0.01
 """Share to either side of a frequency that states no interval: structures of one drawing differ by that, and so does
 one from day to day; a landing that is soft for 0.2 % to either side is soft on no bench."""
@@ -62,7 +65,7 @@ class LandingSettings(Settings):
     risk: Any = setting(None, "worst, mean, {cvar = q}, or nominal for the scene as it is")
     contact: Amount = quantity("1", "least share of the plain step's contact", default=KEPT, ge=0, le=1)
     lift: Amount = quantity("1", "least share of its mean height", default=KEPT, ge=0, le=1)
-    effort: Amount = quantity("1", "factor on the length of the search, of 0.4 at least", default=1.0, gt=0)
+    effort: Amount = quantity("1", "factor on the length of the search and on how far it looks at the box; a first look below 0.4", default=1.0, gt=0)
     seed: Seed = setting(0, SEED)
     tick: Amount = quantity("s", "of the timer that edges are rounded to", default=1e-6, gt=0)
     shortest: Amount = quantity("s", "time that a level lasts at least", default=SHORTEST, gt=0)
@@ -150,7 +153,8 @@ def landing_problem(scene: Scene, options: LandingSettings) -> tuple[DesignProbl
         },
         over=borne(scene, options),
         risk=options.risk,
-        candidates=max(int(CANDIDATES * options.effort), LEAST),
+        candidates=max(int(CANDIDATES * options.effort), 1),
+        look=int(np.clip(LOOKED_AT[1] * options.effort, *LOOKED_AT)),
         seed=options.seed,
     )
     return problem_of(scene, words, words.risk), words
