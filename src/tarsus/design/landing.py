@@ -65,7 +65,9 @@ class LandingSettings(Settings):
     risk: Any = setting(None, "worst, mean, {cvar = q}, or nominal for the scene as it is")
     contact: Amount = quantity("1", "least share of the plain step's contact", default=KEPT, ge=0, le=1)
     lift: Amount = quantity("1", "least share of its mean height", default=KEPT, ge=0, le=1)
-    effort: Amount = quantity("1", "factor on the length of the search and on how far it looks at the box; a first look below 0.4", default=1.0, gt=0)
+    effort: Amount = quantity(
+        "1", "factor on the length of the search; below 0.4 it is a first look", default=1.0, gt=0
+    )
     seed: Seed = setting(0, SEED)
     tick: Amount = quantity("s", "of the timer that edges are rounded to", default=1e-6, gt=0)
     shortest: Amount = quantity("s", "time that a level lasts at least", default=SHORTEST, gt=0)
