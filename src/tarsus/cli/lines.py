@@ -65,6 +65,6 @@ class Lines:
             self._shown = done / max(total, 1)
             words = [f"{done} of {total} ({100.0 * self._shown:.0f} %)", *([what] if what else []), *words]
             begin, before = self._first
-            if self._left and done > before:
+            if self._left and before < done < total:  # what follows the last step is of unknown length
                 words.append(f"about {(now - begin) * (total - done) / (done - before):.0f} s left")
         print(f"{self._title}: {', '.join(words)}", file=sys.stderr, flush=True)
