@@ -220,7 +220,7 @@ class Reproduction(Tabled):
 
         faults = [said(one, failed=True) for one in (*self.cautions, *self.problems)]
         about = [f"{self.about}.", *faults]
-        return sections_page(self.title, about, self.sections, self.footer, head=f"{self.name} – reproduction")
+        return sections_page(self.title, about, self.sections, self.footer)
 
     def write(self, folder: str | Path) -> list[Path]:
         """Write `PAGE_FILES` into a folder and return their paths. Raises InputError where they cannot be written."""

@@ -13,24 +13,6 @@ from tarsus.cli import main
 WORDS = shlex.split("atlas cantilever --x robot.feet.tip.gap=80um:90um --y signals.pzt.amplitude=4V:6.5V --depth 4")
 
 
-def test_an_atlas_is_printed_written_and_shown(tmp_path, capsys, opened):
-    import xarray as xr
-
-    out = tmp_path / "out"
-    assert main([*WORDS, "-o", str(out), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert sum(one["share"] for one in found["classes"]) == 1.0 and found["points"] == [17, 17]
-    assert {"period 1, held", "period 3, held"} <= {one["class"] for one in found["classes"]}
-    assert {one.name for one in out.iterdir()} >= {"atlas.json", "atlas.nc", "cells.csv", "report.html", "scene.toml"}
-    with xr.open_dataset(out / "atlas.nc") as data:
-        classes = data["class"].sel({"robot.feet.tip.gap": 80e-6, "signals.pzt.amplitude": 6.5}, method="nearest")
-        assert classes.item() == 16 + 3 and data["bounces"].size == found["runs"]
-    rows = list(csv.DictReader((out / "cells.csv").open(encoding="utf-8")))
-    assert len(rows) == found["runs"]
-    shown = opened(out, "atlas", "`tarsus atlas` wrote it", "its page, report.html")
-    assert [one["class"] for one in shown["classes"]] == [one["class"] for one in found["classes"]]
-
-
 def test_the_run_of_a_cell_is_that_of_its_command_line(tmp_path, capsys):
     out = tmp_path / "out"
     assert main([*WORDS[:-1], "3", "-o", str(out), "-q"]) == 0

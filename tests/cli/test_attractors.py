@@ -18,25 +18,6 @@ WORDS = shlex.split(
 )
 
 
-def test_attractors_are_printed_and_written(tmp_path, capsys, opened):
-    out = tmp_path / "out"
-    assert main([*WORDS, "-o", str(out), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert sorted(one["impacts"] for one in found["attractors"]) == [0, 1]
-    assert set(found["label"]) == {1, 2} and len(found["points"]) == 12
-    written = {one.name for one in out.iterdir()}
-    assert written >= {"attractors.json", "report.html"} | {
-        f"attractor-{i}.{end}" for i in (1, 2) for end in ("toml", "html")
-    }
-    shown = opened(out, "attractors", "`tarsus attractors` wrote it", "device files: attractor-1.toml")
-    assert [one["share"] for one in shown["attractors"]] == [one["share"] for one in found["attractors"]]
-    bouncing = 1 + [one["impacts"] for one in found["attractors"]].index(1)
-    assert main(["simulate", str(out / f"attractor-{bouncing}.toml"), "--json"]) == 0
-    settled = found["attractors"][bouncing - 1]["measures"]["impact_speed"]
-    run = json.loads(capsys.readouterr().out)
-    assert abs(run["measures"]["impact_speed"]["value"] / settled - 1.0) < 1e-3
-
-
 @pytest.mark.slow
 def test_a_start_leads_to_its_motion_from_a_file_and_through_changed_values(tmp_path, capsys):
     """A walker that stands in its description: the written start, and the same values set in the description, run

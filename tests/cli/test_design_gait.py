@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 import shlex
 
 import pytest
@@ -55,23 +54,3 @@ def test_a_front_is_written_with_pages_that_play(tarsus, tmp_path):
     assert 'href="gaits/gait-01.html"' in page and 'href="gaits/robust.html"' in page
     played = (tmp_path / "gaits" / "gaits" / "robust.html").read_text()
     assert "The walk" in played and f"{table['robust']['worst_ground']['ground.friction.coefficient']:.3g}" in played
-
-
-def test_an_adaptive_gait_prints_its_rule(tarsus, tmp_path, opened):
-    words = "--over ground.friction.coefficient=4:12 --request sense=nothing --request hidden=4 --request training=4"
-    done = tarsus("design", "adapt", *WALK, *shlex.split(words), "-o", str(tmp_path))
-    assert done.code == 0, done.err
-    assert "always" in done.out and "lost on 4 hidden grounds" in done.out
-    assert json.loads((tmp_path / "adapt.json").read_text())["table"][0]["when"] == "always"
-    assert opened(tmp_path, "adaptive gait", "always")["hidden"] == 4
-    assert "What is lost" in (tmp_path / "report.html").read_text()
-
-
-def test_bad_requests_are_sentences_and_write_nothing(tarsus, tmp_path):
-    wrong = ("--free", "gait.dutty", "--over", "ground.friction.coefficient=0.5:0.2", "--request", "objective=spede")
-    done = tarsus("design", "gait", "millipede-printed", *wrong, "-o", str(tmp_path / "none"))
-    assert done.code == 2 and len(done.sentences) == 3 and not (tmp_path / "none").exists()
-    done = tarsus("design", "gait", "millipede-printed", "--free", "gait.duty=1", "-o", str(tmp_path / "none"))
-    assert done.code == 2 and "--free gait.duty=a:b takes" in done.err
-    done = tarsus("design", "gait", "cantilever", "--free", "gait.duty", "-o", str(tmp_path / "none"))
-    assert done.code == 2 and "does not walk" in done.err

@@ -10,22 +10,6 @@ from tarsus.base.spec import float_paths
 from tarsus.files.toml import read_scene
 
 
-def test_bad_words_are_sentences(tarsus, tmp_path):
-    assert (
-        tarsus("synthesize", "cantilever", "-o", str(tmp_path / "a"), "--rate", "20 kg")
-        .sentences[0]
-        .startswith("rate: ")
-    )
-    refused = tarsus("synthesize", "cantilever", "-o", str(tmp_path / "a"), "--perturb", "1.5")
-    assert refused.code == 2 and refused.sentences == ["expected a perturbation from 0 to below 1, got 1.5"]
-    missing = tarsus("identify", str(tmp_path / "none.toml"))
-    assert missing.code == 2 and missing.sentences == [f"{tmp_path / 'none.toml'}: no such file"]
-    (tmp_path / "record.txt").write_bytes(b"\xb0C\n1.0\n")
-    for given, word in ((tmp_path, "tarsus new campaign"), (tmp_path / "record.txt", "no campaign file")):
-        refused = tarsus("identify", str(given))
-        assert refused.code == 2 and len(refused.sentences) == 1 and word in refused.sentences[0]
-
-
 @pytest.mark.slow
 def test_a_campaign_from_end_to_end(tarsus, tmp_path, opened):
     lab, result = tmp_path / "lab", tmp_path / "result"

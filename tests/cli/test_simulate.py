@@ -13,13 +13,6 @@ from tarsus.files.output import MANIFEST
 SHORT = ("--duration", "60 ms")
 
 
-def test_summary(tarsus):
-    result = tarsus("simulate", "cantilever", *SHORT)
-    assert result.code == 0
-    assert result.err == ""
-    assert "0.06 s simulated" in result.out and "lost in impacts" in result.out
-
-
 @pytest.mark.parametrize("device", ["hexapod", "cantilever"])
 def test_measures_that_sound_alike_are_told_apart_where_they_differ(tarsus, device):
     words = ("simulate", device, "--duration", "0.1 s")

@@ -155,7 +155,7 @@ def test_a_robust_front_is_judged_on_the_same_grounds_and_says_its_gap(scene, ro
     assert len(table.rows) == len({tuple(one.values.values()) for _, one in found.named})
     assert "gait.duty" in found._repr_html_() and len(repr(found)) < 120
     axes = ts.plot.front(found)
-    assert axes.get_lines()[1].get_ydata()[0] == pytest.approx(found.members[0].risk[0])
+    assert axes.collections[-1].get_offsets()[0][1] == pytest.approx(found.members[0].risk[0])
     table = found.to_dict()
     found.write(tmp_path)
     again = ts.read_scene(tmp_path / "gaits" / "robust.toml")

@@ -5,8 +5,7 @@ from __future__ import annotations
 from modes.test_modal import responses
 from tarsus.modes import identify_modes
 from tarsus.records.measurement import Quantity
-from tarsus.report.modal_figures import nyquist, stabilisation, synthesis
-from tarsus.report.modes_page import modes_html
+from tarsus.report.modes_page import modes_html, nyquist, stabilisation, synthesis
 from tarsus.report.sheet import figure_style
 
 

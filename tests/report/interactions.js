@@ -65,7 +65,7 @@ function ink(canvas) {
 /** Plays every moving picture for a moment: those whose time, or what they show, stood still. */
 async function play() {
   const faults = [];
-  for (const figure of document.querySelectorAll("figure.walk")) {
+  for (const figure of document.querySelectorAll(".walk")) {
     const canvas = figure.querySelector("canvas"), button = figure.querySelector(".walk-play");
     if (!seen(canvas)) continue;
     const clock = () => figure.querySelector("output").textContent;
@@ -83,11 +83,11 @@ async function play() {
 /** Everything that an explorer draws and says of the run that it shows. */
 function shownBy(explorer) {
   const { player, charts, root } = explorer;
-  const walk = Object.values(player.walk.body).concat(player.walk.swing, player.walk.footZ, player.walk.normal, player.walk.friction, player.walk.volts);
+  const walk = Object.values(player.walk.body).concat(player.walk.swing, player.walk.footZ, player.walk.normal, player.walk.friction);
   return {
     run: [...explorer.shown.gap, ...explorer.shown.body, ...explorer.shown.volts].map((row) => row.join()).join(";"),
     film: walk.map((row) => row.join()).join(";"),
-    lines: charts.plots.map((_, i) => charts.put(i) ?? charts.plots[i].data.slice(1).join(";")).join(";"),
+    lines: charts.plots.map((plot, i) => charts.put(i) ?? plot.data.slice(1).join(";")).join(";"),
     words: root.querySelector(".explore-measures").textContent,
   };
 }

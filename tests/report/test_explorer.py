@@ -114,7 +114,7 @@ def test_a_report_carries_a_small_one(engine):
     run = ts.simulate("cantilever", 0.02)
     text = report_html(run, static=False)
     info = json.loads(re.search(r'class="explore-info">(.*?)</script>', text, re.S)[1])
-    assert len(info["sliders"]) == 5 and not info["plays"]
+    assert len(info["sliders"]) == 5
     assert 'class="explore"' not in report_html(run)
 
 
@@ -126,7 +126,6 @@ def test_the_widget_reads_and_sets_values(engine):
     assert widget.run().scene.robot.feet["tip"].gap == 5e-5
     for values, words in {
         ("robot.structure.length", 1.0): "no such slider",
-        ("robot.feet.tip.gap", 1.0): "expected a value from",
         ("signals.pzt.amplitude", 8.0123): "none of the values",
     }.items():
         with pytest.raises(traitlets.TraitError, match=words):

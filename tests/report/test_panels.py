@@ -60,13 +60,6 @@ def test_panels_share_times_and_lines_of_other_times_are_read_between() -> None:
     np.testing.assert_allclose(line(found, 1, 0), -np.minimum(times(found, 1), 1.0), atol=1e-4)
 
 
-def test_steps_of_one_line_stay_upright_beside_another() -> None:
-    x = np.arange(8.0)
-    found = spec([one_panel(DrawnLine(x, np.where(x < 4, 1.0, -1.0), BLUE), DrawnLine(x, 0.1 * x, INK))])
-    assert times(found).tolist() == [0, 1, 2, 3, 3.5, 3.5, 4, 5, 6, 7]
-    np.testing.assert_allclose(line(found, 0, 1), 0.1 * times(found), atol=1e-5)
-
-
 def test_long_series_keep_their_peaks() -> None:
     x = np.linspace(0.0, 1.0, 200_001)
     rows = np.stack([np.sin(40.0 * x), np.cos(7.0 * x)])

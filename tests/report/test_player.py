@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import dataclasses
 import json
 import re
@@ -11,12 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from html_page import Page
 from packed_series import unpacked
 from tarsus.report.drawing import Drawing, FootMark, Shape, drawing_of, round_below
 from tarsus.report.motion import MOST_FRAMES, SLIPPING, STUCK, Motion, frame_limit
-from tarsus.report.packing import packed, packed_states
-from tarsus.report.player import payload, walk_section
+from tarsus.report.packing import packed
+from tarsus.report.player import walk_plate
 from walking_devices import walk
 
 
@@ -27,7 +25,7 @@ def motion() -> Motion:
 
 @pytest.fixture(scope="module")
 def section(motion: Motion) -> str:
-    return walk_section(motion)
+    return walk_plate(motion).picture
 
 
 def data_of(section: str) -> dict[str, Any]:
@@ -62,14 +60,6 @@ def test_times_far_from_zero_keep_their_resolution() -> None:
     assert np.abs(unpacked(packed(time, 16), 1) - time).max() < 0.1 / 2000 / 10
 
 
-def test_states_are_packed_four_to_a_byte() -> None:
-    state = np.random.default_rng(1).integers(0, 3, (3, 7)).astype(np.uint8)
-    raw = np.frombuffer(base64.b64decode(packed_states(state)), np.uint8)
-    assert len(raw) == 6
-    flat = (raw[:, None] >> np.array([0, 2, 4, 6])) & 3
-    np.testing.assert_array_equal(flat.reshape(-1)[:21].reshape(3, 7), state)
-
-
 def test_thinning_keeps_the_ends_and_takes_the_nearest_times() -> None:
     motion = walk(2)
     thin = motion.thinned(100)
@@ -82,23 +72,14 @@ def test_thinning_keeps_the_ends_and_takes_the_nearest_times() -> None:
     assert motion.thinned(10_000) is motion
 
 
-def test_drives_of_one_voltage_are_one_curve_whose_label_is_told() -> None:
-    motion = walk(2)
-    volts = np.stack([motion.volts[0]] * 2 + [0.5 * motion.volts[0]] + [0.1 * motion.volts[0]] * 5)
-    names = ("a", "b", "c", *"defgh")
-    section = walk_section(dataclasses.replace(motion, drives=names, volts=volts))
-    assert data_of(section)["drives"] == ["a +1", "c", "d +4"]
-    assert "Drives of one voltage are one curve (a +1: a and b; d +4: d and 4 others)." in section
-
-
 @pytest.mark.slow
 def test_thirty_legs_stay_below_400_kb() -> None:
     motion = walk(30)
-    section = walk_section(motion)
+    section = walk_plate(motion).picture
     assert len(section.encode()) < 400_000
     frames = data_of(section)["frames"]
     assert 900 < frames <= MOST_FRAMES
-    assert frame_limit(2, 2, 400_000) == MOST_FRAMES
+    assert frame_limit(2, 400_000) == MOST_FRAMES
 
 
 def test_the_page_holds_the_walk(motion: Motion, section: str) -> None:
@@ -115,74 +96,13 @@ def test_the_page_holds_the_walk(motion: Motion, section: str) -> None:
         unpacked(data["body"]["surge"], 1)[0], thin.body["surge"], atol=np.ptp(thin.body["surge"]) / 120_000
     )
     assert data["period"] == motion.period
-    assert [one[2:] for one in data["drives"]] == [" +2"] * 2, "two different voltages, each of three drives"
-
-
-@pytest.mark.slow
-def test_a_body_that_does_not_turn_has_no_turns(motion: Motion) -> None:
-    still = dataclasses.replace(motion, body={name: motion.body[name] for name in ("surge", "heave")})
-    assert set(data_of(walk_section(still))["body"]) == {"surge", "heave"}
-
-
-def test_a_walk_without_drives_has_no_voltages(motion: Motion) -> None:
-    data = payload(dataclasses.replace(motion, drives=(), volts=np.zeros((0, 0))), drawing_of(motion))
-    assert data["volts"] is None and data["drives"] == []
-
-
-def test_the_section_needs_nothing_from_outside(section: str) -> None:
-    page = Page(section)
-    assert not {"link", "img", "iframe", "object"} & set(page.tags)
-    for tag, name, value in page.attributes:
-        if name in ("src", "href", "xlink:href"):
-            assert value.startswith("#"), (tag, value)
-    assert not re.findall(r"url\((?!#)", section)
-    assert "@import" not in section
-    addresses = set(re.findall(r"https?://[^\s\"'<]+", section))
-    assert addresses <= {"http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"}
-    for word in ("fetch(", "XMLHttpRequest", "WebSocket", "import(", "sendBeacon", "eval("):
-        assert word not in section
-
-
-def test_everything_that_is_worked_has_a_name(section: str) -> None:
-    named = {
-        (tag, dict(rest).get("aria-label"))
-        for tag, rest in (
-            (tag, re.findall(r'([\w-]+)="([^"]*)"', rest))
-            for tag, rest in re.findall(r"<(button|input|canvas)\b([^>]*)>", section)
-            if "checkbox" not in rest
-        )
-    }
-    assert all(label for _, label in named)
-    assert ("button", "Play") in named and ("input", "Time") in named
-    labels = re.findall(r"<label>(.*?)</label>", section)
-    assert [re.sub(r"<[^>]*>", "", label).strip() for label in labels] == [
-        "Speed",
-        "Motion up",
-        "along",
-        "forces",
-        "follow the body",
-    ]
-    page = Page(section)
-    assert "noscript" in page.tags
-    assert "The animation needs a browser that runs scripts" in page.text
-
-
-def test_without_a_script_there_is_a_picture_of_four_moments(section: str) -> None:
-    (still,) = re.findall(r'<div class="walk-still">(.*?)<figcaption>', section, re.DOTALL)
-    assert [time in still for time in ("180 ms", "185 ms", "190 ms", "195 ms")] == [True] * 4
-    assert "4 moments of a drive period" in Page(section).text
 
 
 def test_names_cannot_be_taken_for_markup(motion: Motion) -> None:
     nasty = dataclasses.replace(motion, legs=("</script><b>x</b>", *motion.legs[1:]))
-    section = walk_section(nasty)
+    section = walk_plate(nasty).picture
     assert "<b>x" not in section
     assert data_of(section)["legs"][0] == "</script><b>x</b>"
-
-
-@pytest.mark.slow
-def test_equal_motions_give_equal_sections(motion: Motion, section: str) -> None:
-    assert walk_section(motion) == section
 
 
 def feet_of(drawing: Drawing) -> dict[int, int]:

@@ -9,7 +9,7 @@ import pytest
 
 from chromium import READY, Chromium
 from tarsus.report.pages import page
-from tarsus.report.player import walk_section
+from tarsus.report.player import walk_plate
 from tarsus.tables.numbers import amount
 from walking_devices import walk
 
@@ -46,7 +46,7 @@ def watch(tmp_path_factory: pytest.TempPathFactory, chromium: Chromium) -> Calla
 
     def go(legs: int, steps: str) -> dict[str, Any]:
         probe = READY + PROBE.replace("$$", "$").replace("$steps", steps)
-        text = page("walk", walk_section(walk(legs))).replace("</body>", f"<script>{probe}</script></body>")
+        text = page("walk", walk_plate(walk(legs)).picture).replace("</body>", f"<script>{probe}</script></body>")
         path = folder / f"walk{legs}.html"
         path.write_text(text, encoding="utf-8")
         return chromium.found_in(path)
@@ -100,7 +100,7 @@ def test_it_plays_pauses_and_shows_what_the_motion_says(watch: Callable[[int, st
     assert found["faults"] == [] and found["requests"] == 0
 
 
-def test_choices_change_the_picture_and_a_click_below_moves_the_time(
+def test_choices_change_the_picture_and_a_click_on_a_figure_moves_the_time(
     watch: Callable[[int, str], dict[str, Any]],
 ) -> None:
     found = watch(
@@ -119,12 +119,11 @@ def test_choices_change_the_picture_and_a_click_below_moves_the_time(
         choose("follow", (box) => (box.checked = false));
         found.pictures = pictures;
         found.factors = [...part("up").options].map((one) => Number(one.value));
-        const before = ink(part("tracks"));
-        const box = part("tracks").getBoundingClientRect();
-        part("tracks").setPointerCapture = () => {};
-        part("tracks").dispatchEvent(new PointerEvent("pointerdown", { clientX: box.right - 1, pointerId: 1 }));
+        const marks = [];
+        addEventListener("walktime", ({ detail }) => marks.push(detail));
+        dispatchEvent(new CustomEvent("seek", { detail: 9 }));
         found.end = clock();
-        found.cursor = ink(part("tracks")) !== before;
+        found.marks = marks;
         part("play").click();
         for (let ms = 0; ms <= 300; ms += 20) tick(ms);
         found.again = parseFloat(clock());
@@ -133,6 +132,6 @@ def test_choices_change_the_picture_and_a_click_below_moves_the_time(
     )
     assert len(set(found["pictures"])) == 5
     assert found["factors"] == sorted(found["factors"]) and found["factors"][0] >= 1
-    assert found["end"] == "200 ms" and found["cursor"]
+    assert found["end"] == "200 ms" and found["marks"] == [pytest.approx(0.2)], "no later than it ends"
     assert found["again"] == pytest.approx(3.0, abs=0.2) and found["playing"] == "Pause", "from the start again"
     assert found["faults"] == [] and found["requests"] == 0

@@ -11,6 +11,7 @@ from laboratory import LABORATORY
 from tarsus.report.drawing import BENT, FootMark, Shape, drawing_of
 from tarsus.report.motion import Held, Motion, whole_motion
 from tarsus.report.run_page import report_html
+from tarsus.report.style import BLUE
 
 
 def motion(name: str | Path | ts.Scene) -> Motion:
@@ -24,7 +25,7 @@ def test_a_beam_goes_through_its_points_and_is_level_at_its_clamp() -> None:
     drawing = drawing_of(moved)
     assert moved.held is Held.BEAM and set(moved.legs) == {"center", "tip"}
     x, z = drawing.seen(moved)
-    (line,) = [part.points for part in drawing.side.parts if isinstance(part, Shape) and part.edge == "leg"]
+    (line,) = [part.points for part in drawing.side.parts if isinstance(part, Shape) and part.edge == BLUE]
     feet = {part.leg: part.point for part in drawing.side.parts if isinstance(part, FootMark)}
     names = [str(one) for one in series["point"].values]
     for leg, name in enumerate(moved.legs):
@@ -56,5 +57,5 @@ def test_a_mass_that_nothing_holds_hangs_on_nothing() -> None:
 
 def test_the_page_of_a_beam_plays_it() -> None:
     text = report_html(ts.simulate(ts.load_scene("cantilever"), 0.06))
-    assert "The beam over the ground of its feet" in text and text.count('<figure class="walk"') == 1
+    assert "The beam over the ground of its feet" in text and text.count('<div class="walk"') == 1
     assert "Motion from 20 ms to 60 ms" in text

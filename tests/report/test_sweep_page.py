@@ -10,9 +10,10 @@ import pytest
 import tarsus as ts
 from html_page import Page
 from tarsus.report.style import scale_of
-from tarsus.report.sweep_page import _median_run, _over_both, _read, _stretches, sweep_html
+from tarsus.report.sweep_page import _median_run, _stretches, sweep_html
 from tarsus.study.axes import Grid, Linspace, Logspace
 from tarsus.study.collecting import collected_variables
+from tarsus.study.summary import read_scored
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import OUTCOMES
 
@@ -111,9 +112,8 @@ def test_a_line_joins_runs_and_breaks_where_there_is_none() -> None:
 
 
 def test_a_grid_of_two_values_is_a_map(tmp_path: Path) -> None:
-    found = _read(*made(tmp_path, ["DONE"] * 11 + ["STALLED"]))
-    assert found.grid is not None
-    shown = _over_both(found, found.grid, "bounces", {GAP: "m", FILM: "N m^2 s"}, "1")
+    found = read_scored(*made(tmp_path, ["DONE"] * 11 + ["STALLED"]))
+    shown = found.maps["bounces"]
     assert shown.dims == (FILM, GAP), "the first one across"
     np.testing.assert_allclose(shown.sel({GAP: 60e-6}, method="nearest"), 6.0)
     assert np.isnan(shown.values[-1, -1]) and np.isfinite(shown.values).sum() == 11

@@ -72,6 +72,13 @@ class Calibration(Tabled):
     others: tuple[tuple[Prediction, ...], ...]
     folder: Path | None = None
 
+    @property
+    def problems(self) -> list[str]:
+        """What the user must not miss: a fitted row of which no run reached its end."""
+        rows = (one for row in self.to_dict()["rows"] for one in row.get("training", {}).values())
+        lost = any(one["failed"] >= 1.0 for one in rows)
+        return ["no run of some fitted rows reached its end; the calibration means nothing there"] * lost
+
     def to_dict(self) -> dict[str, Any]:
         """All its numbers: what `calibration.json` holds."""
         from tarsus.calibrate.results import calibration_json

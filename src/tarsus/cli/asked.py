@@ -149,7 +149,7 @@ class Asked:
             if inside is None:
                 stack.enter_context(self.writing(folder))
             written = [] if folder is None else [*self._written(found, folder), *self.paged(found, folder)]
-        return self.show(found, written or [one for one in [folder] if one])
+        return self.show(found, written if inside is None else [folder] if folder else [])
 
     def _written(self, found: Any, folder: Path) -> Written:
         """Files of a result, where the function did not write them."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 from tarsus.cli import console
@@ -15,6 +14,8 @@ FILES = ("identified.toml", "identification.json", "draws.npz", "track.json", "t
 def identify(asked: Asked) -> int:
     """By default the folder is "identified", of a series "tracked", beside the (first) campaign file."""
     from tarsus.base.errors import InputError
+    from tarsus.identify.result import write_identification
+    from tarsus.identify.track import write_track
 
     campaign, track = asked.words["campaign"], asked.words["track"]
     if track is not None and not track:
@@ -25,31 +26,11 @@ def identify(asked: Asked) -> int:
     with asked.calling() as function:
         found = function()
     with asked.writing(folder):
-        written = _write_series(found, folder, asked) if track else _write(found, folder, asked)
-    if track:
-        console.show(found, asked.pages.json, written)
-        return 1 if found.alarms else 0
-    _complain(found)
+        written = [*(write_track if track else write_identification)(found, folder), *asked.paged(found, folder)]
+    if not track:
+        _complain(found)
     console.show(found, asked.pages.json, written)
-    return 1 if found.not_done else 0
-
-
-def _write(found: Any, folder: Path, asked: Asked) -> list[Path]:
-    from tarsus.identify.result import write_identification
-    from tarsus.report.identify_page import identify_html
-    from tarsus.report.pages import write_page
-
-    written = write_identification(found, folder)
-    return [*written, write_page(identify_html(found), folder / "report.html")] if asked.pages.report else written
-
-
-def _write_series(found: Any, folder: Path, asked: Asked) -> list[Path]:
-    from tarsus.identify.track import write_track
-    from tarsus.report.pages import write_page
-    from tarsus.report.track_page import track_html
-
-    written = write_track(found, folder)
-    return [*written, write_page(track_html(found), folder / "report.html")] if asked.pages.report else written
+    return 1 if (found.alarms if track else found.not_done) else 0
 
 
 def _complain(found: Any) -> None:

@@ -16,13 +16,14 @@ from tarsus.cli.verb import MADE, SCENES, Verb
 from tarsus.cli.words import kind_of, option_of
 
 
-def line_of(command: Verb, verb: str) -> Callable[..., int]:
+def line_of(command: Verb, verb: str, hook: Callable[..., int] | None = None) -> Callable[..., int]:
     """The function of a verb.
 
-    One that does otherwise than `Asked.carry_out` has a file of its name here, with a function of that name: it takes
-    what is asked, and the options that only the command line has.
+    One that does otherwise than `Asked.carry_out` has a ``hook``, if it is not given a function of its name in the file
+    of its name here: it takes what is asked, and the options that only the command line has.
     """
-    hook = getattr(import_module(f"tarsus.cli.{verb}"), verb) if command.own else None
+    if command.own:
+        hook = getattr(import_module(f"tarsus.cli.{verb}"), verb)
     own = {} if hook is None else _own_options(hook)
     parameters = [*_arguments(command, own), *own.values()]
     known = {one.name for one in parameters}

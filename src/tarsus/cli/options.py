@@ -69,14 +69,7 @@ Threads = Annotated[
         "depend on them."
     ),
 ]
-Grounds = Annotated[
-    list[str] | None,
-    Parameter(
-        name="--over",
-        negative=(),
-        help="PATH=a:b, a number that is not known, from a to b; may be repeated. Or a draws.npz of `tarsus identify`.",
-    ),
-]
+Grounds = Annotated[list[str] | None, Parameter(name="--over", negative=())]
 
 
 @Parameter(name="*")

@@ -21,7 +21,7 @@ COMMANDS: dict[str, Verb] = {
         own=True,
     ),
     "report": Verb("tarsus.report.verb:report", title="writing the report", own=True),
-    "plot": Verb("tarsus.report.plotted:plot", words=2, endings="tarsus.report.saved:FORMATS", title="drawing"),
+    "plot": Verb("tarsus.report.plot:plot", words=2, endings="tarsus.report.saved:FORMATS", title="drawing"),
     "movie": Verb("tarsus.report.movie:movie", endings="tarsus.report.movie:ENDINGS", title="simulating and drawing"),
     "sweep": Verb(
         "tarsus.cluster.verb:sweep",
@@ -58,7 +58,11 @@ COMMANDS: dict[str, Verb] = {
         "tarsus.synthesis.verb:synthesize", files="tarsus.synthesis.campaign_folder:CAMPAIGN_FILES", title="records"
     ),
     "identify": Verb(
-        "tarsus.identify.verb:identify", files="tarsus.cli.identify:FILES", title="steps", paged=True, own=True
+        "tarsus.identify.verb:identify",
+        files="tarsus.cli.identify:FILES",
+        page="tarsus.report.track_page:identified_html",
+        title="steps",
+        own=True,
     ),
     "modes": Verb(
         "tarsus.modes.verb:modes",
@@ -70,12 +74,17 @@ COMMANDS: dict[str, Verb] = {
     "calibrate": Verb(
         "tarsus.calibrate.calibrating:calibrate",
         files="tarsus.calibrate.writing:CALIBRATION_FILES",
+        page="tarsus.report.calibrate_page:calibration_html",
         folder=".calibration",
         title="sets",
-        paged=True,
+    ),
+    "validate": Verb(
+        "tarsus.validation.verb:validate",
+        files="tarsus.report.validation_page:FILES",
+        write="tarsus.report.validation_page:write_validation",
+        title="comparing",
         own=True,
     ),
-    "validate": Verb("tarsus.validation.verb:validate", files="tarsus.cli.validate:FILES", title="comparing", own=True),
     "recommend": Verb("tarsus.synthesis.recommend:recommend", title="records", own=True),
     "export": Verb("tarsus.export.verb:export", files="tarsus.export.verb:FILES", title="writing and measuring"),
     "bench": Verb("tarsus.study.bench:bench", words=0, title="timing"),

@@ -102,7 +102,9 @@ def adapt(
 
     Parameters
     ----------
-    scene, free
+    scene
+        A walker; or the name of a device, or a scene file.
+    free
         As for `tarsus.design.gait`.
     over
         A mapping of paths to (low, high), or `tarsus.design.Grounds`, of whose members the last ``hidden`` (at most

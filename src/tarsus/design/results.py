@@ -5,12 +5,11 @@ from __future__ import annotations
 import csv
 import io
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from tarsus.base.spec import float_paths
-from tarsus.base.units import format_quantity
 from tarsus.files.whole import write_text
 from tarsus.model.scene import Scene
 from tarsus.orbits.starts import UNITS
@@ -66,11 +65,3 @@ def units_of(scene: Scene, paths: Iterable[str]) -> dict[str, str]:
     """Unit of every number by path; of a height and a speed of starts too."""
     known = float_paths(scene)
     return {path: known[path].unit if path in known else UNITS.get(path, "1") for path in paths}
-
-
-def values_in_words(values: Mapping[str, float], units: Mapping[str, str]) -> str:
-    """Values by path, with units."""
-    return ", ".join(
-        f"{path.removeprefix('gait.')} {format_quantity(float(f'{value:.4g}'), units[path])}"
-        for path, value in values.items()
-    )

@@ -15,10 +15,9 @@ from tarsus.files.jsontext import read_json
 from tarsus.files.kinds import kind_of_path, mark_of, plan_of
 from tarsus.files.runstore import COLLECTED_FILE
 from tarsus.files.series import is_text, read_netcdf, variables_of
-from tarsus.files.tables import FileKind, read_table
+from tarsus.files.tables import FileKind
 from tarsus.files.toml import STUDY_FILE
 from tarsus.tables.data import data_tables
-from tarsus.tables.numbers import amount
 from tarsus.tables.table import ROW, Column, Table
 from tarsus.tables.view import View
 
@@ -114,51 +113,15 @@ def _plan_view(kind: FileKind, folder: Path) -> View:
 
 
 def _collected(folder: Path) -> tuple[dict[str, Any], list[Table]]:
-    """Least, middle and largest value of every measure of a collected sweep, and where the ends are; none of a folder
-    without its study."""
+    """The measures of a collected sweep, as its page has them; none of a folder without its study."""
     if not (folder / STUDY_FILE).is_file():
         return {}, []
-    study, found = read_table(folder / STUDY_FILE), variables_of(read_netcdf(folder / COLLECTED_FILE))
-    dims, axes = found["code"].dims, {name: found[name] for name in study["vary"]}
+    from tarsus.study.studyfile import frozen_sweep
+    from tarsus.study.summary import read_scored, summary, summary_table, units_of_axes
 
-    def at(place: tuple[int, ...]) -> dict[str, float]:
-        where = dict(zip(dims, place, strict=True))
-        return {name: float(one.values[tuple(where[dim] for dim in one.dims)]) for name, one in axes.items()}
-
-    data: dict[str, Any] = {}
-    for name in study["measures"]:
-        values = found[name].values
-        known = np.flatnonzero(np.isfinite(values))
-        data[name] = {"unit": found[name].attrs["units"], "runs": len(known)}
-        if len(known):
-            order = known[np.argsort(values.flat[known], kind="stable")]
-            low, high = (tuple(map(int, np.unravel_index(one, values.shape))) for one in order[[0, -1]])
-            data[name] |= {
-                "least": float(values[low]),
-                "median": float(np.median(values.flat[known])),
-                "most": float(values[high]),
-                "least_at": at(low),
-                "most_at": at(high),
-            }
-    units = {name: str(one.attrs["units"]) for name, one in axes.items()}
-
-    def said(place: dict[str, float] | None) -> str:
-        return ", ".join(f"{name} = {amount(value, units[name])}" for name, value in (place or {}).items())
-
-    rows = [
-        (
-            name,
-            one["runs"],
-            one.get("least"),
-            said(one.get("least_at")),
-            one.get("median"),
-            one.get("most"),
-            said(one.get("most_at")),
-        )
-        for name, one in data.items()
-    ]
-    columns = ("measure", "runs", Column("least", ROW), "where", Column("median", ROW), Column("most", ROW), "where")
-    return {"measures": data}, [Table("", columns, rows, units=[one["unit"] for one in data.values()])]
+    sweep = frozen_sweep(folder)
+    data = summary(sweep, read_scored(sweep, folder / COLLECTED_FILE))
+    return {"measures": data}, [summary_table(data, units_of_axes(sweep))]
 
 
 def _folders_view(folder: Path) -> View:

@@ -155,16 +155,6 @@ def check(name: Name, *, law: Sequence[Name] = ()) -> View:
             contents, noted = _scene(scene), [*remarks(scene), *scene.signal_remarks]
         case FileKind.CAMPAIGN:
             contents, noted = _campaign(name)
-        case FileKind.SWEEP:
-            from tarsus.study.studyfile import load_sweep
-
-            study = load_sweep(name, laws)
-            noted = remarks(study.scene)
-            contents = f"{study.name} ({_count(study.runs, 'run')}, {study.motion})"
-        case FileKind.CALIBRATION:
-            from tarsus.calibrate.studyfile import load_study
-
-            contents = _count(len(load_study(name, laws).study.unknowns), "unknown")
         case FileKind.UNFINISHED:
             raise InputError(f"'{name}' holds {kind.sentence}")
         case _:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from tarsus.base.plausible import remarks
 from tarsus.files.library import load_scene
 from tarsus.tables.table import Column, Table
 from tarsus.tables.view import View
@@ -31,7 +32,7 @@ def study_view(study: Sweep) -> View:
     rows = [(name, study.vary[name].kind, *ends) for name, ends in axes.items()]
     title = f"{study.name}: {study.runs} runs of {study.scene.name}, {study.motion}"
     scored = f"scored by {', '.join(study.measures)}"
-    return View(data, Table(title, ("varies", "values", "from", "to"), rows, [scored]))
+    return View(data, Table(title, ("varies", "values", "from", "to"), rows, [scored]), tuple(remarks(study.scene)))
 
 
 def calibration_view(described: Described) -> View:

@@ -45,7 +45,7 @@ def atlas_html(found: Atlas) -> str:
     ]
     name = found.scene.name
     footer = "Every run is a line of cells.csv."
-    return sections_page(f"Atlas: {name}", [f"{about}."], sections, footer, head=f"{name} – atlas")
+    return sections_page(f"Atlas: {name}", [f"{about}."], sections, footer)
 
 
 def write_atlas(found: Atlas, folder: Path) -> list[Path]:

@@ -10,11 +10,10 @@ from matplotlib.axes import Axes
 
 from tarsus.orbits.attractors import Attractors
 from tarsus.orbits.basins import OTHERS
-from tarsus.report.pages import Markup, Plate, Section, said, sections_page, write_page
+from tarsus.report.pages import Markup, Plate, Section, noted, sections_page, write_page
 from tarsus.report.run_page import report_html
 from tarsus.report.sheet import few_ticks, line, name_axes, panel
 from tarsus.report.style import BLUE, GREEN, MUTED, ORANGE, PURPLE, SKY, VERMILION
-from tarsus.tables.numbers import percent
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION)
 
@@ -26,10 +25,6 @@ def attractors_html(found: Attractors, *, linked: bool = False) -> str:
     """The page as text; linked: whether there are pages of the attractors beside it."""
     table, names = found.table(), [f"attractor-{i}" for i in range(1, len(found) + 1)]
     measures, edges, *_ = [*(one.bare() for one in table.parts), None, None]
-    about = f"{found.starts} starts lead to {len(found)} settled motion{'s' * (len(found) != 1)}"
-    if found.others:
-        about += f", and {percent(sum(one.share for one in found.others.values()))} of them to none"
-    several = "Where the robot ends up depends on how it is placed; averages over starts mix several gaits."
     link = Markup('<a href="{0}.html">{0}</a>') if linked else Markup("{0}")
     alone = Markup(
         "<p>Run by itself: {}; its file attractor-1.toml is a device for <code>tarsus simulate</code>.</p>"
@@ -39,9 +34,7 @@ def attractors_html(found: Attractors, *, linked: bool = False) -> str:
         Section("Which starts lead where", _basins(found)),
         Section("Edges of basins", edges) if edges else None,
     ]
-    scene = found.scene.name
-    top = [f"{about}.", said(several) if len(found) > 1 else None]
-    return sections_page(f"Attractors: {scene}", top, sections, head=f"{scene} – attractors")
+    return sections_page(f"Attractors: {found.scene.name}", [f"{table.title}.", noted(table)], sections)
 
 
 def write_pages(found: Attractors, folder: Path) -> list[Path]:

@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 
 from tarsus.base.arrays import Floats
 from tarsus.orbits.branches import Branches
-from tarsus.report.pages import Plate, Section, sections_page, sentence_case
-from tarsus.report.sheet import few_ticks, name_axes, panel, panels, shade
+from tarsus.report.pages import Plate, Section, noted, sections_page
+from tarsus.report.sheet import name_axes, panel, panels, shade
 from tarsus.report.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, RULE, SKY, VERMILION, level_limits
-from tarsus.tables.numbers import amount, number, spaced
+from tarsus.tables.numbers import number, spaced
 
 MARKS = {
     "fold": ("s", VERMILION),
@@ -42,32 +42,18 @@ def branch_html(found: Branches) -> str:
     branches, several, orbits = whole.parts
     listed = orbits.bare(max(1, -(-len(orbits.rows) // MOST_LISTED)))
     sizes = _sizes(found)
-    known = (
-        f"of every motion that {found.starts} starts at either end settle to"
-        if found.starts
-        else ("of the scene's own motion alone")
-    )
-    about = (
-        f"Periodic motion along {found.path} from {amount(found.ends[0], found.unit)} to "
-        f"{amount(found.ends[1], found.unit)}: {len(found)} branch{'es' * (len(found) != 1)}, {known}."
-    )
-    coexisting = (
-        "Where a row says so, what the robot does depends on how it is placed, or on what it did before."
-        if found.coexisting
-        else f"None: {found.alone}."
-    )
+    several = several.bare() if found.coexisting else f"None: {found.alone}."
     nothing = "Nothing: the same events in the same order all along, and no change of stability."
     small = f"All multipliers are below {number(SMALLEST)}: less than that of a deviation is left after a period."
     sections = [
         Section("Motion", _motion(found)),
-        Section("Branches", branches.bare(), *map(sentence_case, found.others)),
-        Section("Several stable motions", coexisting, several.bare() if found.coexisting else None),
+        Section("Branches", branches.bare(), noted(whole)),
+        Section("Several stable motions", several),
         Section("What happens", whole.bare() if found.special else nothing),
-        Section("Stability", small if sizes is None else [sizes, _plane(found)]),
+        Section("Stability", sizes or small),
         Section("Orbits", listed),
     ]
-    name = found.scene.name
-    return sections_page(f"Branches: {name}", [about], sections, head=f"{name} – branches")
+    return sections_page(f"Branches: {found.scene.name}", [f"{whole.title}."], sections)
 
 
 LOOKS: dict[bool, dict[str, Any]] = {
@@ -151,14 +137,3 @@ def _sizes(found: Branches) -> Plate | None:
     left = int((sizes[0] < SMALLEST).sum())
     small = f" At {left} of {len(points)} orbits all are below {number(SMALLEST)}, and not drawn." if left else ""
     return panel(2.3, draw, f"The two largest multipliers along the branches. Above the line deviations grow.{small}")
-
-
-def _plane(found: Branches) -> Plate:
-    """All multipliers in the complex plane."""
-    every = np.concatenate([point.orbit.multipliers for branch in found for point in branch.points])
-
-    def draw(axes: Axes) -> None:
-        draw_multipliers(axes, every[np.abs(every) < 3.0], 2.5)
-        few_ticks(axes, x=4, y=4)
-
-    return panel(2.3, draw, "All multipliers: inside the circle deviations die out.")

@@ -2,28 +2,37 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from itertools import starmap
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tarsus.calibrate.results import calibration_table, errors_table, found_sentence, options_word, unknowns_table
-from tarsus.report import calibrate_figures
-from tarsus.report.calibrate_figures import row_name
-from tarsus.report.pages import Markup, Section, bullets, marked, sections_page
+from tarsus.report.pages import Markup, Plate, Section, bullets, marked, sections_page
+from tarsus.report.rows_figure import RowMarks, RowPanel, rows_figure
+from tarsus.report.style import BLUE, CYCLE, INK, ORANGE
+from tarsus.tables.data import data_tables
 from tarsus.tables.numbers import interval, number
 from tarsus.tables.table import Column, Table
+
+if TYPE_CHECKING:
+    from tarsus.calibrate.calibrating import Calibration
 
 STRONG = 0.6
 """Correlations of at least this are listed: below it they explain less than a third of the variance."""
 
+_KINDS = {"training": ("fitted", ORANGE), "left_out": ("excluded", BLUE), "predicted": ("predicted", BLUE)}
+"""Kinds of predictions: their words and colours."""
 
-def calibration_html(result: Mapping[str, Any]) -> str:
+
+def calibration_html(found: Calibration) -> str:
     """The page of a result, as text."""
+    result = found.to_dict()
     kept = sorted((one for one in result["branches"] if not one["dropped"]), key=lambda one: one["cost"])
     names, study = list(result["discrepancy"]), result["study"]
     sections = [
         Section("How good", errors_table(result["summary"]).bare()),
-        Section("Rows", calibrate_figures.predictions_figure(result, names), _rows(result, names), ROWS),
+        Section("Rows", predictions_figure(result, names), _rows(result, names), ROWS),
         Section(
             "Hypotheses",
             calibration_table(result).bare(),
@@ -31,20 +40,23 @@ def calibration_html(result: Mapping[str, Any]) -> str:
             *starmap(_choice, result["choices"].items()),
             *_constraints(result["constraints"]),
         ),
-        Section("How the sets were found", _search(result)),
-        Section("Unknowns", calibrate_figures.ranges(kept), *map(_hypothesis, kept)),
+        Section("How the sets were found", SEARCH, *data_tables(result["search"])),
+        Section("Unknowns", ranges(kept), *map(_hypothesis, kept)),
     ]
     about = (
         f"Device {result['device']}; {result['sets']} sets of unknowns; {len(kept)} of {len(result['branches'])} "
         f"hypotheses kept; seed {result['seed']}."
     )
     title = f"Calibration: {study}"
-    return sections_page(title, [about], sections, _definitions(result), head=f"{study} – calibration")
+    return sections_page(title, [about], sections, _definitions(result))
 
 
 ROWS = """P is the probability of a bounce without the row; intervals in colour do not hold the measured value. Rows
 without a fitted value are predictions. An asterisk: the members fall into several modes; a dagger: flights too low for
 the instrument, not decidable."""
+
+
+SEARCH = "Every search begins from the bounds and the seed alone; without an excluded row there is one of its own."
 
 
 def _threshold(result: Mapping[str, Any]) -> str:
@@ -69,22 +81,6 @@ def _constraints(constraints: Sequence[Mapping[str, Any]]) -> list[str | Markup]
         return []
     known = (f"{one['name']}: {one['reason'] or 'the study gives no reason.'}" for one in constraints)
     return ["Known besides the table:", bullets(known)]
-
-
-def _search(result: Mapping[str, Any]) -> str:
-    """What was searched, and how often."""
-    search, sets = result["search"], result["sets"]
-    others = (
-        f", and {sets - search['sets']} for as many searches as rows were excluded, each without the row from its "
-        "beginning"
-    )
-    return (
-        f"Every search begins from nothing but the bounds of the unknowns and seed {result['seed']}. It has "
-        f"{search['prescreening']} sets spread evenly, {search['short']} generations of {search['population']} of "
-        f"every hypothesis and {search['generations']} more of those that are not rejected. A local search of at most "
-        f"{search['local_search']} steps follows, and chains of {search['spread']} generations. {search['sets']} sets "
-        f"were visited for the whole table{others if sets > search['sets'] else ''}."
-    )
 
 
 def _hypothesis(branch: Mapping[str, Any]) -> Section:
@@ -128,3 +124,55 @@ def _interval(entry: Mapping[str, Any]) -> str:
     bounce = "" if entry["p_bounce"] is None else f", P {entry['p_bounce']:.2f}"
     marks = "*" * entry["several_modes"] + "†" * (not entry["decidable"])
     return interval(entry["low"], entry["high"], digits=3) + bounce + marks
+
+
+def predictions_figure(table: Mapping[str, Any], names: Sequence[str]) -> Plate:
+    """Every row below the next, observed and medians as dots, these with their 80 % intervals; one panel a measure."""
+    rows = table["rows"]
+    panels = []
+    for name in names:
+        found = {key: [(n, row[key][name]) for n, row in enumerate(rows) if row.get(key)] for key in _KINDS}
+        known = [*found["training"], *found["predicted"]]
+        panels.append(
+            RowPanel(
+                name,
+                next((entry["unit"] for _, entry in known), "1"),
+                [
+                    *(
+                        RowMarks(words, color, [(n, e["median"], e["low"], e["high"]) for n, e in found[key]])
+                        for key, (words, color) in _KINDS.items()
+                    ),
+                    RowMarks("measured", INK, [(n, e.get("observed"), None, None) for n, e in known]),
+                ],
+            )
+        )
+    caption = "Measured values, and median and 80 % interval of the ensemble: fitted with all rows, without the row."
+    return rows_figure([row_name(row) for row in rows], panels, caption)
+
+
+def ranges(branches: Sequence[Mapping[str, Any]]) -> Plate:
+    """90 % range of every unknown in parts of its bounds, one colour a hypothesis; dots are the best members."""
+    names = list(branches[0]["unknowns"])
+    marks = []
+    for b, branch in enumerate(branches):
+        places = ([_place(one, one[key]) for key in ("best", "low", "high")] for one in branch["unknowns"].values())
+        numbers = [(n, best, low, high) for n, (best, low, high) in enumerate(places)]
+        marks.append(RowMarks(options_word(branch), CYCLE[b % len(CYCLE)], numbers))
+    return rows_figure(
+        names,
+        [RowPanel("place between the bounds", "", marks, (-0.02, 1.02))],
+        "90 % range of each unknown between its bounds, 0 the lower and 1 the upper, on its own scale; its best set as "
+        "a dot.",
+    )
+
+
+def row_name(row: Mapping[str, Any]) -> str:
+    """A row by its conditions."""
+    return " ".join(row["conditions"].values()) or f"row {row['row']}"
+
+
+def _place(unknown: Mapping[str, Any], value: float) -> float:
+    low, high = unknown["bounds"]
+    if unknown["scale"] == "log":
+        return math.log(value / low) / math.log(high / low)
+    return (value - low) / (high - low)

@@ -1,6 +1,6 @@
 """One drawing of a robot: points that the channels of its motion move, and shapes between them, worked out once.
 
-Whatever shows the robot, the player of a page, stills on paper or a movie, places the points of a moment and paints the
+Whatever shows the robot, the player of a page or a movie, places the points of a moment and paints the
 shapes in their order: at rest + (along (A c), up (U c)), c being the channels then, along and up the factors by which
 motion is enlarged.
 """
@@ -17,6 +17,7 @@ import numpy as np
 
 from tarsus.base.arrays import Floats
 from tarsus.report.motion import CHANNELS, Held, Motion
+from tarsus.report.style import BLUE, FAR_BODY, FAR_LEG, INK, MUTED, NEAR_BODY, RULE, paint_of
 
 LEG = 0.25
 """Length of a drawn leg, of the drawn robot's length: the model has no legs, only springs below the hips."""
@@ -55,7 +56,7 @@ class MovedPoint:
 
 @dataclass(frozen=True)
 class Shape:
-    """A path through points, by number, in colours by name; with a fill it is closed."""
+    """A path through points, by number, in colours of `style`; with a fill it is closed."""
 
     points: tuple[int, ...]
     edge: str
@@ -165,7 +166,9 @@ class Drawing:
             "back": self.back,
             "wide": self.wide,
             "level": self.level,
-            "pieces": [[one.line, one.point, *_numbers((one.x, one.z, one.shift)), one.paint] for one in self.pieces],
+            "pieces": [
+                [one.line, one.point, *_numbers((one.x, one.z, one.shift)), paint_of(one.paint)] for one in self.pieces
+            ],
         }
 
 
@@ -262,10 +265,10 @@ class _Plan:
         """The far legs, the body, the near legs."""
         sketch = _Sketch()
         far, near = (np.flatnonzero(one)[::-1].tolist() for one in (self.far, ~self.far))
-        self._legs(sketch, far, "far-leg")
+        self._legs(sketch, far, FAR_LEG)
         if self.motion.held is not Held.FREE:
             self._body(sketch)
-        self._legs(sketch, near, "leg")
+        self._legs(sketch, near, BLUE)
         return sketch.view
 
     def _body(self, sketch: _Sketch) -> None:
@@ -281,10 +284,10 @@ class _Plan:
 
         near, far = face(float(self.y.min())), face(float(self.y.max()))
         if self.width > 0.0:
-            sketch.path(far, "muted", 1.0, "far")
+            sketch.path(far, MUTED, 1.0, FAR_BODY)
             for a, b in ((3, 2), (1, 2)):
-                sketch.path((near[a], near[b], far[b], far[a]), "muted", 1.0, "far")
-        sketch.path(near, "ink", 1.0, "near")
+                sketch.path((near[a], near[b], far[b], far[a]), MUTED, 1.0, FAR_BODY)
+        sketch.path(near, INK, 1.0, NEAR_BODY)
 
     def _legs(self, sketch: _Sketch, legs: Sequence[int], paint: str) -> None:
         feet: list[FootMark] = []
@@ -314,11 +317,11 @@ class _Plan:
         middle = 0.5 * float(self.y.min() + self.y.max())
         half = 0.5 * BODY_ABOVE * self.width
         corners = [(x, middle + side * half) for side in (-1.0, 1.0) for x in self.ends[:: -int(side)]]
-        sketch.path([sketch.point(x, y, {}, {}) for x, y in corners], "muted", 1.0, "far")
+        sketch.path([sketch.point(x, y, {}, {}) for x, y in corners], MUTED, 1.0, FAR_BODY)
         for leg, (x, y) in enumerate(zip(self.x.tolist(), self.y.tolist(), strict=True)):
             hip = sketch.point(x, middle + BODY_ABOVE * (y - middle), {}, {})
             foot = sketch.point(x, y, {self.foot(leg)[0]: 1.0, SURGE: -1.0}, {})
-            sketch.path((hip, foot), "far-leg")
+            sketch.path((hip, foot), FAR_LEG)
             sketch.parts.append(FootMark(leg, foot))
         return sketch.view
 
@@ -330,7 +333,7 @@ class _Plan:
         out = []
         for leg, far in enumerate(self.far.tolist()):
             forward, upward = self.depth(float(self.y[leg]))
-            paint = "muted" if len(self.motion.ground) == 1 else "far-leg" if far else "leg"
+            paint = MUTED if len(self.motion.ground) == 1 else FAR_LEG if far else BLUE
             place = float(self.x[leg]) + forward, upward, float(self.motion.hips[leg, 0])
             out.append(Piece(self.motion.line[leg], points[leg], *place, paint))
         return out
@@ -351,10 +354,10 @@ def _beam(motion: Motion) -> Drawing:
     half = 0.03 * length
     for leg in sorted({*range(len(places))} - {*motion.footless}):
         x, level = float(places[leg]), {ONE: usual - float(heights[leg])}
-        sketch.path([sketch.point(x + aside, 0.0, {}, level) for aside in (-half, half)], "muted", 2.0)
+        sketch.path([sketch.point(x + aside, 0.0, {}, level) for aside in (-half, half)], MUTED, 2.0)
     rest = [sketch.point(x, 0.0, {}, {ONE: usual}) for x in (0.0, length)]
-    sketch.path(rest, "rule")
-    sketch.path(line, "leg", 2.5)
+    sketch.path(rest, RULE)
+    sketch.path(line, BLUE, 2.5)
     for leg, (x, height) in enumerate(zip(places.tolist(), heights.tolist(), strict=True)):
         sketch.parts.append(FootMark(leg, sketch.point(x, 0.0, {}, {ONE: usual - height, first + leg: 1.0})))
     reach = motion.foot_z + (usual - heights)[:, None]
@@ -426,7 +429,9 @@ def _plain(view: RobotView) -> dict[str, Any]:
             for one in view.points
         ],
         "parts": [
-            [one.leg, one.point] if isinstance(one, FootMark) else [list(one.points), one.edge, one.width, one.fill]
+            [one.leg, one.point]
+            if isinstance(one, FootMark)
+            else [list(one.points), paint_of(one.edge), one.width, one.fill and paint_of(one.fill)]
             for one in view.parts
         ],
     }

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
@@ -29,14 +29,12 @@ from tarsus.report.figures import GROUND, MOST_FEET
 from tarsus.report.motion import Held, Motion
 from tarsus.report.packing import script_text
 from tarsus.report.pages import Fold, Section, asset, marked, rendered, sections_page, sources, write_page
-from tarsus.report.panels import DrawnLine, Sign, TimePanel, panels_html
-from tarsus.report.player import distinct_drives, drive_label, walk_section
+from tarsus.report.panels import Bars, DrawnLine, Sign, TimePanel, panels_html
+from tarsus.report.player import walk_plate
 from tarsus.report.style import BLUE, CONTACT, CYCLE, GREEN, INK, MUTED, PURPLE, VERMILION
+from tarsus.report.walk_figures import contact_panel, distinct_drives
 from tarsus.solve import Explored, Run, compiled_engine, engine_bytes, simulate
 from tarsus.tables.numbers import amount, spaced
-
-if TYPE_CHECKING:
-    from tarsus.report.widget import ExplorerWidget
 
 POINTS, POINTS_OF_MANY = 1000, 600
 """Samples of the figures, and of those of a robot with more feet than figures show."""
@@ -165,9 +163,9 @@ class Explorer:
         one = self.explored
         seconds = amount(one.seconds, "s")
         about = f"{seconds} of it, run anew by the engine in this page for every number that is turned."
-        sections = [self._left(), sources(one.scene.citations)]
+        sections = [Section("The run", self.fragment()), self._left(), sources(one.scene.citations)]
         name, footer = one.scene.name, "Nothing is asked of any network."
-        return sections_page(name, [about, self.fragment()], sections, footer, head=f"{name} – explorer")
+        return sections_page(name, [about], sections, footer)
 
     def _left(self) -> Section | None:
         """The numbers that are no sliders, and how they are set."""
@@ -175,37 +173,61 @@ class Explorer:
         if not left:
             return None
         paths = Markup(" ").join(Markup("<code>{}</code>").format(path) for path in left)
-        said = f"<code>tarsus explore {scene} -o explore.html --drive PATH</code>"
-        return Section("Other numbers", marked(OTHERS, Markup(said)), Fold(f"{len(left)} numbers", marked("{}", paths)))
+        return Section("Other numbers", marked(OTHERS, scene), Fold(f"{len(left)} numbers", marked("{}", paths)))
 
-    def fragment(self, *, small: bool = False) -> Markup:
-        """The explorer as a part of a page. small: of one that shows more below."""
+    def fragment(self) -> Markup:
+        """The explorer as a part of a page."""
         wasm = compiled_engine()
         shown = Shown(self.explored)
         return rendered(
             "explorer.html",
-            player=shown.player(on_paper=not small),
+            player=walk_plate(shown.motion),
             charts=shown.charts,
-            info=script_text(self.info(shown, small=small)),
+            info=script_text(self.info(shown)),
             wasm=_compressed(wasm),
             packet=_compressed(self.explored.packet),
             worker=Markup(asset("engine.js", "page", "tarsus.core") + asset("explorer_worker.js")),
-            heading="h3" if small else "h2",
-            listed=not small,
         )
 
     def write(self, output: str | os.PathLike[str]) -> Path:
         """Write the page and return its path. Raises InputError where it cannot be written."""
         return write_page(self.html(), Path(output))
 
-    def widget(self) -> ExplorerWidget:
-        """The page as a widget of a notebook, whose sliders are read and set from Python. Raises InputError without the
-        package anywidget, and as `html`."""
+    def widget(self) -> Any:
+        """The page as a widget of a notebook (extra `notebook`). values [SI]: of the sliders that are turned, by the
+        first path of each, read and set from here; measures [SI]: of the run that is shown, by name, None where there
+        is none; ``run()``: that run, made here.
+
+        Raises InputError without the package anywidget, and as `html`; the widget TraitError for values that the page
+        cannot show.
+        """
         try:
-            from tarsus.report.widget import ExplorerWidget
+            import anywidget
+            import traitlets
         except ModuleNotFoundError:
             raise InputError("a widget needs the package anywidget: pip install anywidget") from None
-        return ExplorerWidget(self)
+        whole = self
+
+        class ExplorerWidget(anywidget.AnyWidget):
+            _esm = asset("widget.js")
+            page = traitlets.Unicode(self.html()).tag(sync=True)
+            values = traitlets.Dict().tag(sync=True)
+            measures = traitlets.Dict().tag(sync=True)
+
+            @traitlets.validate("values")
+            def _checked(self, proposal: Any) -> dict[str, float]:
+                values = proposal["value"]
+                try:
+                    whole.explored.changed(values)
+                    whole.explored.place(values)
+                except InputError as error:
+                    raise traitlets.TraitError(str(error)) from None
+                return values
+
+            def run(self) -> Run:
+                return whole.run(self.values)
+
+        return ExplorerWidget()
 
     def _repr_html_(self) -> str:
         """The page in a frame of its own, which a notebook keeps; without the engine for pages its words alone."""
@@ -214,7 +236,7 @@ class Explorer:
         text = Markup.escape(self.html())
         return f'<iframe srcdoc="{text}" style="width:100%;height:60rem;border:0" title="explorer"></iframe>'
 
-    def info(self, shown: Shown, *, small: bool = False) -> dict[str, Any]:
+    def info(self, shown: Shown) -> dict[str, Any]:
         """What the page's script knows of the scene."""
         one = self.explored
         load, given = self._loaded()
@@ -226,12 +248,10 @@ class Explorer:
             "feet": list(one.scene.robot.feet),
             "drives": list(one.scene.robot.drives),
             "legs": shown.legs,
-            "tracks": shown.tracks,
             "panels": shown.panels,
             "body": list(shown.coordinates),
             "columns": one.columns,
             "points": shown.points,
-            "plays": not small,
             "kinds": [EVENT_WORDS.get(kind, "") for kind in range(max(EventKind) + 1)],
             "impacts": [int(kind) for kind in IMPACTS],
             "codes": list(one.sentences),
@@ -274,7 +294,7 @@ def small_explorer(run: Any) -> Markup:
     if engine_bytes() is None or not run.ok:
         return Markup("")
     try:
-        return Explorer(Explored.of(run.scene, float(run.duration), few=True)).fragment(small=True)
+        return Explorer(Explored.of(run.scene, float(run.duration), few=True)).fragment()
     except InputError:  # more contact modes than a page holds, or none to begin with
         return Markup("")
 
@@ -376,15 +396,6 @@ class Shown:
         )
 
     @cached_property
-    def tracks(self) -> list[int]:
-        """Drives whose volts the moving picture shows."""
-        return [row for _, row in distinct_drives(self.motion)]
-
-    def player(self, *, on_paper: bool) -> Markup:
-        """The moving picture; on_paper: with moments of it for paper, which the page of a run needs no more of."""
-        return walk_section(self.motion, on_paper=on_paper)
-
-    @cached_property
     def charts(self) -> Markup:
         """Figures of the whole run; `panels` says what their lines are."""
         end = self.explored.seconds
@@ -401,7 +412,7 @@ class Shown:
 
         drives, few = distinct_drives(self.motion), range(min(len(self.feet), MOST_FEET))
         colors = [INK] if len(drives) == 1 else CYCLE
-        volts = [(drive_label(names), row, colors[k % len(colors)]) for k, (names, row) in enumerate(drives)]
+        volts = [(label, row, colors[k]) for k, (label, row) in enumerate(drives)]
         panel(0.55, "drive", "volts", [("volts", row, label, color, False) for label, row, color in volts])
         if self.walks:
             panel(1.0, "travel", "foot_x", [("body", 0, "body", BLUE, False), ("body", 0, "A", MUTED, True)])
@@ -409,6 +420,10 @@ class Shown:
         gaps: list[_Drawn] = [("gap", k, name, color, False) for k, name, color in feet]
         contact = [Sign("contact", CONTACT, area=True)] * (len(self.feet) == 1)
         panel(1.5, "gap", "gap", [*gaps, ("gap", 0, "A", MUTED, True)] if feet else [], signs=contact)
+        if len(self.feet) > 1:
+            bars = [Bars([], k - 0.35, k + 0.35, INK) for k in range(len(self.feet))]
+            made.append(contact_panel(self.feet, bars, words="contact"))
+            self.panels.append({"lines": [], "bars": True})
         named = [(k, name if len(feet) > 1 else "", color) for k, name, color in feet]
         forces: list[_Drawn] = [("contact_force", k, name, color, False) for k, name, color in named]
         panel(0.9, "force of ground", "contact_force", forces)

@@ -28,7 +28,7 @@ TURNS, TURN_SAMPLES = 12, 400
 
 def motion(series: RunSeries, window: Window) -> Plate:
     """Drive voltage above the displacement of every point, contact shaded, ground level dashed."""
-    several, driven = len(series.feet) > 1, bool(series.drives)
+    several = len(series.feet) > 1
     shaded = len(series.feet) == 1 and bool(series.contacts[0])
     feet = list(dict.fromkeys(series.foot_points))
     lines = []
@@ -45,19 +45,13 @@ def motion(series: RunSeries, window: Window) -> Plate:
         levels=[Level(level, INK, GROUND) for level in sorted(set(series.ground_levels))],
         signs=[Sign("contact", CONTACT, area=True)] * shaded + [Sign("ground")] * bool(series.feet),
     )
-    panels = [*([_volts(series)] if driven else []), moved]
+    panels = [*([_volts(series)] if series.drives else []), moved]
     if several:
         bars = [Bars(one, row - 0.35, row + 0.35, MUTED) for row, one in enumerate(series.contacts)]
         ends = (len(series.feet) - 0.5, -0.5)
         panels.append(TimePanel(0.2 * len(series.feet), "contact", bars=bars, limits=ends, names=series.feet))
-    caption = f"Displacement of {joined(series.points)} from rest{' under the drive voltage above' * driven}"
-    if "command" in series.values:
-        caption += " (dotted: the command to the amplifier)"
-    if several or shaded:
-        caption += f"; {'the bars below mark' if several else 'shading marks'} contact"
-    if series.feet:
-        caption += "; the dashed line is the displacement at which the foot touches the ground"
-    return panels_plate(panels, f"{caption}.", window)
+    command = " Dotted: the command to the amplifier." if "command" in series.values else ""
+    return panels_plate(panels, f"Displacement of {joined(series.points)} from rest.{command}", window)
 
 
 def _volts(series: RunSeries) -> TimePanel:
@@ -147,13 +141,9 @@ def forces(series: RunSeries, window: Window, foot: int = 0) -> Plate:
         bound = DrawnLine(time, np.where(limit > 0.0, -limit, np.nan), MUTED, "pull-off limit", dash=(2, 2))
         add("contact", [*([bound] if held else []), DrawnLine(time, contact, INK, "contact force")])
     caption = (
-        f"Forces on foot {series.feet[foot]} below its height above the ground, each on its own scale; positive pushes "
-        "the foot off the ground, contact is shaded."
+        f"Forces on foot {series.feet[foot]} below its height above the ground, each on its own scale, contact shaded. "
+        "Positive is upward, of friction forward."
     )
-    if rubbed:
-        caption += " Friction acts along the ground, positive forward."
-    if held:
-        caption += " While it sticks, adhesion holds (contact force below zero) until the pull-off limit is reached."
     if absent:
         caption += f" No {' or '.join(absent)} force acts in this stretch."
     return panels_plate(panels, caption, window)
@@ -171,12 +161,7 @@ def energies(series: RunSeries, companion: RunSeries | None, window: Window) -> 
         least = 0.0 if min(np.nanmin(one.y) for one in lines) >= 0.0 else None
         contact = series.contacts[0] if one_foot else ()
         panels.append(TimePanel(0.95, spaced(name), "J", lines, contact, limits=(least, None)))
-    caption = "Kinetic energy and elastic (potential) energy of the structure"
-    if companion is not None:
-        caption += ", as simulated and for the same scene with adhesion switched off"
-    if one_foot and series.contacts[0]:
-        caption += "; shading marks contact of the run with adhesion" if companion is not None else ", contact shaded"
-    return panels_plate(panels, f"{caption}.", window)
+    return panels_plate(panels, "Kinetic and elastic (potential) energy of the structure; contact is shaded.", window)
 
 
 LEDGER_CURVES: tuple[tuple[str, str, str, Dash], ...] = (
@@ -206,7 +191,5 @@ def ledger(series: RunSeries) -> Plate:
         for name, label, color, dash in entries
         if name in curves and ever(curves[name])
     ]
-    caption = "Cumulative energy: what the drives put in, what is stored, and what each loss has taken"
-    if any(not law.loses and ever(series[f"{name}_work"]) for name, law in series.laws.items()):
-        caption += "; dashed is work on the structure"
-    return panels_plate([TimePanel(1.9, "energy since start", "J", lines)], f"{caption}.", series.whole)
+    caption = "Cumulative energy: what is put in, what is stored, and what each loss has taken; dashed: other work."
+    return panels_plate([TimePanel(1.9, "energy since start", "J", lines)], caption, series.whole)

@@ -4,23 +4,49 @@ numbers, figures, residuals, checks; held-out signals, the shifted zero and the 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import fill
 from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
 
 from tarsus.base.spec import float_paths
 from tarsus.identify import tables
 from tarsus.identify.assessment import assessed
 from tarsus.identify.heldout import Comparison
 from tarsus.identify.result import Identification
-from tarsus.identify.step import StepResult, failures
-from tarsus.report import identify_figures, modal_figures
-from tarsus.report.pages import Fold, Foldable, Markup, Section, bullets, said, sections_page, whole
-from tarsus.tables.numbers import amount
+from tarsus.identify.step import Curve, Panel, StepResult, failures
+from tarsus.identify.verdict import Assessment
+from tarsus.records.excluded import evenly
+from tarsus.report import modes_page, sheet
+from tarsus.report.pages import Fold, Foldable, Markup, Plate, Section, bullets, said, sections_page, whole
+from tarsus.report.sheet import QUARTER, few_ticks, name_axes
+from tarsus.report.style import BLUE, INK, decimate
+from tarsus.tables.numbers import amount, path_end
 from tarsus.tables.table import ROW, Column, Table
 
 NO_CHANGE = 1e-5
 """Relative change by another zero position below which there is none: fits stop at some 1e-7."""
 
 _BESIDE = "Measured (points, bars two standard errors to either side) and fitted (lines)."
+
+MOST_PANELS = 4
+"""Panels of one figure, a row of a wide page; of more, the first ones."""
+
+MOST_HELD_OUT = 4
+"""Held-out records that are drawn: a row."""
+
+PERIODS = 1.0
+"""Drive periods of a held-out record that are drawn, after transients."""
+
+_POINTS = 250
+"""Points of a curve that are drawn: one to a pixel of its panel."""
+
+_LETTERS = 32
+"""Letters of a line of a panel's title."""
+
+_TOLD = 0.3
+"""Correlations of at least this are listed."""
 
 
 def identify_html(found: Identification) -> str:
@@ -39,7 +65,7 @@ def identify_html(found: Identification) -> str:
         Section("Account of the data", *_account(found)),
     ]
     footer = "Intervals are 95 %, from draws over repeats with the uncertainty of earlier steps."
-    return sections_page(name, about, sections, footer, head=f"{name} – identification")
+    return sections_page(name, about, sections, footer)
 
 
 def _took(found: Identification) -> str:
@@ -49,10 +75,10 @@ def _took(found: Identification) -> str:
 def _step(found: Identification, step: StepResult) -> Foldable:
     """What the page shows of a step: one or two panels beside the words, more below them."""
     below, few = [], len(step.panels) in (1, 2)
-    shown = identify_figures.panels(step.panels, _BESIDE) if step.panels else None
+    shown = step_panels(step.panels, _BESIDE) if step.panels else None
     if step.name == "resonances" and found.resonances is not None:
         fit = found.resonances.fit
-        shown, few, below = modal_figures.synthesis(fit), True, [modal_figures.nyquist(fit)]
+        shown, few, below = modes_page.synthesis(fit), True, [modes_page.nyquist(fit)]
     words = (f"{step.about} Used: {'; '.join(map(str, step.used))}. {tables.residual_line(step)}", *step.notes)
     return Foldable(step.name.capitalize(), *([[words, shown]] if few else [*words, shown]), *below)
 
@@ -66,12 +92,11 @@ def _account(found: Identification) -> list[Any]:
     return [
         Fold(f"Checks of the model: {passed} of {len(checks.rows)} passed", checks) if checks.rows else None,
         Fold("Landing rules that were tried", bullets(found.landing.sentences())) if found.landing else None,
-        Fold("Correlations of the numbers", identify_figures.correlations(judged))
+        Fold("Correlations of the numbers, of 30 % and more", correlations(judged))
         if judged and len(judged.names) > 1
         else None,
         Fold(
             f"Files and events: {files}",
-            _purposes(found),
             Markup('<div class="account">{}</div>').format(tables.account_table(found).bare()),
             bullets(notes) if notes else None,
             "identification.json lists every excluded file and event with its reason.",
@@ -94,7 +119,7 @@ def _held_out(comparisons: Sequence[Comparison]) -> Foldable:
         "Records that no step has used, compared with simulations of the identified device: root mean square of the "
         "measured less the simulated motion of the foot over that of the measured one."
     )
-    return Foldable("Held-out signals", about, table, identify_figures.held_out(comparisons))
+    return Foldable("Held-out signals", about, table, held_out(comparisons))
 
 
 def _zero(found: Identification) -> Table:
@@ -115,14 +140,50 @@ def _zero(found: Identification) -> Table:
     return Table("", columns, rows, units=[known[row[0]].unit for row in rows])
 
 
-def _purposes(found: Identification) -> Table:
-    """What was recorded for each purpose."""
-    rows = []
-    sets = found.opened.campaign.records
-    for purpose in dict.fromkeys(one.purpose for one in sets.values()):
-        names = [name for name, one in sets.items() if one.purpose is purpose]
-        files = [reading for reading in found.readings if reading.set in names]
-        good = [reading.record for reading in files if reading.record is not None]
-        samples = sum(record.count for record in good)
-        rows.append((purpose.value, len(names), f"{len(good)} of {len(files)}", samples))
-    return Table("", ("purpose", "sets", "files read", "samples"), rows)
+def step_panels(shown: Sequence[Panel], caption: str) -> Plate:
+    """Panels: measured as points with two standard errors to either side, fitted as lines."""
+    return sheet.panels(shown[:MOST_PANELS], 1.7, _draw, caption, width=QUARTER)
+
+
+def held_out(comparisons: Sequence[Comparison]) -> Plate:
+    """The last period of held-out records over the simulations of the identified device."""
+    return step_panels(
+        [_last_period(one) for one in evenly(comparisons, MOST_HELD_OUT)],
+        "The last drive period of held-out records, evenly from all: the gap of the foot as measured (points) and as "
+        "simulated with the identified device (line).",
+    )
+
+
+def correlations(judged: Assessment) -> Table:
+    """How the numbers hang together: pairs by their correlation over the draws, where it counts."""
+    names, by = [path_end(name) for name in judged.names], np.nan_to_num(judged.correlation)
+    pairs = [(i, j) for i, j in zip(*np.tril_indices(len(names), -1), strict=True) if abs(by[i, j]) >= _TOLD]
+    pairs.sort(key=lambda pair: -abs(by[pair]))
+    return Table("", ("correlated", "with", Column("by", "%", 2)), [(names[i], names[j], by[i, j]) for i, j in pairs])
+
+
+def _last_period(one: Comparison) -> Panel:
+    curves = []
+    span = float(one.panel.curves[0].x[-1]) / max(one.periods, 1)
+    for curve in one.panel.curves:
+        part = curve.x >= curve.x[-1] - PERIODS * span
+        curves.append(Curve(curve.label, curve.x[part] - curve.x[part][0], curve.y[part], curve.label != "measured"))
+    return Panel(one.name, one.panel.x_label, one.panel.x_unit, one.panel.y_label, one.panel.y_unit, tuple(curves))
+
+
+def _draw(axes: Axes, panel: Panel) -> None:
+    """A panel: lines below, points above them."""
+    for one in panel.curves:
+        x, y, every = one.x, one.y, slice(None, None, -(-len(one.x) // _POINTS) or 1)
+        if one.joined and len(x) > _POINTS and np.all(np.diff(x) > 0.0):
+            axes.plot(*decimate(x, y, _POINTS // 2), color=BLUE)
+        elif one.joined:
+            axes.plot(x[every], y[every], color=BLUE)
+        elif one.error is None:
+            axes.plot(x[every], y[every], ".", ms=2.5, mew=0.0, color=INK, zorder=3.0)
+        else:
+            bar = 2.0 * one.error[every]
+            axes.errorbar(x[every], y[every], bar, fmt=".", ms=3.0, mew=0.0, lw=0.6, color=INK, zorder=3.0)
+    axes.set_title(fill(panel.title, _LETTERS))
+    name_axes(axes, (panel.x_label, panel.x_unit), (panel.y_label, panel.y_unit))
+    few_ticks(axes, x=4, y=4)

@@ -132,13 +132,13 @@ class Motion:
 _PER_FOOT = ("foot_x", "foot_z", "state", "normal", "friction")
 
 
-def frame_limit(legs: int, drives: int, characters: int) -> int:
-    """Frames of so many legs and drives that fit in so many characters of payload, MOST_FRAMES at most.
+def frame_limit(legs: int, characters: int) -> int:
+    """Frames of so many legs that fit in so many characters of payload, MOST_FRAMES at most.
 
-    A frame takes 2 bytes for time and each of four coordinates; 6 and a quarter a leg; 1 a drive; base64 makes 4
-    characters of 3 bytes.
+    A frame takes 2 bytes for time and each of four coordinates, and 7 a leg; base64 makes 4 characters
+    of 3 bytes.
     """
-    return min(MOST_FRAMES, int(characters * 3 / 4 / (10.0 + 6.25 * legs + drives)))
+    return min(MOST_FRAMES, int(characters * 3 / 4 / (10.0 + 7.0 * legs)))
 
 
 def whole_motion(run: Run) -> Motion:

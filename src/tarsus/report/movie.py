@@ -7,25 +7,29 @@ import os
 import shutil
 import subprocess
 from collections.abc import Iterator, Sequence
+from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
+from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.units import format_quantity
 from tarsus.files.library import SceneLike, load_scene
 from tarsus.files.whole import written_whole
 from tarsus.model.laws.userfile import laws_of
 from tarsus.model.scene import Scene
-from tarsus.report.drawing import Drawing, drawing_of
-from tarsus.report.motion import Held, Motion, motion_of
-from tarsus.report.stills import paint, paint_ground
-from tarsus.report.style import INK, MUTED
+from tarsus.report.drawing import Drawing, FootMark, Shape, drawing_of
+from tarsus.report.motion import AIR, SLIPPING, STUCK, Held, Motion, motion_of
+from tarsus.report.style import INK, MUTED, VERMILION
 from tarsus.solve import Run, load_run, simulate
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 FRAMES = 48
 """Frames of a drive period, or of a run without one."""
@@ -44,6 +48,12 @@ CAPTION = 20
 
 PACE_MS = 50
 """Time a frame is shown [ms]: 20 a second is fluent, and most viewers go no faster."""
+
+POINTS = 0.5
+"""Width of a line of width 1 [pt]."""
+
+MARKS = {AIR: ("o", "#ffffff", MUTED), STUCK: ("o", INK, INK), SLIPPING: ("^", "#ffffff", VERMILION)}
+"""Marker, filling and edge of a foot in each state."""
 
 DPI = 100
 """Pixels of an inch, by which letters and lines have their size."""
@@ -181,7 +191,7 @@ def _side_by_side(frames: list[Image.Image]) -> Image.Image:
 
 
 def _frames(motion: Motion, drawing: Drawing, width: int) -> Iterator[Image.Image]:
-    """The frames as pictures of a width [pixels], drawn as the player's still is."""
+    """The frames as pictures of a width [pixels]."""
     left, right, bottom, top = drawing.box
     room, mark = 0.08 * (right - left), BELOW * drawing.leg
     left, right, bottom, top = left - room, right + room, bottom - mark, top + 0.5 * room
@@ -203,16 +213,50 @@ def _frames(motion: Motion, drawing: Drawing, width: int) -> Iterator[Image.Imag
     for frame in range(len(motion.time)):
         for old in [*axes.lines, *axes.patches]:
             old.remove()
-        paint_ground(axes, drawing, motion, places[..., frame], frame, INK, 1.5)
+        _paint_ground(axes, drawing, motion, places[..., frame], frame)
         if motion.held is Held.LEGS:
             first = (-way[frame] - left) % apart + left
             marks = np.arange(first - apart, right + apart, apart)
             heights = np.array([[0.0], [-mark]]) + risen[frame] + np.zeros(len(marks))
             axes.plot([marks, marks - 0.4 * mark], heights, color=MUTED, lw=0.8)
-        paint(axes, drawing, motion, places[..., frame], frame, forces=False)
+        _paint(axes, drawing, motion, places[..., frame], frame)
         clock.set_text(format_quantity(float(f"{motion.time[frame] - motion.time[0]:.3g}"), "s"))
         canvas.draw()
         yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+
+
+def _paint(axes: Axes, drawing: Drawing, motion: Motion, at: Floats, frame: int) -> None:
+    """A moment of a motion in axes of metres, its points at (2, n): shapes, and feet as open circles in the air, full
+    ones stuck, triangles slipping."""
+    size = float(np.clip(60.0 / len(motion.legs), 1.6, 4.5))
+    groups = groupby(drawing.side.parts, lambda one: one if isinstance(one, Shape) and one.fill else _look(one))
+    for order, (look, parts) in enumerate(groups, 1):
+        if isinstance(look, Shape):
+            shape = at[:, list(look.points)]
+            axes.fill(*shape, fc=look.fill, ec=look.edge, lw=POINTS * look.width, zorder=order)
+        elif look:
+            lines = [at[:, list(one.points)] for one in parts if isinstance(one, Shape)]
+            broken = np.concatenate([part for one in lines for part in (one, np.full((2, 1), np.nan))], 1)
+            axes.plot(*broken, color=look[0], lw=POINTS * look[1], zorder=order)
+        else:
+            feet = [one for one in parts if isinstance(one, FootMark)]
+            state = motion.state[[one.leg for one in feet], frame]
+            for kind, (marker, fill, edge) in MARKS.items():
+                own = at[:, [one.point for one in feet]][:, state == kind]
+                axes.plot(*own, marker, ms=size, mfc=fill, mec=edge, mew=0.8, zorder=order + 0.5)
+
+
+def _look(part: Shape | FootMark) -> tuple[str, float] | None:
+    """By what neighbours are painted at once: lines of one look, and feet."""
+    return (part.edge, part.width) if isinstance(part, Shape) else None
+
+
+def _paint_ground(axes: Axes, drawing: Drawing, motion: Motion, at: Floats, frame: int) -> None:
+    """The ground at a moment: a line, or of uneven ground the piece below each foot, as large as motion is drawn."""
+    for piece, line in zip(drawing.pieces, drawing.ground_below(motion, at, frame), strict=True):
+        axes.plot(*line, color=INK if piece.paint == MUTED else piece.paint, lw=1.5, zorder=0)
+    if drawing.level and not drawing.pieces:
+        axes.axhline(drawing.up * motion.ground_shift[1, frame], color=INK, lw=1.5, zorder=0)
 
 
 def _apart(drawing: Drawing, way: float) -> float:

@@ -38,13 +38,6 @@ def packed_times(values: np.ndarray) -> dict[str, Any]:
     return {"bits": 32, "low": 0, "step": 1, "data": data}
 
 
-def packed_states(state: np.ndarray) -> str:
-    """States (nl, nt) of 0 to 3, row after row, four to a byte from its low bits up, as base64."""
-    flat = np.asarray(state, dtype=np.uint8).reshape(-1)
-    fours = np.pad(flat, (0, -len(flat) % 4)).reshape(-1, 4)
-    return base64.b64encode((fours << np.array([0, 2, 4, 6], np.uint8)).sum(axis=1).astype(np.uint8)).decode()
-
-
 def script_text(content: Any) -> Markup:
     """JSON that no HTML parser can mistake for markup."""
     text = json.dumps(content, separators=(",", ":"), ensure_ascii=False, allow_nan=False)

@@ -36,6 +36,7 @@ __all__ = [
     "asset",
     "bullets",
     "marked",
+    "noted",
     "page",
     "rendered",
     "said",
@@ -53,6 +54,7 @@ UPLOT = "vendor/uplot-1.6.32"
 _MICRO = re.compile(r"(?<=\d )u(?=(?:m|N|s|g|V|J|W)\b)")
 """The prefix as terminals and files write it."""
 
+_COMMENT = re.compile(r"^ *(?:/\*\*.*?\*/|//[^\n]*)\n", re.DOTALL | re.MULTILINE)
 _HEADING = re.compile(r"<h2>(.*?)</h2>")
 _SCRIPT = re.compile(r"(<script\b.*?</script>)", re.DOTALL)
 """What no reader sees: data and programs, which stay as they are."""
@@ -94,6 +96,11 @@ def bullets(items: Iterable[Any]) -> Markup:
     return Markup("<ul>{}</ul>").format(Markup("").join(Markup("<li>{}</li>").format(one) for one in items))
 
 
+def noted(table: Any) -> Markup | None:
+    """What a result says in the notes of its table, as a list."""
+    return bullets(map(sentence_case, table.notes)) if table.notes else None
+
+
 def terms(meanings: Mapping[str, str]) -> Markup:
     """Words, each with what it means."""
     pairs = (Markup("<dt>{}</dt><dd>{}</dd>").format(*one) for one in meanings.items())
@@ -110,29 +117,24 @@ def whole(table: Any) -> Markup:
     return Markup('<div class="all">{}</div>').format(table)
 
 
-def sections_page(
-    title: str, about: Sequence[Any], sections: Iterable[Section | None], footer: str = "", *, head: str = ""
-) -> str:
-    """The page of sections, those that are None left out.
-
-    title: above it; about: texts and parts below that; footer: after who made the page; head: what browsers call it,
-    the title unless given.
-    """
+def sections_page(title: str, about: Sequence[Any], sections: Iterable[Section | None], footer: str = "") -> str:
+    """The page of sections, those that are None left out. about: texts and parts below its title; footer: after who
+    made the page."""
     body = rendered("sections.html", title=title, about=about, sections=list(sections), footer=footer)
-    return page(head or title, body)
+    return page(title, body)
 
 
 @lru_cache
 def asset(name: str, folder: str = "assets", package: str = "tarsus.report") -> str:
-    """A file of a page as it is: style, script, template."""
-    return files(package).joinpath(folder, name).read_text(encoding="utf-8")
+    """A file of a page as it is: style, template; a script without its comments."""
+    text = files(package).joinpath(folder, name).read_text(encoding="utf-8")
+    return _COMMENT.sub("", text) if name.endswith(".js") else text
 
 
 def rendered(template: str, **values: Any) -> Markup:
     """A template with its values; texts among them are escaped, `Markup` is used as it stands.
 
-    In a template ``figure(plate)`` is a plate, or the one that a function of its number draws, with the next number
-    below it; or what such a function makes instead.
+    In a template ``figure(plate)`` is a plate with the next number below it.
     """
     return Markup(_environment().get_template(template).render(numbers=count(1), **values))
 
@@ -147,7 +149,7 @@ def page(title: str, body: str) -> str:
 
     parts = _SCRIPT.split(body)
     seen = [_MICRO.sub("µ", _HEADING.sub(marked, one)) for one in parts[::2]]
-    charts, plays = (any(mark in one for one in seen) for mark in ('<div class="charts"', '<figure class="walk"'))
+    charts, plays = (any(mark in one for one in seen) for mark in ('<div class="charts"', '<div class="walk"'))
     parts[::2] = seen
     body = Markup("".join(parts))
     first = body.find('<h2 id="part-1">')
@@ -168,13 +170,8 @@ def _environment() -> Environment:
 
     @pass_context
     def figure(context: Any, plate: Any) -> Markup:
-        index = next(context["numbers"])
-        if callable(plate):
-            plate = plate(index)
-        if not isinstance(plate, Plate):
-            return plate
-        caption = Markup("<figcaption><b>Figure {}.</b> {}</figcaption>").format(index, plate.caption)
-        return Markup("<figure>{}{}</figure>").format(plate.picture, caption)
+        whole = Markup("<figure>{}<figcaption><b>Figure {}.</b> {}</figcaption></figure>")
+        return whole.format(plate.picture, next(context["numbers"]), plate.caption)
 
     environment = Environment(
         loader=FunctionLoader(lambda name: asset(name, "templates")),
@@ -185,7 +182,7 @@ def _environment() -> Environment:
     )
     environment.filters.update(amount=amount, number=number, percent=percent, words=spaced)
     environment.tests.update(
-        plate=lambda one: isinstance(one, Plate) or callable(one),
+        plate=lambda one: isinstance(one, Plate),
         section=lambda one: isinstance(one, Section),
         fold=lambda one: isinstance(one, Fold),
         foldable=lambda one: isinstance(one, Foldable),

@@ -15,7 +15,7 @@ from markupsafe import Markup
 from tarsus.base.arrays import Floats
 from tarsus.report.packing import packed, packed_times, script_text
 from tarsus.report.pages import Plate, rendered
-from tarsus.report.style import INK, AxisScale, level_limits, paint_of, samples_inside, scale_of, thinned, upright
+from tarsus.report.style import INK, AxisScale, level_limits, paint_of, samples_inside, scale_of, thinned
 from tarsus.tables.numbers import number
 
 Window = tuple[float, float]
@@ -197,7 +197,7 @@ def _columns(lines: Sequence[DrawnLine], window: Window) -> tuple[Floats, Floats
     else:
         x = np.unique(np.concatenate([line.x for line in lines]))
         rows = np.stack([np.interp(x, line.x, line.y) for line in lines])
-    return thinned(*upright(x, rows), max(400, min(POINTS, NUMBERS // len(rows))))
+    return thinned(x, rows, max(400, min(POINTS, NUMBERS // len(rows))))
 
 
 def _apart(lines: Sequence[DrawnLine]) -> bool:
@@ -242,6 +242,7 @@ def panels_html(
             "window": [end / scale.step for end in window],
             "step": scale.step,
             "log": log,
+            "clock": across == "time",
             "panels": [one | {"height": height} for one, height in zip(options, heights, strict=True)],
         }
     )

@@ -1,4 +1,5 @@
-"""Figures for notebooks, ``tarsus.plot``: every function draws into matplotlib axes and returns them.
+"""Figures for notebooks and files: the verb ``tarsus.plot``, and functions that draw into matplotlib axes and return
+them.
 
 ``axes`` are those to draw into; without them a figure of its own is made. Numbers are drawn in SI, the words at ticks
 alone stand under a prefix, so that more can be drawn over them. Nothing of matplotlib's settings is changed.
@@ -6,29 +7,114 @@ alone stand under a prefix, so that more can be drawn over them. Nothing of matp
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray
 from matplotlib.axes import Axes
 
 from tarsus.base.errors import InputError
 from tarsus.base.events import IMPACTS
 from tarsus.base.messages import nearest
 from tarsus.base.verb import callable_package
+from tarsus.files.runstore import COLLECTED_FILE
+from tarsus.files.series import dataset_of
+from tarsus.files.store import SERIES_FILE
+from tarsus.model.laws.userfile import laws_of
+from tarsus.report.saved import blank, figure_of, write_figure
 from tarsus.report.sheet import name_axes, named
 from tarsus.report.style import CONTACT, CYCLE, INK, MOST_LINES
-from tarsus.solve import Run
+from tarsus.solve import Batch, Run, load_run
 from tarsus.tables.numbers import spaced
 
 if TYPE_CHECKING:
     from tarsus.design import Design, LandingDesign
     from tarsus.orbits import Branches, Orbit
-    from tarsus.solve import Batch, Run
 
-callable_package(__name__, "tarsus.report.plotted:plot")
+Saved = str | os.PathLike[str] | Run | Batch
+
+callable_package(__name__, f"{__name__}:plot")
 
 __all__ = ["branch", "front", "impacts", "landing", "ledger", "measure", "motion", "multipliers", "series"]
+
+
+def plot(
+    saved: Saved,
+    name: str | None = None,
+    output: str | os.PathLike[str] | None = None,
+    *,
+    over: str | None = None,
+    only: Sequence[str] | None = None,
+    law: Sequence[str | os.PathLike[str]] = (),
+) -> Axes:
+    """Draw a series or a measure of a run, batch or sweep, saved or not.
+
+    Parameters
+    ----------
+    saved
+        A folder that `simulate` or `sweep` wrote, or a .nc file of a run, a batch or a sweep; or a `Run` or `Batch`.
+    name
+        Of a run: motion, impacts, ledger, or a series such as gap; of a batch or sweep: a measure. The motion, or the
+        first measure, when left out.
+    output
+        A file to write, ending in .png, .svg or .pdf.
+    over
+        Of a sweep: path of the number on the horizontal axis.
+    only
+        Of a series: feet, points or drives by name.
+    law
+        Python files with laws of your own, where the run has them.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Of a figure of its own.
+
+    Raises
+    ------
+    InputError
+        Where nothing of that name can be drawn.
+    """
+    run = saved if isinstance(saved, Run) else None
+    if name in (None, *Run.figures) and not isinstance(saved, (Run, Batch)) and (Path(saved) / SERIES_FILE).is_file():
+        run = load_run(saved, laws_of(law))
+    if run is not None and over is not None:
+        raise InputError("--over is for batches and sweeps: a run is drawn over time")
+    if run is None or name not in (None, *Run.figures):
+        with _data(saved) as data:
+            axes = figure_of(data, name, over=over, only=only)
+    elif name in (None, "motion"):
+        axes = motion(run, only, axes=blank())
+    elif only is not None and (name == "ledger" or len(only) > 1):
+        raise InputError("--only names points of the motion, or one foot of the impacts")
+    else:
+        axes = ledger(run, axes=blank()) if name == "ledger" else impacts(run, *(only or ()), axes=blank())
+    if output is not None:
+        write_figure(axes, Path(output))
+    return axes
+
+
+def _data(saved: Saved) -> xarray.Dataset:
+    """Series or measures of what was saved or not; `InputError` where it holds neither."""
+    if isinstance(saved, Run):
+        return dataset_of(saved.variables(), {"title": saved.scene.name})
+    if isinstance(saved, Batch):
+        return saved.to_dataset()
+    folder = file = Path(saved)
+    if folder.is_dir():
+        file = next((folder / one for one in (SERIES_FILE, COLLECTED_FILE) if (folder / one).is_file()), folder)
+    if file.is_dir():
+        raise InputError(f"'{saved}' holds no run and no finished sweep ({SERIES_FILE} or {COLLECTED_FILE})")
+    if not file.is_file():
+        raise InputError(f"there is no '{file}': name a folder that `simulate` or `sweep` wrote, or a .nc file")
+    try:
+        return xarray.open_dataset(file, engine="h5netcdf", phony_dims="access")  # dimensions of plain HDF5
+    except (OSError, ValueError) as error:
+        raise InputError(f"'{file}' is no NetCDF file of tarsus: {str(error).splitlines()[0]}") from error
 
 
 def motion(run: Run, points: Sequence[str] | None = None, *, axes: Axes | None = None) -> Axes:
@@ -36,22 +122,14 @@ def motion(run: Run, points: Sequence[str] | None = None, *, axes: Axes | None =
 
     points: their names; without any the feet, then the others, six at most. Raises InputError for unknown names.
     """
-    from tarsus.files.series import dataset_of
-    from tarsus.report.saved import draw_series
-
-    data = dataset_of(run.variables(), {})
-    names = [str(one) for one in data["point"].values]
+    data = _data(run)
     feet = list(dict.fromkeys(foot.point for foot in run.scene.robot.feet.values()))
-    asked = list(points) if points is not None else [*feet, *(n for n in names if n not in feet)][:MOST_LINES]
-    if unknown := [f"points: there is no point '{one}'{nearest(one, names)}" for one in asked if one not in names]:
-        raise InputError(unknown)
-    axes = _on(axes)
-    draw_series(axes, data["displacement"], asked)
+    shown = [*feet, *(name for name in data["point"].values.tolist() if name not in feet)][:MOST_LINES]
+    axes = figure_of(data, "displacement", only=shown if points is None else points, on=partial(_on, axes))
     if feet:
         touching = data["gap"].values[0] <= 0.0
         look = {"transform": axes.get_xaxis_transform(), "color": CONTACT, "lw": 0}
         axes.fill_between(data["time"].values, 0.0, 1.0, where=touching, **look)
-    axes.set_title(run.scene.name)
     return axes
 
 
@@ -61,17 +139,7 @@ def series(run: Run, name: str, only: Sequence[str] | None = None, *, axes: Axes
     only: feet, points or drives by name, the first six unless given. Raises InputError for names that the run does not
     have.
     """
-    from tarsus.files.series import dataset_of
-    from tarsus.report.saved import draw_series, offered
-
-    data = dataset_of(run.variables(), {})
-    known = offered(data)
-    if name not in known:
-        raise InputError(f"a run has no series '{name}'{nearest(name, [*Run.figures, *known])}")
-    axes = _on(axes)
-    draw_series(axes, data[name], only)
-    axes.set_title(run.scene.name)
-    return axes
+    return figure_of(_data(run), name, only=only, on=partial(_on, axes))
 
 
 def impacts(run: Run, foot: str | None = None, *, axes: Axes | None = None) -> Axes:
@@ -118,25 +186,16 @@ def ledger(run: Run, *, axes: Axes | None = None) -> Axes:
 
 
 def measure(batch: Batch, name: str, *, axes: Axes | None = None) -> Axes:
-    """A measure of a batch over what varies: points over one number, a map of a grid of two.
+    """A measure of a batch over the first number that varies, or a map of a grid of two.
 
-    Raises InputError for an unknown measure, and for more numbers that vary.
+    Raises InputError for an unknown measure, and for a grid of more combinations than there are colours.
     """
-    from tarsus.report.saved import draw_measure
-
-    over = list(batch.axes or batch.vary)
-    if len(over) not in (1, 2) or (len(over) == 2 and not batch.axes):
-        raise InputError(f"a figure is of one number that varies, or of a grid of two; here vary {', '.join(over)}")
-    data = batch.to_dataset([name])
-    axes = _on(axes)
-    axes.set_title(batch.scene.name)
-    draw_measure(axes, data[name])
-    return axes
+    return figure_of(batch.to_dataset([name]).assign_attrs(title=batch.scene.name), name, on=partial(_on, axes))
 
 
 def landing(design: LandingDesign, *, axes: Axes | None = None) -> Axes:
     """Gap of the foot over one period, with the plain step and with the design, from the landing edge on."""
-    from tarsus.report.landing_figures import DesignPair, draw_gaps
+    from tarsus.report.landing_page import DesignPair, draw_gaps
 
     axes = _on(axes)
     draw_gaps(axes, DesignPair(design), design.train.step.period)
@@ -146,19 +205,16 @@ def landing(design: LandingDesign, *, axes: Axes | None = None) -> Axes:
 
 
 def front(design: Design, *, axes: Axes | None = None) -> Axes:
-    """First objective of a front of gaits over the second one; all candidates behind it.
+    """First objective of a front of gaits over the second one, on the own ground and under the risk.
 
     Raises InputError for a front of one objective.
     """
+    from tarsus.report.gait_page import draw_front
+
     if len(design.objectives) < 2:
         raise InputError("a front of one objective is one gait: there is nothing to draw")
     axes = _on(axes)
-    along, up = design.objectives[1], design.objectives[0]
-    all_ = [up.value(design.costs[:, 0]), along.value(design.costs[:, 1])]
-    best = np.array([point.risk[:2] for point in design.members]).T
-    axes.plot(all_[1], all_[0], ".", ms=2, color="0.75", label="candidates")
-    axes.plot(best[1], best[0], "o", color=CYCLE[0], label="front")
-    name_axes(axes, (along.name, along.unit), (up.name, up.unit))
+    draw_front(axes, design)
     axes.legend(frameon=False)
     return axes
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +20,7 @@ from tarsus.report.explorer import small_explorer
 from tarsus.report.motion import motion_of, whole_motion
 from tarsus.report.pages import Fold, Plate, Section, marked, said, sections_page, sources, terms, write_page
 from tarsus.report.panels import Window
-from tarsus.report.player import walk_section
+from tarsus.report.player import walk_plate
 from tarsus.report.series import RunSeries, joined, series_of
 from tarsus.tables.numbers import MISSING, amount, number, spaced
 from tarsus.tables.table import Column, Table
@@ -30,9 +28,6 @@ from tarsus.tables.table import Column, Table
 if TYPE_CHECKING:
     from tarsus.orbits.attractors import Attractors
     from tarsus.solve import Run
-
-Shown = Plate | Callable[[int], Markup]
-"""A figure, or what makes one with its number."""
 
 MOST_EVENTS = 500
 """Rows of the event table in the page: they make a tenth of its size; all events are in `events.csv`."""
@@ -77,12 +72,12 @@ def report_html(
         Section("Forces", *forces) if forces else None,
         _energy(run, series, None if companion is None else series_of(companion), detail),
         Section("Events", *_events(run)),
-        Section("Values of this run", VALUES, _values(run)),
+        Section("Values of this run", VALUES, values_table(run.scene)),
         sources(run.scene.citations),
     ]
     others_table = None if others is None else others.beside(run)
     about = [*_about(run), others_table, _key_figures(run)]
-    return sections_page(run.scene.name, about, sections, CONVENTIONS, head=f"{run.scene.name} – run report")
+    return sections_page(run.scene.name, about, sections, CONVENTIONS)
 
 
 SPREAD = """Spread is the standard deviation over the n values the measure was taken from; names that begin with max,
@@ -135,10 +130,10 @@ def _warnings(run: Run) -> list[str]:
     return remarks if created is None else [created, *remarks]
 
 
-def _walk(run: Run, detail: Window) -> tuple[list[Shown], list[Shown]]:
+def _walk(run: Run, detail: Window) -> tuple[list[Plate], list[Plate]]:
     """Figures of a walk, and those of the forces on its feet."""
     whole = whole_motion(run)
-    motion: list[Shown] = [partial(walk_section, motion_of(run, whole=whole)), walk_figures.travel(whole)]
+    motion: list[Plate] = [walk_plate(motion_of(run, whole=whole)), walk_figures.travel(whole)]
     if "yaw" in whole.body:
         motion.append(walk_figures.path_above(whole))
     if not run.foot_names:
@@ -146,14 +141,14 @@ def _walk(run: Run, detail: Window) -> tuple[list[Shown], list[Shown]]:
     return [*motion, walk_figures.footfalls(whole, detail)], [walk_figures.ground_forces(whole, detail)]
 
 
-def _motion(run: Run, series: RunSeries, detail: Window) -> tuple[list[Shown], list[Shown]]:
+def _motion(run: Run, series: RunSeries, detail: Window) -> tuple[list[Plate], list[Plate]]:
     """Figures of the motion of points, and those of the forces on the first feet."""
-    motion: list[Shown] = [figures.motion(series, series.whole)]
+    motion: list[Plate] = [figures.motion(series, series.whole)]
     if detail != series.whole:
         plate = figures.motion(series, detail)
         motion.append(Plate(plate.picture, f"The last {CLOSE_UP} drive periods of the run. {plate.caption}"))
     whole = whole_motion(run)
-    motion.append(partial(walk_section, whole.taken(series.inside(detail)).thinned(FRAMES), on_paper=False))
+    motion.append(walk_plate(whole.taken(series.inside(detail)).thinned(FRAMES)))
     turns = figures.turns(series)
     motion += [turns] if turns is not None else []
     feet = range(min(len(series.feet), figures.MOST_FEET))
@@ -161,23 +156,9 @@ def _motion(run: Run, series: RunSeries, detail: Window) -> tuple[list[Shown], l
 
 
 def _signals(scene: Any) -> str:
-    """All drives in words; amplifiers that are alike once."""
+    """All drives in words."""
     gait = {} if scene.gait is None else {"gait": scene.gait}
-    parts = [f"{name}: {_signal(signal)}" for name, signal in {**gait, **scene.signals}.items()]
-    amplifiers: dict[str, list[str]] = {}
-    for name, drive in scene.robot.drives.items():
-        if not drive.amplifier.ideal:
-            amplifiers.setdefault(_signal(drive.amplifier), []).append(name)
-    for words, names in amplifiers.items():
-        whose = (
-            f"{names[0]}'s"
-            if len(names) == 1
-            else "every"
-            if len(names) == len(scene.robot.drives)
-            else (f"{len(names)} drives', from {names[0]} to {names[-1]},")
-        )
-        parts.append(f"{whose} {words}")
-    return "; ".join(parts)
+    return "; ".join(f"{name}: {_signal(signal)}" for name, signal in {**gait, **scene.signals}.items())
 
 
 def _landing(scene: Any) -> str:
@@ -255,9 +236,9 @@ foot away from it, strength what adhesion could hold at that moment, apex the hi
 SLIDES = "Where slip or stick begins, pull is the force along the ground, strength the most friction bears."
 
 
-def _values(run: Run) -> Table:
-    """Every number of the scene, its source as a label."""
-    found: Table = run.scene.table()
+def values_table(scene: Any) -> Table:
+    """Every number of a scene, its source as a label."""
+    found: Table = scene.table()
     label = Markup('<span class="tag {0}">{0}</span>')
     rows = [(path, value, source and label.format(source), note) for path, value, source, note in found.rows]
     return Table("", found.columns, rows)

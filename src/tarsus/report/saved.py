@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -42,27 +42,34 @@ def blank() -> Axes:
 
 
 def figure_of(
-    data: xarray.Dataset, name: str | None = None, *, over: str | None = None, only: Sequence[str] | None = None
+    data: xarray.Dataset,
+    name: str | None = None,
+    *,
+    over: str | None = None,
+    only: Sequence[str] | None = None,
+    on: Callable[[], Axes] = blank,
 ) -> Axes:
     """A series over time, or a measure over one number that varies, as a map over two where they are a grid.
 
     data: as Tarsus writes them; name: one of `offered`, the first unless given; over: path of the number on the
     horizontal axis, the first that varies unless given (of a grid of more numbers each line is one combination of the
-    others); only: of series feet, points or drives by name, the first six unless given. Raises InputError for names
-    that the file does not have, and for a grid of more combinations than there are colours.
+    others); only: of series feet, points or drives by name, the first six unless given; on: makes the axes. Raises
+    InputError for names that there are not, and for a grid of more combinations than there are colours.
     """
     known = offered(data)
     if not known:
         raise InputError("the file holds neither series nor measures")
     name = name or known[0]
     if name not in known:
-        raise InputError(f"the file has no '{name}'{nearest(name, known)}")
-    axes, one = blank(), data[name]
-    axes.set_title(str(data.attrs.get("title", "")))
+        raise InputError(f"there is no '{name}' to draw{nearest(name, known)}")
+    one = data[name]
     if "time" in one.dims:
         if over is not None:
             raise InputError(f"'{name}' is a series over time: over is for measures of a batch or a sweep")
-        draw_series(axes, one, only)
+        names = _names(one, only)
+        axes = on()
+        _series(axes, one, names)
+        axes.set_title(str(data.attrs.get("title", "")))
         return axes
     if only is not None:
         raise InputError(f"'{name}' is a measure: only is for series of a run")
@@ -71,7 +78,9 @@ def figure_of(
         raise InputError(f"'{name}' is one number: there is nothing to draw it over")
     if over is not None and over not in paths:
         raise InputError(f"nothing varies at '{over}'{nearest(over, paths)}")
+    axes = on()
     draw_measure(axes, one, over)
+    axes.set_title(str(data.attrs.get("title", "")))
     return axes
 
 
@@ -105,28 +114,28 @@ def write_figure(axes: Axes, file: str | Path) -> Path:
     return path
 
 
-def draw_series(axes: Axes, one: xarray.DataArray, only: Sequence[str] | None) -> None:
-    """A series over time: one line, or those of the feet, points or drives named, else of the first six.
-
-    Raises InputError for names that it does not have.
-    """
+def _names(one: xarray.DataArray, only: Sequence[str] | None) -> list[str]:
+    """Which feet, points or drives of a series are drawn; none of a series of the whole."""
     rest = [dim for dim in one.dims if dim != "time"]
+    if not rest and only is not None:
+        raise InputError(f"'{one.name}' is of the whole: it has no names to choose from")
+    names = [str(label) for label in one[rest[0]].values] if rest else []
+    if unknown := [label for label in only or () if label not in names]:
+        raise InputError(f"'{one.name}' has no '{label}'{nearest(label, names)}" for label in unknown)
+    return names[:MOST_LINES] if only is None else list(dict.fromkeys(only))
+
+
+def _series(axes: Axes, one: xarray.DataArray, names: Sequence[str]) -> None:
+    """A series over time: a line for each name, or one."""
     time = one["time"].values
-    if not rest:
-        if only is not None:
-            raise InputError(f"'{one.name}' is of the whole: it has no names to choose from")
-        axes.plot(time, one.values, lw=1.1, color=CYCLE[0])
-    else:
-        names = [str(label) for label in one[rest[0]].values]
-        if unknown := [label for label in only or () if label not in names]:
-            raise InputError(f"'{one.name}' has no '{label}'{nearest(label, names)}" for label in unknown)
-        shown = list(dict.fromkeys(only)) if only is not None else names[:MOST_LINES]
-        rows = one.transpose(rest[0], "time").values
-        for number, label in enumerate(shown):
-            style = ("-", "--", ":", "-.")[number // len(CYCLE) % 4]
-            color = CYCLE[number % len(CYCLE)]
-            axes.plot(time, rows[names.index(label)], lw=1.1, ls=style, color=color, label=label)
+    for number, label in enumerate(names):
+        row = one.sel({str(next(dim for dim in one.dims if dim != "time")): label}).values
+        style = ("-", "--", ":", "-.")[number // len(CYCLE) % 4]
+        axes.plot(time, row, lw=1.1, ls=style, color=CYCLE[number % len(CYCLE)], label=label)
+    if names:
         axes.legend(frameon=False)
+    else:
+        axes.plot(time, one.values, lw=1.1, color=CYCLE[0])
     name_axes(axes, ("time", "s"), (spaced(str(one.name)), _unit(one)))
 
 
@@ -162,26 +171,10 @@ def _lines(axes: Axes, one: xarray.DataArray, over: str) -> None:
 
 def _map(axes: Axes, one: xarray.DataArray) -> None:
     rows, columns = (str(dim) for dim in one.dims)
-    ups, alongs = one[rows].values, one[columns].values
-    size = scale_of(_unit(one), one.values)
-    order = np.ix_(np.argsort(ups), np.argsort(alongs))
-    shown = axes.pcolormesh(_edges(alongs), _edges(ups), one.values[order] / size.step, shading="flat")
-    axes.figure.colorbar(shown, ax=axes, label=size.axis(spaced(str(one.name))))
-    axes.set_xscale(_spread(alongs))
-    axes.set_yscale(_spread(ups))
+    size, scales = scale_of(_unit(one), one.values), (_spread(one[columns].values), _spread(one[rows].values))
+    look = {"xscale": scales[0], "yscale": scales[1], "cbar_kwargs": {"label": size.axis(spaced(str(one.name)))}}
+    (one.sortby([rows, columns]) / size.step).plot.pcolormesh(ax=axes, x=columns, y=rows, **look)
     name_axes(axes, (columns, _unit(one[columns])), (rows, _unit(one[rows])))
-
-
-def _edges(values: np.ndarray) -> np.ndarray:
-    """Edges (n + 1,) of the cells of values (n,) in order, halfway between them on the axis that they have."""
-    log = _spread(values) == "log"
-    places = np.sort(np.log(values) if log else values)
-    if len(places) < 2:
-        edges = places[0] + 0.5 * (abs(places[0]) or 1.0) * np.array([-1.0, 1.0])
-    else:
-        halves = 0.5 * np.diff(places)
-        edges = np.concatenate([[places[0] - halves[0]], places[:-1] + halves, [places[-1] + halves[-1]]])
-    return np.exp(edges) if log else edges
 
 
 def _spread(values: np.ndarray) -> str:

@@ -23,7 +23,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter, MaxNLocator, NullFormatter
 
 from tarsus.report.pages import Plate
-from tarsus.report.style import CONTACT, INK, MUTED, decimate, scale_of, themed, upright
+from tarsus.report.style import CONTACT, INK, MUTED, decimate, scale_of, themed
 from tarsus.tables.numbers import number, set_power
 
 WIDTH = 3.7
@@ -121,8 +121,8 @@ def few_ticks(axes: Axes, x: int | None = None, y: int | None = None) -> None:
 
 
 def line(axes: Axes, x: npt.ArrayLike, y: npt.ArrayLike, **look: Any) -> None:
-    """A line through points (n,) in order of x, jumps upright, of as many points as a panel has pixels."""
-    axes.plot(*decimate(*upright(np.asarray(x, dtype=float), np.asarray(y, dtype=float)), PIXELS), **look)
+    """A line through points (n,) in order of x, of as many points as a panel has pixels."""
+    axes.plot(*decimate(np.asarray(x, dtype=float), np.asarray(y, dtype=float), PIXELS), **look)
 
 
 def shade(axes: Axes, stretches: Iterable[tuple[float, float]], label: str = "") -> None:

@@ -23,6 +23,9 @@ SKY = "#56b4e9"
 CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 """Colours told apart by readers with any of the common colour deficiencies (after Okabe and Ito)."""
 
+FAR_BODY, NEAR_BODY, FAR_LEG = "#d9dee5", "#b9c3cf", "#9fb4c6"
+"""Of a drawn robot."""
+
 ON_LIGHT, ON_DARK = "#1a1a1a", "#fdfdfd"
 """Words on coloured fields, whose ground is the field and not the page: no colours that a dark page changes."""
 
@@ -41,9 +44,9 @@ PAINTS = {
     ORANGE: "c-orange",
     SKY: "c-sky",
     "#ffffff": "paper",
-    "#d9dee5": "body-far",
-    "#b9c3cf": "body-near",
-    "#9fb4c6": "leg-far",
+    FAR_BODY: "body-far",
+    NEAR_BODY: "body-near",
+    FAR_LEG: "leg-far",
 }
 """What each colour is called in the page's style, which has others for a dark page."""
 
@@ -103,35 +106,6 @@ def level_limits(*values: np.ndarray) -> tuple[float, float] | None:
         return None
     middle = float(0.5 * (known.min() + known.max()))
     return middle - 0.05 * size, middle + 0.05 * size
-
-
-def upright(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Samples with jumps drawn upright: a step between two level stretches, slanted by sampling, gets both its ends
-    in the middle between its samples.
-
-    `values` shape [..., samples]; where one row jumps, the others get two samples on their line.
-    """
-    rows = np.atleast_2d(values)
-    change = np.diff(rows)
-    known = np.where(np.isfinite(rows), rows, np.nan)
-    if rows.shape[1] < 2 or np.isnan(known).all():
-        return time, values
-    span = np.nanmax(known, axis=1, initial=-np.inf) - np.nanmin(known, axis=1, initial=np.inf)
-    span = np.where(np.isfinite(span) & (span > 0.0), span, np.inf)[:, None]
-    level = np.abs(change) < 1e-3 * span
-    ends = np.ones((len(rows), 1), dtype=bool)
-    jumps = np.abs(change) > 0.1 * span
-    jumps &= np.concatenate([ends, level[:, :-1]], axis=1) & np.concatenate([level[:, 1:], ends], axis=1)
-    at = np.flatnonzero(jumps.any(axis=0))
-    if not len(at):
-        return time, values
-    middle = 0.5 * (rows[:, at] + rows[:, at + 1])
-    before = np.where(jumps[:, at], rows[:, at], middle)
-    after = np.where(jumps[:, at], rows[:, at + 1], middle)
-    place, between = np.repeat(at + 1, 2), np.repeat(0.5 * (time[at] + time[at + 1]), 2)
-    put = np.stack([before, after], axis=2).reshape(len(rows), -1)
-    shown = np.insert(rows, place, put, axis=1)
-    return np.insert(time, place, between), shown.reshape(*values.shape[:-1], -1)
 
 
 def samples_inside(time: np.ndarray, window: tuple[float, float]) -> slice:

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray
 
-from tarsus.base.spec import float_paths
 from tarsus.report.pages import Fold, Markup, Plate, Section, marked, said, sections_page, terms
 from tarsus.report.panels import DrawnLine, TimePanel, Window, panels_plate
 from tarsus.report.style import BLUE, MUTED
 from tarsus.solve import Run
 from tarsus.study.axes import Logspace
+from tarsus.study.summary import FEW, Scored, read_scored, summary, summary_table, units_of_axes
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import DONE, OUTCOMES
-from tarsus.tables.numbers import amount, path_end, percent, spaced
-from tarsus.tables.table import ROW, Column, Table
+from tarsus.tables.numbers import amount, percent, spaced
+from tarsus.tables.table import Column, Table
 
 MOST_RUNS = 100_000
 """Runs that a page is made of: of more, every so manieth, evenly over the sweep."""
@@ -30,56 +28,25 @@ MOST_DOTS = 3000
 MOST_AXES, MOST_MEASURES = 6, 8
 """Swept values and measures that are drawn: the first ones."""
 
-FEW = 40
-"""An axis of at most so many different values has a line through the median runs at each."""
-
 MOST_FAILURES = 30
 """Failed runs that are listed."""
 
 
-@dataclass(frozen=True)
-class _Scored:
-    """Runs (nr,): their values by axis, measures by name [SI], and outcomes; `every` so manieth run of the sweep. Of
-    settled motions also the standard deviations between starts by measure, and the shares of starts that repeat."""
-
-    points: Mapping[str, np.ndarray]
-    values: Mapping[str, np.ndarray]
-    code: np.ndarray
-    every: int
-    between: Mapping[str, np.ndarray]
-    settled: np.ndarray | None
-
-    @property
-    def grid(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """Values of both axes where the runs are all pairs of few of them."""
-        if len(self.points) != 2:
-            return None
-        first, second = (np.unique(one) for one in self.points.values())
-        pairs = len(set(zip(*self.points.values(), strict=True)))
-        whole = len(first) * len(second) == len(self.code) == pairs
-        sizes = (len(first), len(second))
-        return (first, second) if whole and min(sizes) > 1 and max(sizes) <= FEW else None
-
-    @property
-    def repeating(self) -> float | None:
-        """Share of all starts that repeat; None of episodes."""
-        return None if self.settled is None else float(np.nanmean(self.settled))
-
-
 def sweep_html(sweep: Sweep, collected: str | Path) -> str:
     """The page of a result, as text."""
-    found = _read(sweep, Path(collected))
-    units = {name: float_paths(sweep.scene)[sweep.paths(name)[0]].unit for name in sweep.vary}
+    found, units = read_scored(sweep, Path(collected), -(-sweep.runs // MOST_RUNS)), units_of_axes(sweep)
     measures = Run.offered(sweep.scene, sweep.seconds)
-    kinds = {name: measures[name].unit for name in sweep.measures}
     definitions = {spaced(name): measures[name].definition for name in sweep.measures}
     failures = _failures(found, units)
     sections = [
         Section(
-            "Measures", _table(found, units, kinds), _settled(found), Fold("What each measure is", terms(definitions))
+            "Measures",
+            summary_table(summary(sweep, found), units),
+            _settled(found),
+            Fold("What each measure is", terms(definitions)),
         ),
         *(
-            Section(spaced(name).capitalize(), *_figures(sweep, found, name, units, kinds[name]))
+            Section(spaced(name).capitalize(), *_figures(sweep, found, name, units, measures[name].unit))
             for name in sweep.measures[:MOST_MEASURES]
         ),
         Section("Runs that failed", failures) if failures else None,
@@ -91,10 +58,10 @@ def sweep_html(sweep: Sweep, collected: str | Path) -> str:
         marked("This page is made of one run in {}; all are in sweep.nc.", found.every) if found.every > 1 else None,
     ]
     footer = "All values of all runs are in sweep.nc, the study in study.toml."
-    return sections_page(f"Sweep: {sweep.name}", about, sections, footer, head=f"{sweep.name} – sweep")
+    return sections_page(f"Sweep: {sweep.name}", about, sections, footer)
 
 
-def _ended(found: _Scored) -> Markup:
+def _ended(found: Scored) -> Markup:
     """Whether all runs reached their end."""
     total, failed = len(found.code), int((found.code != DONE).sum())
     if failed:
@@ -102,7 +69,7 @@ def _ended(found: _Scored) -> Markup:
     return said("All runs reached their end")
 
 
-def _settled(found: _Scored) -> str:
+def _settled(found: Scored) -> str:
     """What measures of settled motions are; nothing of episodes."""
     if found.repeating is None:
         return ""
@@ -112,77 +79,23 @@ def _settled(found: _Scored) -> str:
     )
 
 
-def _read(sweep: Sweep, file: Path) -> _Scored:
-    import h5py
-
-    every = -(-sweep.runs // MOST_RUNS)
-
-    def thin(values: np.ndarray) -> np.ndarray:
-        return np.asarray(values).reshape(-1)[::every]
-
-    with h5py.File(file, "r") as stored:
-        values = {name: thin(stored[name][()]) for name in sweep.measures}  # type: ignore[index]
-        code = thin(stored["code"][()])  # type: ignore[index]
-        lasting = "settled" in stored
-        names = sweep.measures if lasting else ()
-        between = {name: thin(stored[f"{name}_over_starts"][()]) for name in names}  # type: ignore[index]
-        settled = thin(stored["settled"][()]) if lasting else None  # type: ignore[index]
-    points = {name: thin(one) for name, one in sweep.points().items()}
-    return _Scored(points, values, code, every, between, settled)
-
-
 def _span(values: np.ndarray, unit: str) -> str:
     different = len(np.unique(values))
     return f"{different} values from {amount(values.min(), unit)} to {amount(values.max(), unit)}"
 
 
-def _table(found: _Scored, units: Mapping[str, str], kinds: Mapping[str, str]) -> Table:
-    rows: list[tuple[Any, ...]] = []
-    for name, values in found.values.items():
-        known = np.flatnonzero(np.isfinite(values))
-        if not len(known):
-            rows.append((spaced(name), 0, *(None,) * (4 if found.between else 3), "", ""))
-            continue
-        low, high = (int(known[pick(values[known])]) for pick in (np.argmin, np.argmax))
-        rows.append(
-            (
-                spaced(name),
-                len(known),
-                values[low],
-                np.median(values[known]),
-                values[high],
-                *((float(np.nanmedian(found.between[name])),) if found.between else ()),
-                _where(found, low, units),
-                _where(found, high, units),
-            )
-        )
-    columns = (
-        "measure",
-        "runs",
-        *(Column(one, ROW) for one in ("least", "median", "largest")),
-        *((Column("between starts, median", ROW, 2),) if found.between else ()),
-        "least at",
-        "largest at",
-    )
-    return Table("", columns, rows, units=[kinds[name] for name in found.values])
-
-
-def _where(found: _Scored, run: int, units: Mapping[str, str]) -> str:
-    return ", ".join(f"{path_end(name)} {amount(float(one[run]), units[name])}" for name, one in found.points.items())
-
-
-def _figures(sweep: Sweep, found: _Scored, measure: str, units: Mapping[str, str], unit: str) -> list[list[Plate]]:
+def _figures(sweep: Sweep, found: Scored, measure: str, units: Mapping[str, str], unit: str) -> list[list[Plate]]:
     """Of one measure, its figures against every swept value, two in a row."""
     plates = [
         _against(found, name, units[name], measure, unit, isinstance(sweep.vary[name], Logspace))
         for name in list(sweep.vary)[:MOST_AXES]
     ]
-    if found.grid is not None:
-        plates.insert(0, _map(_over_both(found, found.grid, measure, units, unit)))
+    if measure in found.maps:
+        plates.insert(0, _map(found.maps[measure]))
     return [plates[left : left + 2] for left in range(0, len(plates), 2)]
 
 
-def _against(found: _Scored, axis: str, axis_unit: str, measure: str, unit: str, log: bool) -> Plate:
+def _against(found: Scored, axis: str, axis_unit: str, measure: str, unit: str, log: bool) -> Plate:
     x, y = found.points[axis], found.values[measure]
     known = np.isfinite(y)
     levels = np.unique(x)
@@ -215,19 +128,6 @@ def _with_room(low: float, high: float, *, log: bool) -> Window:
     return low - beyond, high + beyond
 
 
-def _over_both(
-    found: _Scored, grid: tuple[np.ndarray, np.ndarray], measure: str, units: Mapping[str, str], unit: str
-) -> xarray.DataArray:
-    """A measure over both swept values, the first one across."""
-    names, order = list(found.points), np.lexsort(tuple(found.points.values()))
-    coords = {
-        name: xarray.DataArray(levels, dims=name, attrs={"units": units[name]})
-        for name, levels in zip(names, grid, strict=True)
-    }
-    values = found.values[measure][order].reshape([len(levels) for levels in grid[::-1]])
-    return xarray.DataArray(values, coords, names[::-1], measure, {"units": unit})
-
-
 def _map(shown: xarray.DataArray) -> Plate:
     from tarsus.report.saved import draw_measure
     from tarsus.report.sheet import plate
@@ -247,7 +147,7 @@ def _stretches(known: np.ndarray) -> list[slice]:
     return [slice(a, b) for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True) if b - a > 1]
 
 
-def _failures(found: _Scored, units: Mapping[str, str]) -> Table | None:
+def _failures(found: Scored, units: Mapping[str, str]) -> Table | None:
     """How the runs ended: those counted, and the first that did not reach their end; nothing where all did."""
     failed = np.flatnonzero(found.code != DONE)
     if not len(failed):

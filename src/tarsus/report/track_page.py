@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tarsus.identify.result import Identification
+from tarsus.report.identify_page import identify_html
 from tarsus.report.pages import Markup, Plate, Section, said, sections_page, whole
 from tarsus.report.sheet import QUARTER, few_ticks, intervals, name_axes, panels
 from tarsus.report.style import BLUE, VERMILION
@@ -19,13 +21,18 @@ NINETY_FIVE = 1.96
 """Standard errors in half of a bar: a 95 % interval."""
 
 
+def identified_html(found: Identification | Tracking) -> str:
+    """The page of a campaign, or of a series of them."""
+    return identify_html(found) if isinstance(found, Identification) else track_html(found)
+
+
 def track_html(series: Tracking) -> str:
     """The page of a series, as text."""
     table = series.table()
     about = [table.title, *(said(one, failed=True) for one in series.alarms), whole(table.bare()), ALARMS]
     title = f"Series: {series.names[0]} to {series.names[-1]}"
     sections = [Section("Over the series", _numbers(series))]
-    return sections_page(title, about, sections, head=f"{series.names[0]} – series")
+    return sections_page(title, about, sections)
 
 
 ALARMS = Markup(

@@ -1,9 +1,10 @@
-"""Figures of a walk: travel of the body, its path from above, footfalls, forces under every foot."""
+"""Figures of a walk: travel of the body, its path from above, drives and footfalls, forces under every foot."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from tarsus.records.excluded import evenly
 from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion
 from tarsus.report.pages import Plate
 from tarsus.report.panels import Bars, DrawnLine, Level, Sign, TimePanel, Window, panels_plate
-from tarsus.report.style import BLUE, GREEN, INK, MUTED, PURPLE, RULE, VERMILION, samples_inside, scale_of
+from tarsus.report.style import BLUE, CYCLE, GREEN, INK, MUTED, PURPLE, RULE, VERMILION, samples_inside, scale_of
 from tarsus.tables.numbers import amount
 
 if TYPE_CHECKING:
@@ -29,6 +30,9 @@ _WORDS = {
     "pitch": "its pitch about y",
     "yaw": "its yaw about z, its heading",
 }
+
+SAME = 1e-6
+"""Drive voltages that differ by less than this part of the largest are one."""
 
 RESOLVED = 1e-6
 """Share of the body's motion below which a turn or sway that a run gives is none: steps are exact to 1e-8 of the
@@ -65,8 +69,28 @@ def _way(motion: Motion, name: str) -> float:
     return float(arm * np.ptp(motion.body[name]))
 
 
+def distinct_drives(motion: Motion) -> list[tuple[str, int]]:
+    """The different drive voltages, as many as there are colours: a drive that has it and how many more, and its
+    row."""
+    alike: dict[int, list[str]] = {}
+    for row, name in enumerate(motion.drives):
+        volts = motion.volts[row]
+        near = SAME * max(float(np.abs(volts).max()), 1e-12)
+        first = next((r for r in alike if float(np.abs(motion.volts[r] - volts).max()) <= near), row)
+        alike.setdefault(first, []).append(name)
+    labels = (names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} alike" for names in alike.values())
+    return list(zip(labels, alike, strict=True))[: len(CYCLE)]
+
+
+def contact_panel(feet: Sequence[str], bars: Sequence[Bars], **others: Any) -> TimePanel:
+    """A panel with a row for each foot, from above in their order."""
+    count = len(feet)
+    height = max(row_height(count) * count, 0.5)
+    return TimePanel(height, bars=bars, limits=(count - 0.4, -0.8), names=feet, **others)
+
+
 def footfalls(motion: Motion, window: Window) -> Plate:
-    """Gait diagram (Hildebrand's): bars where a foot is on the ground, narrow where it slips."""
+    """Volts above the gait diagram (Hildebrand's): bars where a foot is on the ground, narrow where it slips."""
     part = _part(motion, window)
     count = len(motion.legs)
     kinds = ((STUCK, INK, 0.72, "stuck"), (SLIPPING, VERMILION, 0.36, "slipping"))
@@ -75,14 +99,16 @@ def footfalls(motion: Motion, window: Window) -> Plate:
         for state, color, height, _ in kinds
         for row in range(count)
     ]
-    panel = TimePanel(
-        max(_row(count) * count, 0.5),
-        bars=bars,
-        signs=[Sign(name, color, area=True) for _, color, _, name in kinds],
-        limits=(count - 0.4, -0.8),
-        names=motion.legs,
-    )
-    return panels_plate([panel], "Footfalls: bars where a foot is on the ground, narrow ones where it slips.", window)
+    drives = distinct_drives(motion)
+    colors = CYCLE if len(drives) > 1 else (INK,)
+    volts = [
+        DrawnLine(part.time, part.volts[row], color, label) for (label, row), color in zip(drives, colors, strict=False)
+    ]
+    falls = contact_panel(motion.legs, bars, signs=[Sign(name, color, area=True) for _, color, _, name in kinds])
+    caption = "Footfalls: bars where a foot is on the ground, narrow ones where it slips."
+    if drives:
+        return panels_plate([TimePanel(0.62, "drive", "V", volts), falls], f"{caption} Above: volts.", window)
+    return panels_plate([falls], caption, window)
 
 
 USUAL, CUT = 0.95, 1.5
@@ -108,7 +134,7 @@ def ground_forces(motion: Motion, window: Window) -> Plate:
         for values, color, label in zip(forces, (GREEN, PURPLE), ("upward", "friction, forward"), strict=True)
     ]
     panel = TimePanel(
-        min(0.8 * count, 1.0 + 2.0 * _row(count) * count),
+        min(0.8 * count, 1.0 + 2.0 * row_height(count) * count),
         lines=lines,
         names=motion.legs,
         levels=[Level(row, RULE) for row in range(count)],
@@ -126,7 +152,7 @@ def ground_forces(motion: Motion, window: Window) -> Plate:
     return panels_plate([panel], caption, window)
 
 
-def _row(count: int) -> float:
+def row_height(count: int) -> float:
     """Height of one of so many rows [inch]: of many as low as their names allow."""
     return 0.17 if count <= 12 else 0.1
 

@@ -9,11 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from tarsus.base.spec import float_paths
-from tarsus.report.pages import Markup, Plate, Section, sections_page, sentence_case
+from tarsus.report.pages import Plate, Section, noted, sections_page
 from tarsus.report.sheet import intervals, name_axes, panels
 from tarsus.report.style import BLUE, MUTED, ORANGE
 from tarsus.study.yields import Yield
-from tarsus.tables.numbers import amount, path_end, spaced
+from tarsus.tables.numbers import path_end, spaced
 from tarsus.tables.table import ROW, Column, Table
 
 BARS = 12
@@ -28,31 +28,19 @@ BINS = 40
 
 def yield_html(found: Yield) -> str:
     """The page of a result, as text."""
-    scene, first = found.robots.scene, found.measures[0]
-    values = found.values[first][np.isfinite(found.values[first])]
-    low, middle, high = (float(one) for one in np.quantile(values, (0.05, 0.5, 0.95)))
-    leader, whole_table = found.leaders.get(first), found.table()
+    table, words = found.table(), spaced(found.measures[0])
     dead, indices = len(found.by_dead) > 1, any(found.indices.values())
-    words, unit = spaced(first), found.units[first]
-    about = (
-        f"{len(found.lost)} robots, {found.motion.words}: {words} from {amount(low, unit)} to {amount(high, unit)} in "
-        f"nine of ten, median {amount(middle, unit)}."
-    )
-    if leader is not None:
-        about += f" {sentence_case(leader.sentence(words))}"
-    notes = [Markup("<p>{}</p>").format(sentence_case(one)) for one in found.motion.notes(found.units)]
     costs = _costs(found) if dead else None
     worst = f"Mean {words} with a leg dead, minus that with it alive, worst first."
-    indexed = f"Indices of {words}; ± is the half-width of the 95 % interval."
     sections = [
         Section("What comes out of the workshop", _distributions(found)),
-        Section("Yield against requirement", _curves(found), whole_table.bare()),
-        Section("Dead legs", _dead(found), _dead_table(found), worst if costs else "", costs) if dead else None,
-        Section("Whose scatter matters", _indices(found), indexed, _index_table(found)) if indices else None,
+        Section("Yield against requirement", _curves(found), table.bare()),
+        Section("Dead legs", _dead(found), worst if costs else "", costs) if dead else None,
+        Section("Whose scatter matters", _indices(found)) if indices else None,
         Section("What was scattered", _scatter(found)),
-        Section("How the runs ended", whole_table.parts[0]),
+        Section("How the runs ended", table.parts[0]),
     ]
-    return sections_page(f"Yield: {scene.name}", [about, *notes], sections, head=f"{scene.name} – yield")
+    return sections_page(f"Yield: {found.robots.scene.name}", [f"{table.title}.", noted(table)], sections)
 
 
 def _ranked(indices: Mapping[str, Mapping[str, float]]) -> list[tuple[str, Mapping[str, float]]]:
@@ -95,15 +83,6 @@ def _dead(found: Yield) -> Plate:
     return panels(found.measures, HEIGHT, drawn, caption)
 
 
-def _dead_table(found: Yield) -> Table:
-    rows = [
-        (one["dead"], one["robots"], one["failed"], *(one[n] and one[n][1] for n in found.measures))
-        for one in found.by_dead
-    ]
-    columns = [Column(f"median {spaced(name)}", found.units[name]) for name in found.measures]
-    return Table("", ("dead legs", "robots", "failed", *columns), rows)
-
-
 def _costs(found: Yield) -> Table | None:
     """What each leg's death costs on average, the worst first."""
     first = found.measures[0]
@@ -132,19 +111,6 @@ def _indices(found: Yield) -> Plate:
         f"the {BARS} largest; lines are 95 % intervals."
     )
     return panels(found.measures, 0.2 * most + 0.3, drawn, caption)
-
-
-def _settled(index: float) -> float:
-    """An index; one below a thousandth, far below any interval that is seen, is none."""
-    return index if abs(index) >= 1e-3 else 0.0
-
-
-def _index_table(found: Yield) -> Table:
-    rows = [
-        (group, *(_settled(one[word]) for word in ("total", "total_error", "first", "first_error")))
-        for group, one in _ranked(found.indices.get(found.measures[0], {}))
-    ]
-    return Table("", ("scatter of", *(Column(name, digits=3) for name in ("total", "±", "first", "±"))), rows)
 
 
 def _scatter(found: Yield) -> Table:

@@ -38,6 +38,12 @@ class Validation(Tabled):
         """Whether every claim came out as it was stated: those known to fail do, and all others hold."""
         return all(one.outcome.expected for one in self.verdicts)
 
+    @property
+    def problems(self) -> list[str]:
+        """A sentence for every claim that did not come out as it was stated, and for every one without rows."""
+        said = ((one.name, one.outcome.sentence) for one in self.verdicts)
+        return [f"{self.experiment.name}: the claim '{name}' {words}" for name, words in said if words]
+
     def of(self, column: str) -> list[Compared]:
         """The compared numbers of a measured column."""
         return [one for one in self.compared if one.column == column]
@@ -206,6 +212,11 @@ class Suite(Tabled):
     def ok(self) -> bool:
         """Whether every claim of every experiment came out as it was stated."""
         return all(one.ok for one in self.validations.values())
+
+    @property
+    def problems(self) -> list[str]:
+        """Those of all."""
+        return [said for one in self.validations.values() for said in one.problems]
 
     @property
     def numbers(self) -> int:

@@ -51,48 +51,44 @@ class Charts {
     this.room = 50;
     this.plots = this.spec.panels.map((panel, i) => this.plot(panel, i));
     this.waiting = this.panels.map(() => null); // numbers of panels that are out of sight
-    this.sight = new IntersectionObserver((seen) => seen.forEach(({ target, isIntersecting }) => this.reveal(this.panels.indexOf(target), isIntersecting)));
     this.inSight = this.panels.map(() => true);
-    this.panels.forEach((panel) => this.sight.observe(panel));
+    const sight = new IntersectionObserver((seen) => seen.forEach(({ target, isIntersecting }) => {
+      const i = this.panels.indexOf(target);
+      this.inSight[i] = isIntersecting;
+      if (isIntersecting) this.put(i);
+    }));
+    this.panels.forEach((panel) => sight.observe(panel));
     this.panels.forEach((_, i) => this.keys(i));
     if (this.room > 50) this.plots.forEach((plot) => plot.redraw(false, true));
     this.listen();
   }
 
-  /** Other numbers in place of those of the page [SI]: the times of all lines, and of each panel its lines' values and what is shaded. */
+  /** Other numbers in place of those of the page [SI]: the times of all lines, and of each panel its lines' values, what is shaded and its bars. */
   take(time, panels) {
     const x = scaled(time, this.spec.step);
-    this.sharing = true;
-    this.plots.forEach((_, i) => {
-      this.waiting[i] = { x, ...panels[i] };
-      if (this.inSight[i]) this.put(i);
-    });
-    this.sharing = false;
+    this.waiting = panels.map((panel) => ({ x, ...panel }));
+    this.panels.forEach((_, i) => this.inSight[i] && this.put(i));
   }
 
   /** Draws what waits for a panel. */
   put(i) {
-    const waits = this.waiting[i], plot = this.plots[i], { step } = this.spec.panels[i], { min, max } = plot.scales.x;
+    const waits = this.waiting[i], plot = this.plots[i], own = this.spec.panels[i], { min, max } = plot.scales.x;
     if (!waits) return;
+    const spans = (of) => of.map(([a, b]) => [a / this.spec.step, b / this.spec.step]), { sharing } = this;
     this.waiting[i] = null;
-    if (waits.shaded) this.spec.panels[i].shaded = waits.shaded.map(([a, b]) => [a / this.spec.step, b / this.spec.step]);
-    plot.setData([waits.x, ...waits.lines.map((line) => scaled(line, step))], false);
+    this.sharing = true;
+    if (waits.shaded) own.shaded = spans(waits.shaded);
+    waits.bars?.forEach((of, k) => { own.bars[k].spans = spans(of); });
+    plot.setData([waits.x, ...waits.lines.map((line) => scaled(line, own.step))], false);
     plot.setScale("x", { min, max });
     this.keys(i);
+    this.sharing = sharing;
   }
 
   /** Names stand for lines that have numbers. */
   keys(i) {
     const drawn = this.plots[i].data.map((row) => row.some(Number.isFinite));
     for (const key of this.panels[i].querySelectorAll("button[data-lines]")) key.hidden = !key.dataset.lines.split(" ").some((line) => drawn[line]);
-  }
-
-  reveal(i, seen) {
-    this.inSight[i] = seen;
-    const { sharing } = this;
-    this.sharing = true;
-    if (seen) this.put(i);
-    this.sharing = sharing;
   }
 
   /** The stretch that is seen [SI]. */
@@ -131,6 +127,7 @@ class Charts {
       },
     }, [this.x[panel.x], ...panel.series.map((line) => column(line.values))], host);
     plot.over.setAttribute("aria-hidden", "true");
+    if (this.spec.clock) plot.over.addEventListener("click", () => dispatchEvent(new CustomEvent("seek", { detail: plot.posToVal(plot.cursor.left, "x") * this.spec.step })));
     plot.setScale("x", { min: this.whole[0], max: this.whole[1] });
     return plot;
   }
@@ -201,6 +198,11 @@ class Charts {
     this.figure.dispatchEvent(new Event("zoom"));
   }
 
+  /** Puts the cursor at the time [s] that the page's moving picture shows. */
+  mark(time) {
+    this.plots.forEach((plot, i) => this.inSight[i] && plot.setCursor({ left: plot.valToPos(time / this.spec.step, "x"), top: 0 }, true, false));
+  }
+
   /** What a line shows at the cursor: its number there, or the one that is nearest to it on the screen. */
   nearest(u, panel, lines) {
     const at = u.cursor.idx, x = u.data[0];
@@ -245,6 +247,7 @@ class Charts {
       button.addEventListener("click", () => this.zoom(button.dataset.zoom));
     }
     addEventListener("themechange", () => this.plots.forEach((plot) => plot.redraw(false, true)));
+    if (this.spec.clock) addEventListener("walktime", ({ detail }) => this.mark(detail));
     addEventListener("beforeprint", () => { this.panels.forEach((_, i) => this.put(i)); this.fit(640); });
     addEventListener("afterprint", () => this.fit());
     new ResizeObserver(() => this.fit()).observe(this.figure);

@@ -99,13 +99,14 @@ class Explorer {
   constructor(root) {
     const part = (name) => root.querySelector(`.explore-${name}`);
     this.root = root;
+    this.folded = root.closest("details"); // where it is opened first, as on the page of a run
     this.info = JSON.parse(part("info").textContent);
     for (const name of ["says", "desk", "measures", "tally", "events", "copied", "part", "freeze", "thaw", "reset"]) this[name] = part(name);
     this.turnable = this.info.sliders.map((about) => new Slider(about, (moving) => this.turned(moving)));
     for (const group of new Set(this.turnable.map((one) => one.group))) {
       this.desk.append(made("fieldset", {}, made("legend", { textContent: group }), ...this.turnable.filter((one) => one.group === group).map((one) => one.root)));
     }
-    this.player = root.querySelector("figure.walk").player;
+    this.player = root.querySelector(".walk").player;
     this.charts = root.querySelector(".charts").built;
     this.turn = 0; // of the sliders: how often they were put elsewhere
     this.due = false; // a beginning, once the one that is run is there
@@ -114,8 +115,8 @@ class Explorer {
     this.frozen = null;
     this.listen(part);
     this.start = () => this.begin(part);
-    if (this.info.plays) this.turned();
-    else root.closest("details")?.addEventListener("toggle", () => this.start && this.turned());
+    if (!this.folded) this.turned();
+    else this.folded.addEventListener("toggle", () => this.start && this.turned());
   }
 
   /** Two workers: the beginning of a run, while a slider moves, never waits for a whole one. */
@@ -141,7 +142,7 @@ class Explorer {
     addEventListener("message", ({ data, source }) => source === parent && parent !== window && data?.tarsus && this.take(data.tarsus));
     const reduced = matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.player.again = true;
-    if (!reduced && this.info.plays) this.player.run();
+    if (!reduced && !this.folded) this.player.run();
   }
 
   /** Freezes what is shown, once it is the whole of where the sliders are. */
@@ -267,8 +268,9 @@ class Explorer {
     if (!shown || !shown.time.length) return;
     const film = this.film(shown);
     if (film) this.player.take(film);
-    this.charts.take(shown.time, this.info.panels.map(({ lines }) => ({
-      lines: lines.map(([of, k, frozen]) => this.series(of, k, frozen)), shaded: this.info.feet.length === 1 ? this.contacts(0) : null,
+    const { panels, feet } = this.info, held = feet.map((_, foot) => this.contacts(foot));
+    this.charts.take(shown.time, panels.map(({ lines, bars }) => ({
+      lines: lines.map(([of, k, frozen]) => this.series(of, k, frozen)), shaded: feet.length === 1 ? held[0] : null, bars: bars ? held : null,
     })));
   }
 
@@ -296,7 +298,7 @@ class Explorer {
   }
 
   /** Series of the moving picture, at its frames alone; none of a run that ended before the second. */
-  film({ time, times, period, gap, contact, volts, body, ...shown }) {
+  film({ time, times, period, gap, contact, body, ...shown }) {
     const { legs } = this.info, at = [];
     for (let n = 0, k = 0; n < time.length && k < times.film.length; n++) if (time[n] === times.film[k]) { at.push(n); k++; }
     if (at.length < 2) return null;
@@ -309,7 +311,6 @@ class Explorer {
       body: Object.fromEntries(this.info.body.map((name, k) => [name, taken(body[k])])),
       swing: ofLeg(shown.foot_x), footZ: ofLeg(gap), normal: ofLeg(shown.contact_force), friction: ofLeg(shown.friction_force),
       state: legs.map((foot) => Uint8Array.from(at, (n) => (foot < 0 ? 0 : contact[foot][n]))),
-      volts: this.info.tracks.map((drive) => taken(volts[drive])),
     };
   }
 
@@ -390,7 +391,6 @@ class Explorer {
     const { shown, frozen, info } = this, now = this.count(shown), then = frozen ? this.count(frozen) : {};
     const words = [...new Set([...Object.keys(now), ...Object.keys(then)])];
     this.tally.textContent = words.length ? `${words.map((word) => `${now[word] ?? 0} × ${word}${frozen ? ` (A: ${then[word] ?? 0})` : ""}`).join(", ")}.` : "No foot touched the ground.";
-    if (!this.events) return;
     const rows = [];
     let left = 0;
     for (let e = 0; e < shown.events.length; e += WIDTH) {

@@ -1,23 +1,11 @@
 // Plays the motion of a robot: reads the data beside it and moves its time; asks nothing of any network.
 
-/** Bytes of base64 text. */
-function bytes(text) {
-  return Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
-}
-
 /** Series of a packed channel, an array a row: value = (low + q) step; so many rows of zeros where there is none. */
 function unpack(channel, frames, rows) {
   if (!channel) return Array.from({ length: rows }, () => new Float64Array(frames));
-  const raw = bytes(channel.data), whole = channel.bits === 16 ? new Uint16Array(raw.buffer) : raw;
+  const raw = Uint8Array.from(atob(channel.data), (character) => character.charCodeAt(0)), whole = channel.bits === 16 ? new Uint16Array(raw.buffer) : raw;
   const values = Float64Array.from(whole, (q) => (channel.low + q) * channel.step);
   return Array.from({ length: values.length / frames }, (_, row) => values.subarray(row * frames, (row + 1) * frames));
-}
-
-/** States, four to a byte, an array a leg. */
-function unpackStates(text, legs, frames) {
-  const raw = bytes(text);
-  const flat = Uint8Array.from({ length: legs * frames }, (_, i) => (raw[i >> 2] >> (2 * (i & 3))) & 3);
-  return Array.from({ length: legs }, (_, leg) => flat.subarray(leg * frames, (leg + 1) * frames));
 }
 
 /** The motion as arrays over its frames: coordinates of the body, and of every leg its foot and what acts there. */
@@ -28,8 +16,7 @@ function readWalk(data) {
     body: Object.fromEntries(Object.entries(data.body).map(([name, channel]) => [name, unpack(channel, frames)[0]])),
     ground: data.ground, moved: data.moved ? unpack(data.moved, frames) : null, names: legs, channels: data.channels,
     swing: rows("swing"), footZ: rows("foot_z"), normal: rows("normal"), friction: rows("friction"),
-    state: unpackStates(data.state, legs.length, frames),
-    drives: data.drives, volts: data.volts ? unpack(data.volts, frames) : [],
+    state: rows("state"),
   };
 }
 
@@ -63,7 +50,6 @@ class Player {
     for (const name of ["play", "icon", "back", "next", "time", "clock", "speed", "up", "along", "forces", "follow",
       "says"]) this[name] = part(name);
     this.stage = new Stage(part("stage"), this.walk);
-    this.tracks = new Tracks(part("tracks"), this.walk);
     this.fillChoices();
     this.listen();
     root.classList.add("live");
@@ -76,8 +62,7 @@ class Player {
   take(series) {
     const walk = { ...this.walk, ...series };
     this.now = between(walk.start + this.now - this.walk.start, walk.start, walk.end);
-    this.walk = this.stage.walk = this.tracks.walk = walk;
-    this.tracks.kept = null;
+    this.walk = this.stage.walk = walk;
     this.path = pathOf(walk);
     this.time.max = walk.frames - 1;
     this.draw();
@@ -112,12 +97,7 @@ class Player {
     for (const choice of [this.up, this.along, this.forces, this.follow]) {
       choice.addEventListener("change", () => this.draw());
     }
-    const { canvas } = this.tracks;
-    canvas.addEventListener("pointerdown", (event) => {
-      canvas.setPointerCapture(event.pointerId);
-      this.go(this.tracks.timeAt(event.clientX));
-    });
-    canvas.addEventListener("pointermove", (event) => event.buttons && this.go(this.tracks.timeAt(event.clientX)));
+    addEventListener("seek", ({ detail }) => this.go(between(detail, this.walk.start, this.walk.end))); // a click on a figure over time
     addEventListener("themechange", () => this.restyle());
     new ResizeObserver(() => this.restyle()).observe(this.stage.canvas);
   }
@@ -186,10 +166,9 @@ class Player {
   restyle() {
     const style = getComputedStyle(this.root), colors = {};
     const color = (name) => style.getPropertyValue(name).trim();
-    for (const name of ["paper", "ground", "near", "far", "leg", "far-leg", "stuck", "slip", "push", "friction", "muted",
-      "ink", "rule"]) colors[name] = color(`--walk-${name}`);
-    const [width, tracks] = [this.stage, this.tracks].map(({ canvas }) => canvas.clientWidth);
-    this.look = { font: style.fontFamily, ink: style.color, colors, width, tracks };
+    for (const name of ["paper", "soft", "body-near", "body-far", "c-blue", "leg-far", "c-vermilion", "good", "calm", "muted",
+      "ink", "rule"]) colors[name] = color(`--${name}`);
+    this.look = { font: style.fontFamily, ink: style.color, colors, width: this.stage.canvas.clientWidth };
     this.draw();
   }
 
@@ -201,8 +180,8 @@ class Player {
     this.clock.textContent = amount(this.now, "s", 4);
     this.time.setAttribute("aria-valuetext", this.clock.textContent);
     this.stage.draw(moment, { up: Number(this.up.value), along, camera, forces: this.forces.checked }, this.look);
-    this.tracks.draw(this.now, this.look);
     this.say(moment);
+    dispatchEvent(new CustomEvent("walktime", { detail: this.now })); // figures over time mark it
   }
 
   /** What is seen, in words. */
@@ -217,4 +196,4 @@ class Player {
   }
 }
 
-document.querySelectorAll("figure.walk:not(.live)").forEach((root) => new Player(root));
+document.querySelectorAll(".walk:not(.live)").forEach((root) => new Player(root));

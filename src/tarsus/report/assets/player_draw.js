@@ -1,4 +1,4 @@
-// What the player draws with: a robot's drawing on its stage, and series over time as tracks.
+// What the player draws with: a robot's drawing on its stage.
 
 const AIR = 0, STUCK = 1, SLIPPING = 2;
 const ROUND = Array.from({ length: 60 }, (_, i) => Number(`${[1, 2, 5][i % 3]}e${Math.floor(i / 3) - 12}`));
@@ -77,9 +77,9 @@ function arrow(pen, x, y, dx, dy, color) {
 
 /** A foot: full where it is stuck, an open triangle where it slips, an open circle in the air. */
 function mark(pen, state, x, y, size, colors) {
-  if (state === STUCK) dot(pen, x, y, size, colors.stuck, colors.stuck);
+  if (state === STUCK) dot(pen, x, y, size, colors.ink, colors.ink);
   else if (state === SLIPPING) {
-    polygon(pen, [[x, y - 1.2 * size], [x + 1.2 * size, y + size], [x - 1.2 * size, y + size]], colors.paper, colors.slip);
+    polygon(pen, [[x, y - 1.2 * size], [x + 1.2 * size, y + size], [x - 1.2 * size, y + size]], colors.paper, colors["c-vermilion"]);
   } else dot(pen, x, y, 0.8 * size, colors.paper, colors.muted);
 }
 
@@ -130,17 +130,17 @@ class Stage {
     const { pen, walk, moment: { frame }, look: { colors } } = this, { force } = walk.drawing, state = walk.state[leg][frame];
     if (state !== AIR && forces && force > 0) {
       const pixels = (values) => this.arrowLength(between(values[leg][frame], -2 * force, 2 * force));
-      arrow(pen, x, y, 0, -pixels(walk.normal), colors.push);
-      arrow(pen, x, y, pixels(walk.friction), 0, colors.friction);
+      arrow(pen, x, y, 0, -pixels(walk.normal), colors.good);
+      arrow(pen, x, y, pixels(walk.friction), 0, colors.calm);
     }
-    if (state === STUCK) line(pen, [[x - 1.8 * size, y + 1], [x + 1.8 * size, y + 1]], colors.stuck, 2);
+    if (state === STUCK) line(pen, [[x - 1.8 * size, y + 1], [x + 1.8 * size, y + 1]], colors.ink, 2);
     mark(pen, state, x, y, size, colors);
   }
 
   drawGround(feet) {
     const { pen, width, walk: { drawing, body, ground }, look: { colors, ink }, choices: { along, up } } = this;
     const [start, level] = this.put([0, 0]), back = drawing.back * this.scale, half = 0.5 * drawing.wide * this.scale;
-    pen.fillStyle = colors.ground;
+    pen.fillStyle = colors.soft;
     if (drawing.level) pen.fillRect(0, level - back, width, back + 3);
     for (const [number, point, x, z, shift, paint] of drawing.pieces) {
       const place = ([at, height]) => this.put([x + along * (at - shift), z + up * height]);
@@ -190,7 +190,7 @@ class Stage {
     say(`${amount(rise, "m")} upward`, x + 12);
     if (drawing.force > 0 && choices.forces) {
       const force = roundBelow(drawing.force), long = this.arrowLength(force);
-      arrow(pen, x, y - 4, long, 0, colors.push);
+      arrow(pen, x, y - 4, long, 0, colors.good);
       say(amount(force, "N"), x + long + 6);
     }
     if (!tilt) return;
@@ -208,110 +208,5 @@ class Stage {
     const [x0, y0] = [this.width - room / 2 - 4 - 0.5 * (back + front) * scale, 24 + tall / 2 + 0.5 * (left + right) * scale];
     words(pen, "from above", this.width - 6, 12, colors.muted, "right");
     this.drawParts(view, this.placed(view).map(([x, y]) => [x0 + x * scale, y0 - y * scale]), 0.8 * this.size, false);
-  }
-}
-
-/** Series over time below each other, with a line at the time shown. */
-class Tracks {
-  constructor(canvas, walk) {
-    this.canvas = canvas;
-    this.walk = walk;
-    this.left = 86;
-    this.right = 22;
-  }
-
-  /** The time [s] under a place on the page. */
-  timeAt(clientX) {
-    const { walk: { start, end } } = this, box = this.canvas.getBoundingClientRect();
-    const share = (clientX - box.left - this.left) / (box.width - this.left - this.right);
-    return start + between(share, 0, 1) * (end - start);
-  }
-
-  x(time) {
-    const { walk: { start, end } } = this;
-    return this.left + ((this.width - this.left - this.right) * (time - start)) / (end - start);
-  }
-
-  /** Draw the cursor over the series, which are drawn only once for a size and a look of the page. */
-  draw(now, look) {
-    if (!look.tracks) return; // a page may leave them out
-    const { walk } = this, row = walk.names.length > 16 ? 10 : 15, curve = 58;
-    const height = walk.volts.length * 22 + walk.names.length * row + (walk.body.surge ? 2 * (curve + 16) : 0) + 44;
-    this.width = look.tracks;
-    const pen = penFor(this.canvas, this.width, height, look.font);
-    if (!this.kept || this.kept.width !== this.canvas.width || this.look !== look) {
-      this.look = look;
-      this.kept = document.createElement("canvas");
-      this.kept.width = this.canvas.width;
-      this.kept.height = this.canvas.height;
-      const ink = this.kept.getContext("2d");
-      ink.setTransform(pen.getTransform());
-      ink.font = pen.font;
-      ink.textBaseline = "middle";
-      this.drawAll(ink, row, curve);
-    }
-    pen.save();
-    pen.resetTransform();
-    pen.drawImage(this.kept, 0, 0);
-    pen.restore();
-    line(pen, [[this.x(now), 0], [this.x(now), height - 20]], look.colors.slip, 1.5);
-  }
-
-  drawAll(pen, row, curve) {
-    const { walk } = this;
-    let y = 4;
-    walk.volts.forEach((values, i) => {
-      this.drawCurve(pen, values, y, 15, walk.drives[i]);
-      y += 22;
-    });
-    this.drawGait(pen, y + 6, row);
-    y += walk.names.length * row + 22;
-    for (const [word, name] of walk.body.surge ? [["travel", "surge"], ["height", "heave"]] : []) {
-      this.drawCurve(pen, walk.body[name], y, curve, word, "m");
-      y += curve + 16;
-    }
-    this.drawTimes(pen, y - 12);
-  }
-
-  drawCurve(pen, values, top, tall, word, unit) {
-    const { walk, look: { colors, ink }, left } = this;
-    const least = Math.min(...values), most = Math.max(...values), span = most - least || 1;
-    words(pen, word, left - 8, top + tall / 2, ink, "right", left - 10);
-    if (unit) {
-      words(pen, amount(most, unit), left - 8, top + 4, colors.muted, "right");
-      words(pen, amount(least, unit), left - 8, top + tall - 4, colors.muted, "right");
-    }
-    line(pen, [[left, top + tall + 2], [this.x(walk.end), top + tall + 2]], colors.rule);
-    line(pen, Array.from(values, (v, i) => [this.x(walk.time[i]), top + (tall * (most - v)) / span]), colors.leg, 1.25);
-  }
-
-  /** Contact of every foot over time: full bars stuck, half bars slipping. */
-  drawGait(pen, top, row) {
-    const { walk, look: { colors, ink, font }, left } = this;
-    pen.font = `${Math.min(12, row)}px ${font}`;
-    walk.names.forEach((name, leg) => {
-      const states = walk.state[leg], y = top + leg * row;
-      words(pen, name, left - 8, y + row / 2, ink, "right", left - 10);
-      line(pen, [[left, y + row - 0.5], [this.x(walk.end), y + row - 0.5]], colors.rule, 0.5);
-      for (let i = 0, j; i < walk.frames; i = j) {
-        for (j = i + 1; j < walk.frames && states[j] === states[i]; ) j++;
-        if (states[i] === AIR) continue;
-        const from = this.x(walk.time[i]), to = this.x(walk.time[Math.min(j, walk.frames - 1)]);
-        const tall = states[i] === STUCK ? row - 3 : (row - 3) / 2;
-        pen.fillStyle = states[i] === STUCK ? colors.stuck : colors.slip;
-        pen.fillRect(from, y + (row - 1 - tall) / 2, Math.max(to - from, 0.75), tall);
-      }
-    });
-    pen.font = `12px ${font}`;
-  }
-
-  drawTimes(pen, top) {
-    const { walk: { start, end }, look: { colors } } = this;
-    const step = roundAbove(((end - start) * 90) / (this.width - this.left - this.right));
-    for (let k = Math.ceil(start / step - 1e-6); k * step <= end * ROUNDING; k++) {
-      const x = this.x(k * step);
-      line(pen, [[x, top], [x, top + 4]], colors.muted);
-      words(pen, amount(k * step, "s", 4), x, top + 14, colors.muted, "center");
-    }
   }
 }
