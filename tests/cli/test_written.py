@@ -37,7 +37,7 @@ WRITTEN = [
         "design landing cantilever --foot tip --request effort=0.012 --request risk=nominal --request pairs=1",
         "landing design",
         "landing.h landing.json scenarios.csv scene.toml signal.toml",
-        ("switching_times",),
+        ("`tarsus design landing` wrote it",),
         "LANDING_DIGEST",
     ),
     (

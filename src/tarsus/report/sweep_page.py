@@ -13,7 +13,7 @@ from tarsus.report.panels import DrawnLine, TimePanel, Window, panels_plate
 from tarsus.report.style import BLUE, MUTED
 from tarsus.solve import Run
 from tarsus.study.axes import Logspace
-from tarsus.study.summary import FEW, Scored, read_scored, summary, summary_table, units_of_axes
+from tarsus.study.summary import FEW, SweepValues, read_scored, summary, summary_table, units_of_axes
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import DONE, OUTCOMES
 from tarsus.tables.numbers import amount, percent, spaced
@@ -61,7 +61,7 @@ def sweep_html(sweep: Sweep, collected: str | Path) -> str:
     return sections_page(f"Sweep: {sweep.name}", about, sections, footer)
 
 
-def _ended(found: Scored) -> Markup:
+def _ended(found: SweepValues) -> Markup:
     """Whether all runs reached their end."""
     total, failed = len(found.code), int((found.code != DONE).sum())
     if failed:
@@ -69,7 +69,7 @@ def _ended(found: Scored) -> Markup:
     return said("All runs reached their end")
 
 
-def _settled(found: Scored) -> str:
+def _settled(found: SweepValues) -> str:
     """What measures of settled motions are; nothing of episodes."""
     if found.repeating is None:
         return ""
@@ -84,7 +84,7 @@ def _span(values: np.ndarray, unit: str) -> str:
     return f"{different} values from {amount(values.min(), unit)} to {amount(values.max(), unit)}"
 
 
-def _figures(sweep: Sweep, found: Scored, measure: str, units: Mapping[str, str], unit: str) -> list[list[Plate]]:
+def _figures(sweep: Sweep, found: SweepValues, measure: str, units: Mapping[str, str], unit: str) -> list[list[Plate]]:
     """Of one measure, its figures against every swept value, two in a row."""
     plates = [
         _against(found, name, units[name], measure, unit, isinstance(sweep.vary[name], Logspace))
@@ -95,7 +95,7 @@ def _figures(sweep: Sweep, found: Scored, measure: str, units: Mapping[str, str]
     return [plates[left : left + 2] for left in range(0, len(plates), 2)]
 
 
-def _against(found: Scored, axis: str, axis_unit: str, measure: str, unit: str, log: bool) -> Plate:
+def _against(found: SweepValues, axis: str, axis_unit: str, measure: str, unit: str, log: bool) -> Plate:
     x, y = found.points[axis], found.values[measure]
     known = np.isfinite(y)
     levels = np.unique(x)
@@ -147,7 +147,7 @@ def _stretches(known: np.ndarray) -> list[slice]:
     return [slice(a, b) for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True) if b - a > 1]
 
 
-def _failures(found: Scored, units: Mapping[str, str]) -> Table | None:
+def _failures(found: SweepValues, units: Mapping[str, str]) -> Table | None:
     """How the runs ended: those counted, and the first that did not reach their end; nothing where all did."""
     failed = np.flatnonzero(found.code != DONE)
     if not len(failed):

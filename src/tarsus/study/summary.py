@@ -21,7 +21,7 @@ FEW = 40
 
 
 @dataclass(frozen=True)
-class Scored:
+class SweepValues:
     """Runs (nr,): their values by axis, measures by name [SI], and outcomes; `every` so manieth run of the sweep. Of
     settled motions also the standard deviations between starts by measure, and the shares of starts that repeat; maps:
     of a grid of two swept values with few levels the measures over both, the first one across."""
@@ -40,7 +40,7 @@ class Scored:
         return None if self.settled is None else float(np.nanmean(self.settled))
 
 
-def read_scored(sweep: Sweep, file: Path, every: int = 1) -> Scored:
+def read_scored(sweep: Sweep, file: Path, every: int = 1) -> SweepValues:
     """A collected sweep, or so manieth of its runs."""
     with xarray.open_dataset(file, engine="h5netcdf") as stored:
 
@@ -49,7 +49,7 @@ def read_scored(sweep: Sweep, file: Path, every: int = 1) -> Scored:
 
         lasting, sizes = "settled" in stored, stored["code"].shape
         few = len(sizes) == 2 and min(sizes) > 1 and max(sizes) <= FEW
-        return Scored(
+        return SweepValues(
             points={name: one[::every] for name, one in sweep.points().items()},
             values={name: thin(name) for name in sweep.measures},
             code=thin("code"),
@@ -60,7 +60,7 @@ def read_scored(sweep: Sweep, file: Path, every: int = 1) -> Scored:
         )
 
 
-def summary(sweep: Sweep, found: Scored) -> dict[str, dict[str, Any]]:
+def summary(sweep: Sweep, found: SweepValues) -> dict[str, dict[str, Any]]:
     """By measure its unit, how many runs gave a number, the least, median and most of them [SI], and where the ends
     are; of settled motions also the median deviation between starts."""
     kinds, data = Run.offered(sweep.scene, sweep.seconds), {}
