@@ -143,47 +143,15 @@ def files(written: Sequence[Path], data: dict[str, Any] | None) -> int:
 
 @contextmanager
 def progress_bar(title: str, *, time_left: bool = False) -> Iterator[Callable[[int, int, Any], None]]:
-    """A progress bar on stderr for the length of the block; plain lines where stderr is no terminal.
+    """How work goes, on stderr for the length of the block.
 
     Yields a function `progress(done, total, what)`. `time_left` shows the time left beside the time taken.
     """
     if voice() is Voice.QUIET:
         yield lambda done, total, what: None
         return
-    if not sys.stderr.isatty():
-        with Lines(title, time_left) as lines:
-            yield lambda done, total, what: lines.say(
-                done, total, what if isinstance(what, str) else workers_line(what)
-            )
-        return
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        SpinnerColumn,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-    from rich.progress import Progress as Bar
-
-    columns = (
-        SpinnerColumn(),
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        *((TextColumn("left"), TimeRemainingColumn()) if time_left else ()),
-    )
-    # steps may take minutes: the time left is judged by the last ten
-    with Bar(*columns, console=Console(stderr=True), transient=True, speed_estimate_period=600.0) as bar:
-        task = bar.add_task(title, total=None)
-
-        def progress(done: int, total: int, what: str | Mapping[str, int]) -> None:
-            what = what if isinstance(what, str) else workers_line(what)
-            bar.update(task, completed=done, total=total, description=f"{title}: {what}" if what else title)
-
-        yield progress
+    with Lines(title, time_left) as lines:
+        yield lambda done, total, what: lines.say(done, total, what if isinstance(what, str) else workers_line(what))
 
 
 SHOWN = 6
@@ -196,17 +164,6 @@ def workers_line(runs: Mapping[str, int]) -> str:
     return "" if len(runs) < 2 else f"{len(runs)} workers: {shown}"
 
 
-@contextmanager
-def spinner(text: str) -> Iterator[None]:
-    """A moving line on stderr for the length of the block; plain lines where stderr is no terminal."""
-    if voice() is Voice.QUIET:
-        yield
-        return
-    if not sys.stderr.isatty():
-        with Lines(text, False):
-            yield
-        return
-    from rich.console import Console
-
-    with Console(stderr=True).status(text):
-        yield
+def spinner(text: str) -> contextlib.AbstractContextManager[object]:
+    """The same of work that is one piece."""
+    return contextlib.nullcontext() if voice() is Voice.QUIET else Lines(text, False)

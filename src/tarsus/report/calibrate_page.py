@@ -56,7 +56,7 @@ without a fitted value are predictions. An asterisk: the members fall into sever
 the instrument, not decidable."""
 
 
-SEARCH = "Every search begins from the bounds and the seed alone; without an excluded row there is one of its own."
+SEARCH = "Every search begins from the bounds and the seed alone."
 
 
 def _threshold(result: Mapping[str, Any]) -> str:
