@@ -198,8 +198,9 @@ class Charts {
     this.figure.dispatchEvent(new Event("zoom"));
   }
 
-  /** Puts the cursor at the time [s] that the page's moving picture shows. */
+  /** Puts the cursor at the time [s] that the page's moving picture shows; below a pointer it is the reader's. */
   mark(time) {
+    if (this.figure.matches(":hover")) return;
     this.plots.forEach((plot, i) => this.inSight[i] && plot.setCursor({ left: plot.valToPos(time / this.spec.step, "x"), top: 0 }, true, false));
   }
 
