@@ -194,8 +194,10 @@ def source_model() -> dict[str, Any]:
     from tarsus_reproduce.rows import CANTILEVER, packaged_rows
 
     rows = packaged_rows(CANTILEVER)
-    measured, source = [row.measured or {} for row in rows], [row.source or {} for row in rows]
-    return {one.studied: merits_of(one, measured, source) for one in CANTILEVER.quantities}
+    pairs = {
+        one: [(row.seen("measured", one), row.seen("source", one)) for row in rows] for one in CANTILEVER.quantities
+    }
+    return {one.studied: merits_of(one, pairs[one]) for one in CANTILEVER.quantities}
 
 
 def naive(experiment: str, studied: str) -> dict[str, float]:

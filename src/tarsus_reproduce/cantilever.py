@@ -9,14 +9,7 @@ from typing import Any
 from tarsus.calibrate.description import TableSampling
 from tarsus.files.library import changed
 from tarsus.model.scene import Scene
-from tarsus_reproduce.compared import (
-    TableComparison,
-    compared_numbers,
-    compared_rows,
-    compared_section,
-    named,
-    summary_of,
-)
+from tarsus_reproduce.compared import TableComparison, compared_rows, compared_section, named, summary_of
 from tarsus_reproduce.ensembles import packaged_errors
 from tarsus_reproduce.reproduction import Progress, Reproduction, numbers_table
 from tarsus_reproduce.rows import CANTILEVER, packaged_rows, read_rows
@@ -66,7 +59,7 @@ def reproduce_cantilever(
         title="Micro-cantilever under periodic drive",
         about=f"{name}, {len(done)} drives",
         data={"device": name, "ok": not problems, "rows": plain, "summary": summary_of(CANTILEVER, done)},
-        rows=numbers_table("", compared_numbers(PERIODS, done), repeated=True),
+        rows=numbers_table("", [one for row in done for one in row.numbers(PERIODS)], repeated=True),
         sections=(compared_section(PERIODS, "Table A.1", done, [NOTE], calibration, CAPTION),),
         problems=problems,
         footer=FOOTER,

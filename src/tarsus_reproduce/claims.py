@@ -7,7 +7,7 @@ simulation has no vibrometer's resolution: every rebound counts.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
@@ -15,7 +15,7 @@ from tarsus.files.rows import parse_rows
 from tarsus.measure.walking import OF_EPISODES
 from tarsus.model.scene import Scene
 from tarsus_reproduce.packaged import data_text
-from tarsus_reproduce.trends import Claim, Direction, HasExtrema, HasMaximum, MuchAbove, falls, rises
+from tarsus_reproduce.trends import MUCH_ABOVE, SAID, SIGNS
 
 
 class FilmUnit(Enum):
@@ -28,11 +28,6 @@ class FilmUnit(Enum):
     def unit(self) -> float:
         """The unit in N m^2 s."""
         return 1e-9 if self is FilmUnit.NANO else 1e-6
-
-    @property
-    def study(self) -> str:
-        """The packaged study of Fig. 4.9 in this unit."""
-        return f"millipede-film-{self.name.lower()}"
 
     @classmethod
     def of(cls, scene: Scene) -> FilmUnit:
@@ -47,60 +42,45 @@ class FilmUnit(Enum):
 class Trend:
     """One thing that is said of a figure: of which quantity, over which packaged study, and what.
 
-    measures: the one that the figure shows, then others that the words could mean; film: the unit's interpretation,
-    where the figure has one for each; scored: False of a cause that is told (E15).
+    claim: what is said (`tarsus_reproduce.trends.SAID`), from `beyond` on where that is a number; measures: the one
+    that the figure shows, then others that the words could mean; film: the unit's interpretation, where the figure has
+    one for each; scored: False of a cause that is told (E15).
     """
 
     figure: str
     study: str
     quantity: str
-    claim: Claim
+    claim: str
+    beyond: float | None
     measures: tuple[str, ...]
-    film: FilmUnit | None = None
-    scored: bool = True
+    film: FilmUnit | None
+    scored: bool
 
     @property
     def says(self) -> str:
         """What is said of the quantity: 'falls'."""
-        return self.claim.words
+        return SAID[self.claim]
 
     @property
     def directional(self) -> bool:
         """Whether it says a direction, which noise rarely shows; white noise has local extrema nearly always."""
-        return isinstance(self.claim, Direction | MuchAbove)
-
-
-CLAIMS: dict[str, Callable[[float | None], Claim]] = {
-    "falls": falls,
-    "rises": rises,
-    "maximum": lambda _: HasMaximum(),
-    "extrema": lambda _: HasExtrema(),
-    "much above (b)": lambda _: MuchAbove("(b)", (1, 1)),
-    "much above (a) with C_e of (b)": lambda _: MuchAbove("(a) with the electrostatics of (b)", (1, 0)),
-    "much above (a) with C_adh of (b)": lambda _: MuchAbove("(a) with the adhesion of (b)", (0, 1)),
-}
-"""Words of the table of trends -> what is said of a curve, or of its part from a number on."""
-
-
-def _trends() -> tuple[Trend, ...]:
-    """Rows of the table of trends."""
-    films = {one.value: one for one in FilmUnit}
-    return tuple(
-        Trend(
-            row["figure"],
-            row["study"],
-            row["quantity"],
-            CLAIMS[row["says"]](float(row["beyond"]) if row["beyond"] else None),
-            tuple(row["measures"].split()),
-            films.get(row["film"]),
-            row["scored"] != "no",
-        )
-        for row in parse_rows(data_text(TRENDS_FILE), TRENDS_FILE).rows
-    )
+        return self.claim in SIGNS or self.claim.removeprefix("much above ") in MUCH_ABOVE
 
 
 TRENDS_FILE = "trends_4_4_1.csv"
-TRENDS = _trends()
+TRENDS = tuple(
+    Trend(
+        row["figure"],
+        row["study"],
+        row["quantity"],
+        row["says"],
+        float(row["beyond"]) if row["beyond"] else None,
+        tuple(row["measures"].split()),
+        FilmUnit(row["film"]) if row["film"] else None,
+        row["scored"] != "no",
+    )
+    for row in parse_rows(data_text(TRENDS_FILE), TRENDS_FILE).rows
+)
 """Trends of section 4.4.1 in its order: that of Fig. 4.9 once for each unit, that of Fig. 4.7 with its causes."""
 
 GROUNDS = "grounds"

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from tarsus.calibrate.description import TableSampling
+from tarsus.calibrate.prediction import Prediction
 from tarsus.calibrate.results import errors_table
 from tarsus.calibrate.skill import naive_errors, naive_predictions, skill_of
 from tarsus.calibrate.weighted_ensemble import WeightedEnsemble
@@ -21,16 +22,7 @@ from tarsus.files.library import load_scene
 from tarsus.model.scene import Scene, Source
 from tarsus.tables import Column, Section, Table
 from tarsus_reproduce.ensembles import device_ensemble, packaged_ensemble
-from tarsus_reproduce.reproduction import (
-    CALIBRATED,
-    PREDICTED,
-    FigureCall,
-    Forecast,
-    NumberRow,
-    Progress,
-    number_rows,
-    numbers_table,
-)
+from tarsus_reproduce.reproduction import CALIBRATED, PREDICTED, FigureCall, NumberRow, Progress, numbers_table
 from tarsus_reproduce.rows import PrintedQuantity, PrintedRow, PrintedTable, packaged_rows
 
 GOOD = 0.30
@@ -46,9 +38,6 @@ _MODELS = {
     BARE: "Tarsus without small forces",
     SOURCE_COLUMN: "Tarsus, against the source's model",
 }
-
-Observed = Mapping[str, float | None]
-"""Numbers of a row by key of the table's quantities; None where nothing is known."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +71,7 @@ class TableComparison:
         models: dict[str, Mapping[str, Any]] = {MINE: {}} | ({BARE: self.bare} if self.bare else {})
         found = ensemble.predict([{**asked, **own} for own in models.values()], sampling=self.sampling)
         forecasts = {
-            name: {one.key: Forecast.of(own[one.studied], one.factor) for one in self.table.quantities}
+            name: {one.key: own[one.studied] for one in self.table.quantities}
             for name, own in zip(models, found, strict=True)
         }
         period = next(iter(scene.signals.values())).period
@@ -110,7 +99,7 @@ def _calibrated(scene: Scene) -> bool:
 
 @dataclass(frozen=True)
 class ComparedRow:
-    """A row, and forecasts in the table's units by model and key of its quantities.
+    """A row, and predictions [SI] by model and key of the table's quantities.
 
     freq_hz: drive frequency [Hz] of the best member; p_bounce: probability of a bounce in a period or window; role:
     whether the device was calibrated on this row; problems: sentences of runs that did not reach their end.
@@ -118,14 +107,14 @@ class ComparedRow:
 
     printed: PrintedRow
     freq_hz: float
-    forecasts: Mapping[str, Mapping[str, Forecast]]
+    forecasts: Mapping[str, Mapping[str, Prediction]]
     p_bounce: float | None
     role: str
     problems: tuple[str, ...]
 
     @property
-    def ours(self) -> Mapping[str, Forecast]:
-        """Forecasts with the ground as described."""
+    def ours(self) -> Mapping[str, Prediction]:
+        """Predictions with the ground as described."""
         return self.forecasts[MINE]
 
     @property
@@ -134,42 +123,45 @@ class ComparedRow:
         star = "" if self.printed.origin == "packaged" else " *"
         return f"{self.freq_hz:.4g} Hz, {self.printed.words}{star}"
 
-    def pair(self, model: str) -> tuple[Observed, Observed]:
-        """What a model is held against, and what it says."""
-        one = self.printed
+    def pair(self, one: PrintedQuantity, model: str) -> tuple[float | None, float | None]:
+        """What a model is held against, and what it says of a quantity, in the table's units."""
+        measured, source = (self.printed.seen(who, one) for who in ("measured", "source"))
         if model == SOURCE:
-            return one.measured or {}, one.source or {}
-        if model == SOURCE_COLUMN:
-            return one.source or {}, _medians(self.ours)
-        return one.measured or {}, _medians(self.forecasts[model])
+            return measured, source
+        own = self.forecasts[MINE if model == SOURCE_COLUMN else model][one.key]
+        return source if model == SOURCE_COLUMN else measured, one.plain(own)["median"]
 
     def to_dict(self, table: PrintedTable) -> dict[str, Any]:
         """Plain data, in the table's units."""
-        one = self.printed
+        printed, every = self.printed, table.quantities
         models = (SOURCE, *self.forecasts, SOURCE_COLUMN)
         return {
-            **one.conditions,
+            **printed.conditions,
             "freq_hz": self.freq_hz,
-            "origin": one.origin,
+            "origin": printed.origin,
             "role": self.role,
-            "source": one.source,
-            "measured": one.measured,
-            **{name: {key: f.to_dict() for key, f in own.items()} for name, own in self.forecasts.items()},
+            "source": printed.source,
+            "measured": printed.measured,
+            **{name: {one.key: one.plain(own[one.key]) for one in every} for name, own in self.forecasts.items()},
             "p_bounce": self.p_bounce,
-            "errors": {name: errors(table, *self.pair(name)) for name in models},
+            "errors": {name: {one.key: one.error(*self.pair(one, name)) for one in every} for name in models},
             "problems": list(self.problems),
         }
 
+    def numbers(self, how: TableComparison) -> list[NumberRow]:
+        """Every quantity in SI, and the share of windows with a bounce."""
+        rows = []
+        for one in how.table.quantities:
+            values = [self.printed.seen(who, one) for who in ("measured", "source")]
+            known = [None if value is None else value / one.factor for value in values]
+            found = [_ends(part[one.key]) for part in self.forecasts.values()]
+            rows.append(NumberRow(self.case, self.role, one.words, one.unit, *known, *found))
+        chance = math.nan if self.p_bounce is None else self.p_bounce
+        return [*rows, NumberRow(self.case, self.role, how.share, "%", None, None, (chance, math.nan, math.nan))]
 
-def _medians(forecasts: Mapping[str, Forecast]) -> dict[str, float | None]:
-    """What is compared with a table, None where nothing is forecast."""
-    return {key: one.to_dict()["median"] for key, one in forecasts.items()}
 
-
-def errors(table: PrintedTable, reference: Observed, simulated: Observed) -> dict[str, float | None]:
-    """Errors of a row by key, None where there is none: (reference - simulated)/reference, the definition of Tables
-    2.3, 3.2 and A.1; of the bounces per period the size of the difference."""
-    return {one.key: one.error(reference.get(one.key), simulated.get(one.key)) for one in table.quantities}
+def _ends(one: Prediction) -> tuple[float, float, float]:
+    return one.median, one.low, one.high
 
 
 def compared_rows(
@@ -194,14 +186,13 @@ def named(device: str, ensemble: WeightedEnsemble) -> str:
 # Figures of merit
 
 
-def merits_of(one: PrintedQuantity, reference: Sequence[Observed], simulated: Sequence[Observed]) -> dict[str, Any]:
-    """Table 2.3 of a quantity: `mean_error` signed, `mean_absolute_error`, and how many of the `cases` are `close`:
-    less than half a bounce off, or by less than 30 %.
+def merits_of(one: PrintedQuantity, pairs: Sequence[tuple[float | None, float | None]]) -> dict[str, Any]:
+    """Table 2.3 of a quantity, of numbers and what is said of them: `mean_error` signed, `mean_absolute_error`, and how
+    many of the `cases` are `close`: less than half a bounce off, or by less than 30 %.
 
     `in_means` of the cases have an error. A case without one (something against a measured 0) is a miss: it counts
     among the cases and is not close. Of counts `existence_right` says how often there is a bounce where there is one.
     """
-    pairs = [(ref.get(one.key), sim.get(one.key)) for ref, sim in zip(reference, simulated, strict=True)]
     known = [(ref, sim) for ref, sim in pairs if ref is not None and sim is not None]
     values = [error for ref, sim in known if (error := one.error(ref, sim)) is not None]
     return {
@@ -220,22 +211,18 @@ def skill_in(
     """Skill of a model in some of the rows: 1 less its mean error over the least of predictors that know the other rows
     alone, measured or (against the source's model) simulated by the source."""
     who = "source" if model == SOURCE_COLUMN else "measured"
-    rows = [row for row in every if (getattr(row, who) or {}).get(one.key) is not None]
+    rows = [row for row in every if row.seen(who, one) is not None]
     if len(rows) < 2:
         return None
-    values = np.array([getattr(row, who)[one.key] for row in rows], dtype=float)
-    naive = naive_predictions(values, [_alike(row, rows) for row in rows])
-    own: list[float] = []
-    others: dict[str, list[float]] = {name: [] for name in naive}
-    for row in part:
-        error = one.error(*(side.get(one.key) for side in row.pair(model)))
-        if error is None or row.printed not in rows:
-            continue
-        own.append(abs(error))
-        place = next(i for i, other in enumerate(rows) if other is row.printed)
-        for name, predicted in naive.items():
-            others[name].append(abs(one.error(float(values[place]), float(predicted[place])) or 0.0))
-    return skill_of(_mean(own), {name: float(np.mean(values)) for name, values in others.items() if values})
+    values = [row.seen(who, one) or 0.0 for row in rows]
+    naive = naive_predictions(np.array(values), [_alike(row, rows) for row in rows])
+    known = {
+        rows.index(row.printed): abs(error)
+        for row in part
+        if row.printed in rows and (error := one.error(*row.pair(one, model))) is not None
+    }
+    others = {name: [abs(one.error(values[k], float(found[k])) or 0.0) for k in known] for name, found in naive.items()}
+    return skill_of(_mean([*known.values()]), {name: float(np.mean(each)) for name, each in others.items() if each})
 
 
 def _alike(row: PrintedRow, rows: Sequence[PrintedRow]) -> dict[str, Any]:
@@ -263,7 +250,7 @@ def summary_of(table: PrintedTable, rows: Sequence[ComparedRow]) -> dict[str, An
             continue
         out[words] = {"rows": len(part)} | {
             model: {
-                one.key: merits_of(one, *zip(*(row.pair(model) for row in part), strict=True))
+                one.key: merits_of(one, [row.pair(one, model) for row in part])
                 | {"skill": skill_in(one, every, part, model)}
                 for one in table.quantities
             }
@@ -284,7 +271,7 @@ def compared_section(
     caption: str,
 ) -> Section:
     """Figures of merit, what the calibration says of each row that was excluded, every number, and their figure."""
-    numbers = compared_numbers(how, rows)
+    numbers = [number for row in rows for number in row.numbers(how)]
     files = dict.fromkeys(row.printed.origin for row in rows if row.printed.origin != "packaged")
     stars = [f"* = from {name}." for name in files]
     excluded = () if calibration is None else (_excluded_table(how.table, calibration),)
@@ -292,15 +279,6 @@ def compared_section(
     shown = numbers_table(f"{title}, row by row", numbers, [*notes, *stars])
     figure = FigureCall("numbers_figure.numbers_figure", numbers, caption)
     return Section(title, figure, merits, *excluded, shown)
-
-
-def compared_numbers(how: TableComparison, rows: Sequence[ComparedRow]) -> list[NumberRow]:
-    """Every quantity of each row, and the share of windows with a bounce."""
-    found = []
-    for row in rows:
-        found += number_rows(row.case, row.role, row.printed, how.table, row.ours, row.forecasts.get(BARE))
-        found.append(NumberRow.probability(row.case, row.role, how.share, row.p_bounce))
-    return found
 
 
 def merits_table(table: PrintedTable, summary: Mapping[str, Any]) -> Table:
@@ -357,5 +335,5 @@ def _excluded_table(table: PrintedTable, calibration: Mapping[str, Any]) -> Tabl
 def known_naively(table: PrintedTable, one: PrintedQuantity) -> dict[str, float]:
     """Errors of predictors that know the other measured rows of a printed table alone."""
     rows = [row for row in packaged_rows(table) if row.measured is not None]
-    values = [math.nan if (value := row.measured[one.key]) is None else value for row in rows if row.measured]
+    values = [math.nan if (value := row.seen("measured", one)) is None else value for row in rows]
     return naive_errors(np.array(values), [_alike(row, rows) for row in rows])

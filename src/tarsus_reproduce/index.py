@@ -67,25 +67,17 @@ def _calibrated(one: Experiment, result: Result) -> str:
     if not fitted:
         return f"on no row; {assumed} values are assumed"
     said = f"{len(numbers)} values on {fitted} of {len(result['rows'])} rows; {assumed} further values are assumed"
-    return f"{said}; errors there on average: {_fit(one, result)}"
-
-
-def _fit(one: Experiment, result: Result) -> str:
-    """Mean absolute errors of the medians on the rows that were calibrated on."""
     summary, table = result["summary"], HEIGHTS if one.experiment != "cantilever" else CANTILEVER
-    fitted = summary.get(CALIBRATED, summary["all rows"])[SOURCE_COLUMN if one.against == "source" else MINE]
-    known = [(each, fitted[each.key]) for each in table.quantities if fitted[each.key]["in_means"]]
-    return ", ".join(f"{each.words} {_size(each, found)}{_skill(found['skill'])}" for each, found in known)
+    merits = summary.get(CALIBRATED, summary["all rows"])[SOURCE_COLUMN if one.against == "source" else MINE]
+    errors = ", ".join(_error(each, found) for each in table.quantities if (found := merits[each.key])["in_means"])
+    return f"{said}; errors there on average: {errors}"
 
 
-def _size(quantity: PrintedQuantity, found: Mapping[str, Any]) -> str:
-    """Mean size of the error of a quantity."""
-    error = found["mean_absolute_error"]
-    return f"{error:.2g} off" if quantity.count else f"{100.0 * error:.1f} %"
-
-
-def _skill(skill: float | None) -> str:
-    return "" if skill is None else f" (skill {skill:.2f})"
+def _error(quantity: PrintedQuantity, found: Mapping[str, Any]) -> str:
+    """Mean size of the error of a quantity, and the skill."""
+    error, skill = found["mean_absolute_error"], found["skill"]
+    size = f"{error:.2g} off" if quantity.count else f"{100.0 * error:.1f} %"
+    return f"{quantity.words} {size}" + ("" if skill is None else f" (skill {skill:.2f})")
 
 
 def _predicted(one: Experiment, result: Result) -> str:

@@ -3,19 +3,21 @@
 So much of the walking model is unprinted that the score of any one device says little: the fair score is a
 distribution. An interpretation draws every unprinted number from a declared range, and every choice from declared
 options; what is printed (ground of Table 2.2, ranges of Table 4.2, 14 V) stays. Each is judged as the named variants
-are, on coarser studies. Interpretation number k of a seed is the same whatever the count.
+are, on coarser studies. Interpretation number k of a seed is the same whatever the count. How firm the score of one
+device is, its neighbours say: the device with every unprinted number a little off.
 
-500 of them come with the package, so that a page draws the distribution without computing it: ``tarsus reproduce
-millipede --readings 500 --seed 1`` computes them again; `Interpretations.text` is the packaged file. It names the
-ranges that it was drawn from by a digest, so that one of other ranges is not taken for it.
+500 interpretations come with the package, so that a page draws the distribution without computing it: ``tarsus
+reproduce millipede --readings 500 --seed 1`` computes them again; `Interpretations.text` is the packaged file. It names
+the ranges that it was drawn from by a digest, so that one of other ranges is not taken for it.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import with_values
+from tarsus.base.spec import float_paths, with_values
 from tarsus.files.runstore import PLAN_FILE, UNIT_FILES, RunStore
 from tarsus.files.toml import scene_texts
 from tarsus.fit.unknowns import Unknown, Unknowns
@@ -31,7 +33,7 @@ from tarsus.model.laws.friction import AdhesiveFriction, AnyFriction, Friction
 from tarsus.model.laws.landing import AnyLanding, CaptureUnlessPulled, PullAsPrinted, RestituteFirst
 from tarsus.model.scene import Initial, Scene, Standing
 from tarsus_reproduce.claims import FilmUnit
-from tarsus_reproduce.millipede import Coarse, Score, judge_scene, walker_of
+from tarsus_reproduce.millipede import COUNTS, Coarse, DeviceTrends, Score, judge_scene, walker_of
 from tarsus_reproduce.packaged import data_table, data_text
 
 COARSE = Coarse(9, (0.1, 0.5, 0.9))
@@ -56,28 +58,26 @@ STORE = "interpretations"
 STORE_FILES = tuple(f"{STORE}/{name}" for name in ("scene.toml", "judging.txt", PLAN_FILE, *UNIT_FILES))
 """What that folder may hold, as glob patterns."""
 
+SPREAD = 0.1
+"""How far an unprinted number of a named device scatters when its score's firmness is asked for: 10 %, about what two
+builds of a thin film differ by."""
+NEAR = re.compile(
+    r"ground\.(friction\.coefficient|film\.thickness|electrostatic\.(offset|coefficient)|landing\.speed)"
+    r"|gait\.frequency|robot\.structure\.body\.mass|robot\.structure\.legs\.\w+\.(?![xyz]$)\w+"
+    r"|robot\.drives\.\w+\.(law\.gain|load\.weights\.\w+_x)"
+)
+"""Paths of the unprinted numbers of a device, but for what others fix."""
 
-@dataclass(frozen=True)
-class UnprintedChoice:
-    """An unprinted choice: its options, drawn with equal chance, and why these."""
 
-    name: str
-    options: tuple[str, ...]
-    why: str
-
-
-def _unprinted() -> tuple[tuple[Unknown, ...], tuple[UnprintedChoice, ...]]:
+def _unprinted() -> tuple[tuple[Unknown, ...], tuple[Mapping[str, Any], ...]]:
     """Numbers and choices of `data/unprinted.toml`."""
     table = data_table("unprinted.toml")
-    choices = (UnprintedChoice(one["name"], tuple(one["options"]), one["why"]) for one in table["choice"])
-    return tuple(Unknown(**one, scale="log") for one in table["number"]), tuple(choices)
+    return tuple(Unknown(**one, scale="log") for one in table["number"]), tuple(table["choice"])
 
 
 UNPRINTED, CHOICES = _unprinted()
-"""Numbers that the dissertation does not print for its walking model, and choices that it does not state."""
-
-COUNTS = ("agree", "contradict", "insensitive", "not_determined", "directional_agree", "directional_total")
-"""Columns of the packaged file, and what is kept of a score."""
+"""Numbers that the dissertation does not print for its walking model, and choices that it does not state: their names,
+options, drawn with equal chance, and why these."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ class Interpretations:
         scores = self.judged
         table: dict[str, Any] = {"seed": self.seed, "count": len(self.scores), "judged": len(scores)}
         for name in COUNTS[:-1] if scores else ():
-            counts = np.array([getattr(score, name) for score in scores], dtype=int)
+            counts = np.array([score[name] for score in scores], dtype=int)
             table[name] = {
                 "mean": float(counts.mean()),
                 "median": float(np.median(counts)),
@@ -108,14 +108,13 @@ class Interpretations:
             {"name": one.name, "unit": one.unit, "low": one.low, "high": one.high, "why": one.meaning}
             for one in UNPRINTED
         ]
-        table["choices"] = [asdict(one) for one in CHOICES]
+        table["choices"] = list(CHOICES)
         return table
 
     def text(self) -> str:
         """The packaged file: seed, digest of the ranges, and counts, None where it could not be judged."""
-        counts = [None if one is None else [getattr(one, name) for name in COUNTS] for one in self.scores]
         table = {"seed": self.seed, "ranges": _digest(), "columns": COUNTS}
-        rows = ",\n".join(json.dumps(one) for one in counts)
+        rows = ",\n".join(json.dumps(one and list(one.values())) for one in self.scores)
         return json.dumps(table)[:-1] + f', "counts": [\n{rows}\n]}}\n'
 
 
@@ -129,13 +128,13 @@ def parse_interpretations(text: str) -> Interpretations:
     table = json.loads(text)
     if table["ranges"] != _digest():
         raise InputError("these interpretations were drawn from other ranges; judge them again")
-    return Interpretations(table["seed"], tuple(one and Score(*one) for one in table["counts"]))
+    return Interpretations(table["seed"], tuple(one and dict(zip(COUNTS, one, strict=True)) for one in table["counts"]))
 
 
 def _digest() -> str:
     """Of all ranges and choices, without the words that say why."""
     ranges = [(one.name, one.unit, one.low, one.high) for one in UNPRINTED]
-    choices = [(one.name, one.options) for one in CHOICES]
+    choices = [(one["name"], tuple(one["options"])) for one in CHOICES]
     return hashlib.sha256(repr((ranges, choices)).encode()).hexdigest()[:12]
 
 
@@ -148,7 +147,7 @@ def interpretation_values(scene: Scene, point: NDArray[np.float64]) -> dict[str,
     """What a point of the unit cube stands for, by name; numbers in SI."""
     numbers = Unknowns.of(scene, UNPRINTED).by_name(point[: len(UNPRINTED)])
     shares = zip(CHOICES, point[len(UNPRINTED) :].tolist(), strict=True)
-    return {**numbers, **{one.name: one.options[int(u * len(one.options))] for one, u in shares}}
+    return {**numbers, **{one["name"]: one["options"][int(u * len(one["options"]))] for one, u in shares}}
 
 
 def interpretation_scene(base: Scene, values: Mapping[str, Any]) -> Scene:
@@ -215,25 +214,69 @@ def judged_interpretations(
     place = None if folder is None else folder / STORE
     store = RunStore.open(place, texts, resume=place is not None and place.exists(), what="set of interpretations")
 
-    def judge(points: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
-        return {"counts": np.array([_counts(base, point) for point in points])}
-
     def say(done: int, new: int) -> None:
         if progress is not None:
             progress(count - new + done, count, "interpretations")
 
     points = np.array([drawn(seed, number) for number in range(count)])
-    found = store.evaluate(points, judge, chunk=1, threads=threads, progress=say)["counts"]
-    return Interpretations(seed, tuple(Score(*row) if row[0] >= 0 else None for row in found.tolist()))
+    found = store.evaluate(points, lambda some: {"counts": _judged(base, some)}, chunk=1, threads=threads, progress=say)
+    rows = found["counts"].tolist()
+    return Interpretations(seed, tuple(dict(zip(COUNTS, one, strict=True)) if one[0] >= 0 else None for one in rows))
 
 
-def _counts(base: Scene, point: NDArray[np.float64]) -> list[int]:
-    """Counts of a score in the order of its fields; -1 where an interpretation cannot be judged."""
+def _judged(base: Scene, points: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Counts (n, 6) of interpretations; -1 where one cannot be judged."""
+    return np.array([list(_score(base, point).values()) for point in points])
+
+
+def _score(base: Scene, point: NDArray[np.float64]) -> Score:
     values = interpretation_values(base, point)
     try:
         scene = interpretation_scene(base, values)
         duration = PERIODS / float(values["drive frequency"])
-        score = judge_scene("interpretation", scene, duration=duration, coarse=COARSE, scored_only=True).score
+        return judge_scene("interpretation", scene, duration=duration, coarse=COARSE, scored_only=True).score
     except InputError:
-        return [-1] * len(COUNTS)
-    return [getattr(score, name) for name in COUNTS]
+        return dict.fromkeys(COUNTS, -1)
+
+
+def scattered(scene: Scene, spread: float, seed: int, number: int) -> Scene:
+    """A device with every unprinted number multiplied by 1 ± ``spread``, evenly drawn.
+
+    Masses, stiffness, damping and gains of all legs of a kind scatter together, as one unknown each.
+    """
+    rng = np.random.default_rng([seed, number])
+    known = {path: one.value for path, one in float_paths(scene).items() if NEAR.fullmatch(path)}
+    kinds = {path: re.sub(r"(legs|drives)\.\w+|(weights)\..*", r"\1\2", path) for path in known}
+    factors = {kind: 1.0 + spread * (2.0 * rng.random() - 1.0) for kind in dict.fromkeys(kinds.values())}
+    return with_values(scene, {path: value * factors[kinds[path]] for path, value in known.items()})
+
+
+def neighbour_scores(
+    device: DeviceTrends,
+    count: int,
+    seed: int,
+    *,
+    coarse: Coarse | None = None,
+    progress: Callable[[int, int, str], None] | None = None,
+) -> list[Score]:
+    """Scores of ``count`` neighbours of a device, every unprinted number scattered by `SPREAD`, over the whole studies
+    unless ``coarse``; neighbours that do not stand are left out."""
+    scores = []
+    for number in range(count):
+        if progress is not None:
+            progress(number, count, f"{device.name}, scattered")
+        try:
+            scene = scattered(device.scene, SPREAD, seed, number)
+            scores.append(judge_scene(device.name, scene, coarse=coarse, scored_only=True).score)
+        except InputError:
+            continue
+    return scores
+
+
+def range_of_scores(scores: Sequence[Score]) -> dict[str, Any]:
+    """Plain data: how many were judged, and the smallest and largest of each count."""
+    table: dict[str, Any] = {"spread": SPREAD, "judged": len(scores)}
+    for name in ("agree", "contradict", "directional_agree") if scores else ():
+        counts = [score[name] for score in scores]
+        table[name] = {"least": min(counts), "most": max(counts)}
+    return table

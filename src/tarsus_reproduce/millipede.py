@@ -9,7 +9,7 @@ share of several starts. The named variants are packaged devices, each one inter
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +17,6 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths, with_values
 from tarsus.files.library import device_names, load_scene
-from tarsus.measure import Measure
 from tarsus.measure.walking import OF_EPISODES
 from tarsus.model.structure import Walker
 from tarsus.orbits.motion import FromRest, Motion, SettledMotion
@@ -26,7 +25,7 @@ from tarsus.study.studyfile import load_sweep
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import OUTCOMES
 from tarsus_reproduce.claims import FROM_REST, GROUNDS, TRENDS, FilmUnit, Trend, examples, of_episode, scored_trends
-from tarsus_reproduce.trends import Finding, TrendCurve, TrendVerdict
+from tarsus_reproduce.trends import Finding, TrendCurve, TrendVerdict, judge
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
@@ -38,6 +37,11 @@ VARIANTS = ("millipede", "millipede-table", "millipede-printed")
 CHOSEN = "Chosen within the range of random readings so that the trends of section 4.4.1 come out."
 """What the provenance of a number says that was found by its score."""
 
+COUNTS = ("agree", "contradict", "insensitive", "not_determined", "directional_agree", "directional_total")
+"""What a score counts: the 16 trends by verdict, and of the directional ones those that agree and all."""
+Score = Mapping[str, int]
+"""Numbers by the words of `COUNTS`."""
+
 
 @dataclass(frozen=True)
 class Coarse:
@@ -48,13 +52,21 @@ class Coarse:
 
 
 @dataclass(frozen=True)
+class SweptMeasure:
+    """A measure of a figure's study on one device: its unit, what it is taken over, and its curve; the spread is that
+    from period to period and, of a settled motion, the standard error from start to start."""
+
+    unit: str
+    motion: Motion
+    curve: TrendCurve
+
+
+@dataclass(frozen=True)
 class Swept:
     """A figure's study run on one device.
 
-    path, unit, x (nx,): what varies; replicates (nr,): restitutions, of Fig. 4.7 growths of adhesion; values, spreads
-    (nx, nr) by measure, spreads from period to period and, of a settled motion, the standard error from start to start;
-    motions: what each measure is taken over; settled: share of the starts that repeat; about: unit and definition of
-    each measure; codes: how many runs ended how.
+    path, unit, x (nx,): what varies; replicates (nr,): restitutions, of Fig. 4.7 growths of adhesion; codes: how many
+    runs ended how; settled: share of the starts that repeat.
     """
 
     study: str
@@ -62,16 +74,9 @@ class Swept:
     unit: str
     x: np.ndarray
     replicates: np.ndarray
-    values: dict[str, np.ndarray]
-    spreads: dict[str, np.ndarray]
-    about: dict[str, Measure]
-    codes: dict[str, int]
-    motions: dict[str, Motion]
-    settled: float | None = None
-
-    def curve(self, measure: str) -> TrendCurve:
-        """One measure over what varies."""
-        return TrendCurve(self.x, self.values[measure], self.spreads[measure])
+    measures: Mapping[str, SweptMeasure]
+    codes: Mapping[str, int]
+    settled: float | None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data in SI."""
@@ -80,9 +85,9 @@ class Swept:
             "unit": self.unit,
             "x": self.x.tolist(),
             "replicates": self.replicates.tolist(),
-            "motions": {name: str(one) for name, one in self.motions.items()},
+            "motions": {name: str(one.motion) for name, one in self.measures.items()},
             "settled": self.settled,
-            "measures": {name: values.tolist() for name, values in self.values.items()},
+            "measures": {name: one.curve.y.tolist() for name, one in self.measures.items()},
         }
 
 
@@ -107,31 +112,12 @@ class JudgedTrend:
         return self.measure == self.trend.measures[0]
 
 
-@dataclass(frozen=True)
-class Score:
-    """How many of the 16 trends have each verdict, and of the directional ones how many agree."""
-
-    agree: int
-    contradict: int
-    insensitive: int
-    not_determined: int
-    directional_agree: int
-    directional_total: int
-
-    @classmethod
-    def of(cls, verdicts: Sequence[tuple[TrendVerdict, bool]]) -> Score:
-        """From verdicts and whether each is of a directional trend."""
-        plain = [verdict for verdict, _ in verdicts]
-        return cls(
-            *(plain.count(one) for one in TrendVerdict),
-            directional_agree=sum(verdict is TrendVerdict.AGREES for verdict, way in verdicts if way),
-            directional_total=sum(way for _, way in verdicts),
-        )
-
-    @property
-    def total(self) -> int:
-        """Number of trends."""
-        return self.agree + self.contradict + self.insensitive + self.not_determined
+def score_of(verdicts: Sequence[tuple[TrendVerdict, bool]]) -> Score:
+    """The score of verdicts, each with whether it is of a directional trend."""
+    plain = [verdict for verdict, _ in verdicts]
+    ways = [verdict for verdict, way in verdicts if way]
+    counts = [*(plain.count(one) for one in TrendVerdict), ways.count(TrendVerdict.AGREES), len(ways)]
+    return dict(zip(COUNTS, counts, strict=True))
 
 
 @dataclass(frozen=True)
@@ -160,14 +146,13 @@ class DeviceTrends:
         return self._counted(found) if found else None
 
     def _counted(self, judged: Sequence[JudgedTrend]) -> Score:
-        return Score.of([(one.finding.verdict, one.trend.directional) for one in judged if self.scores(one.trend)])
+        return score_of([(one.finding.verdict, one.trend.directional) for one in judged if self.scores(one.trend)])
 
     @property
     def motions(self) -> tuple[str, str]:
         """What the two scores are of, in words."""
-        told = [one for swept in self.swept for one in swept.motions.values()]
-        kinds = (FromRest, SettledMotion)
-        first, last = ([str(one) for one in told if isinstance(one, kind)] for kind in kinds)
+        told = [one.motion for one in self.trends]
+        first, last = ([str(one) for one in told if isinstance(one, kind)] for kind in (FromRest, SettledMotion))
         return next(iter(first), ""), next(iter(last), "")
 
     @property
@@ -197,9 +182,9 @@ class DeviceTrends:
     def to_dict(self) -> dict[str, Any]:
         """Plain data in SI."""
         return {
-            **vars(self.score),
+            **self.score,
             "motion": self.motions[0],
-            "settled": None if self.lasting is None else {**vars(self.lasting), "motion": self.motions[1]},
+            "settled": None if self.lasting is None else {**self.lasting, "motion": self.motions[1]},
             "about": self.about,
             "film_reading": self.film.value,
             "trends": [
@@ -242,32 +227,19 @@ def stands(scene: Scene) -> bool:
 
 
 def judge_devices(
-    devices: str | Sequence[str] | None = None,
-    *,
-    duration: float | None = None,
-    coarse: Coarse | None = None,
-    progress: Progress | None = None,
+    devices: str | Sequence[str] | None = None, *, progress: Progress | None = None
 ) -> tuple[DeviceTrends, ...]:
     """Run every figure's study on devices, and judge them.
 
     devices: names or files of walkers whose ground has film, electrostatics, adhesion and restitution, by default the
-    variants of `VARIANTS` that are installed; duration: of every episode [s], by default that of the studies;
-    coarse: fewer values than the studies have. Raises InputError for an unknown device, one that is no walker, and one
+    variants of `VARIANTS` that are installed. Raises InputError for an unknown device, one that is no walker, and one
     without a law that varies.
     """
     if devices is None:
         devices = [name for name in VARIANTS if name in device_names()]
     names = (devices,) if isinstance(devices, str) else tuple(devices)
     scenes = {name: load_scene(name) for name in names}
-    done = []
-    for number, (name, scene) in enumerate(scenes.items()):
-
-        def say(k: int, of: int, study: str, number: int = number, name: str = name) -> None:
-            if progress is not None:
-                progress(number * of + k, len(scenes) * of, f"{study}, {name}")
-
-        done.append(judge_scene(name, scene, duration=duration, coarse=coarse, progress=say))
-    return tuple(done)
+    return tuple(judge_scene(name, scene, progress=progress) for name, scene in scenes.items())
 
 
 def judge_scene(
@@ -279,49 +251,37 @@ def judge_scene(
     scored_only: bool = False,
     progress: Progress | None = None,
 ) -> DeviceTrends:
-    """Run and judge all figures on one scene; arguments and errors as for `judge_devices`.
+    """Run and judge all figures on one scene; errors as for `judge_devices`.
 
+    duration: of every episode [s], by default that of the studies; coarse: fewer values than the studies have;
     `scored_only` leaves out what does not enter the score of episodes: the film's other unit, other measures of a
     figure, and settled motions.
     """
     walker_of(scene)
     film = FilmUnit.of(scene)
     said = scored_trends(film) if scored_only else TRENDS
-    sweeps = _sweeps(scene, film, _measured(said, scored_only), duration, coarse)
+    pairs = [(trend, name) for trend in said for name in trend.measures[: 1 if scored_only else None]]
+    wanted = {trend.study: {name: None for one, name in pairs if one.study == trend.study} for trend in said}
+    sweeps = _sweeps(
+        scene, film, {study: [*names] if scored_only else [] for study, names in wanted.items()}, duration, coarse
+    )
     swept: dict[str, Swept] = {}
     for number, (study, each) in enumerate(sweeps.items()):
         if progress is not None:
-            progress(number, len(sweeps), study)
+            progress(number, len(sweeps), f"{study}, {name}")
         swept[study] = _swept(study, each)
-    trends = tuple(
-        _judged(trend, measure, swept[trend.study])
-        for trend in said
-        for measure in trend.measures[: 1 if scored_only else None]
-    )
-    return DeviceTrends(name, scene, film, tuple(swept.values()), trends)
-
-
-def _judged(trend: Trend, measure: str, swept: Swept) -> JudgedTrend:
-    found = trend.claim.judge(swept.curve(measure))
-    return JudgedTrend(trend, measure, swept.about[measure].unit, found, swept.motions[measure])
-
-
-def _measured(said: Sequence[Trend], scored_only: bool) -> dict[str, tuple[str, ...]]:
-    """The studies of trends, each with the measures that it is run for: all that it has, which is the empty tuple, or
-    those that are scored."""
-    needed: dict[str, tuple[str, ...]] = {}
-    for trend in said:
-        own = needed.get(trend.study, ())
-        new = scored_only and trend.measures[0] not in own
-        needed[trend.study] = (*own, trend.measures[0]) if new else own
-    return needed
+    trends = []
+    for trend, measure in pairs:
+        one = swept[trend.study].measures[measure]
+        trends.append(JudgedTrend(trend, measure, one.unit, judge(trend.claim, one.curve, trend.beyond), one.motion))
+    return DeviceTrends(name, scene, film, tuple(swept.values()), tuple(trends))
 
 
 def _sweeps(
-    scene: Scene, film: FilmUnit, studies: Mapping[str, tuple[str, ...]], duration: float | None, coarse: Coarse | None
+    scene: Scene, film: FilmUnit, studies: Mapping[str, Sequence[str]], duration: float | None, coarse: Coarse | None
 ) -> dict[str, list[Sweep]]:
-    """Studies on a scene, by name, with the measures given there, or their own: those of a whole run from rest, and
-    those of a drive period over the settled motion."""
+    """Studies on a scene, by name, with the measures given there, or all their own where none are: those of a whole
+    run from rest, and those of a drive period over the settled motion."""
     sweeps: dict[str, list[Sweep]] = {}
     problems: list[str] = []
     for study, measures in studies.items():
@@ -371,22 +331,18 @@ def _swept(study: str, sweeps: Sequence[Sweep]) -> Swept:
     first = sweeps[0]
     path, other = first.vary
     x, replicates = (first.vary[name].values_on_grid() for name in (path, other))
-    found = Swept(study, path, float_paths(first.scene)[path].unit, x, replicates, {}, {}, {}, {}, {})
-    settled = None
+    measures, codes, settled = dict[str, SweptMeasure](), dict[str, int](), None
     for sweep in sweeps:
         arrays, about, motion = score_runs(sweep), Run.offered(sweep.scene, sweep.seconds), sweep.motion
         spread = arrays["spread"]
         if isinstance(motion, SettledMotion):
             settled = float(arrays["settled"].mean())
             spread = np.hypot(np.nan_to_num(spread), arrays["over_starts"] / np.sqrt(motion.starts))
-        for j, measure in enumerate(sweep.measures):
+        for measure, *columns in zip(sweep.measures, arrays["value"].T, spread.T, strict=True):
             whole = isinstance(motion, FromRest) and measure not in OF_EPISODES
-            name = measure + FROM_REST if whole else measure
-            found.values[name] = arrays["value"][:, j].reshape(len(x), len(replicates))
-            found.spreads[name] = spread[:, j].reshape(len(x), len(replicates))
-            found.about[name], found.motions[name] = about[measure], motion
+            y, own = (column.reshape(len(x), len(replicates)) for column in columns)
+            named = measure + FROM_REST if whole else measure
+            measures[named] = SweptMeasure(about[measure].unit, motion, TrendCurve(x, y, own))
         counts = np.bincount(arrays["code"], minlength=len(OUTCOMES)).tolist()
-        for name, count in zip(OUTCOMES, counts, strict=True):
-            if count:
-                found.codes[name] = found.codes.get(name, 0) + count
-    return replace(found, settled=settled)
+        codes |= {name: codes.get(name, 0) + n for name, n in zip(OUTCOMES, counts, strict=True) if n}
+    return Swept(study, path, float_paths(first.scene)[path].unit, x, replicates, measures, codes, settled)

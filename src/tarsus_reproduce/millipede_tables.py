@@ -15,16 +15,16 @@ from tarsus.tables.numbers import percent
 from tarsus_reproduce.claims import DIRECTIONAL, FROM_REST, GROUNDS, TRENDS, examples, of_episode
 from tarsus_reproduce.interpretations import (
     CHOICES,
-    COUNTS,
     PERIODS,
     UNPRINTED,
     Interpretations,
     judged_interpretations,
+    neighbour_scores,
     packaged_interpretations,
+    range_of_scores,
 )
-from tarsus_reproduce.millipede import VARIANTS, DeviceTrends, judge_devices
+from tarsus_reproduce.millipede import COUNTS, VARIANTS, DeviceTrends, judge_devices
 from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction
-from tarsus_reproduce.scatter import scatter_scores, scatter_table
 from tarsus_reproduce.trends import CRITERION, TrendVerdict
 
 FIGURES = {
@@ -57,7 +57,9 @@ def reproduce_millipede(
         )
     else:
         drawn = packaged_interpretations()
-    near = {one.name: scatter_table(scatter_scores(one, scatter, seed, progress=progress)) for one in found if scatter}
+    near = {
+        one.name: range_of_scores(neighbour_scores(one, scatter, seed, progress=progress)) for one in found if scatter
+    }
     return millipede_reproduction(found, drawn, near, packaged=not interpretations)
 
 
@@ -69,7 +71,7 @@ def millipede_reproduction(
     packaged: bool = True,
 ) -> Reproduction:
     """Judged devices as tables, figures and files; drawn: the packaged interpretations when absent; scatter: ranges of
-    scores by device (`tarsus_reproduce.scatter.scatter_table`)."""
+    scores by device (`tarsus_reproduce.interpretations.range_of_scores`)."""
     drawn = drawn or packaged_interpretations()
     problems = tuple(problem for one in devices for problem in one.problems)
     variants = {one.name: one.to_dict() for one in devices}
@@ -125,8 +127,8 @@ def _scores(devices: Sequence[DeviceTrends], drawn: Interpretations) -> Table:
         for one, motion in zip((device.score, device.lasting), device.motions, strict=True):
             if one is None:
                 continue
-            counts = (one.agree, one.contradict, one.insensitive, one.not_determined)
-            rows.append((device.name, motion, *counts, f"{one.directional_agree} of {one.directional_total}"))
+            *counts, right, every = one.values()
+            rows.append((device.name, motion, *counts, f"{right} of {every}"))
     if drawn.judged:
         plain = drawn.to_dict()
         means = [plain[name]["mean"] for name in COUNTS[:-1]]
@@ -242,7 +244,7 @@ def _distribution(
         Table(
             "Choices that are not stated",
             ("choice", "one of", "because"),
-            [(one.name, " or ".join(one.options), one.why) for one in CHOICES],
+            [(one["name"], " or ".join(one["options"]), one["why"]) for one in CHOICES],
         ),
     )
 
@@ -279,8 +281,8 @@ def _grounds(devices: Sequence[DeviceTrends]) -> tuple[Table, ...]:
     for device in devices:
         swept = next(one for one in device.swept if one.study == GROUNDS)
         for what, end in (("from rest", FROM_REST), ("settled", "")):
-            found = [swept.values.get(name + end) for name in ("vertical_amplitude", "stride")]
-            cells = [_still(float(one[k, k])) for one in found if one is not None for k in (0, 1)]
+            found = [swept.measures.get(name + end) for name in ("vertical_amplitude", "stride")]
+            cells = [_still(float(one.curve.y[k, k])) for one in found if one is not None for k in (0, 1)]
             if cells:
                 swings.append((device.name, what, *cells))
     columns = (

@@ -18,10 +18,9 @@ from tarsus.files.jsontext import json_text
 from tarsus.files.whole import write_text
 from tarsus.tables.section import Section
 from tarsus.tables.table import Column, Table, Tabled
-from tarsus_reproduce.rows import PrintedRow, PrintedTable, relative_error
+from tarsus_reproduce.rows import relative_error
 
 if TYPE_CHECKING:
-    from tarsus.calibrate.prediction import Prediction
     from tarsus.report.pages import Plate
 
 
@@ -40,41 +39,13 @@ CALIBRATED, PREDICTED = "calibrated on", "predicted"
 
 
 @dataclass(frozen=True)
-class Forecast:
-    """Median and ends of the 80 % interval; NaN where nothing is forecast."""
-
-    median: float
-    low: float
-    high: float
-
-    @classmethod
-    def of(cls, one: Prediction, factor: float) -> Forecast:
-        """Of a prediction [SI], in another unit."""
-        return cls(one.median * factor, one.low * factor, one.high * factor)
-
-    def scaled(self, factor: float) -> Forecast:
-        """In another unit."""
-        return Forecast(self.median * factor, self.low * factor, self.high * factor)
-
-    def to_dict(self) -> dict[str, float | None]:
-        """Plain data; None for NaN."""
-        return {
-            name: value if math.isfinite(value := getattr(self, name)) else None for name in ("median", "low", "high")
-        }
-
-
-@dataclass(frozen=True)
 class NumberRow:
     """One printed number beside ours: what was measured and the source's model [SI], None where nothing is printed.
 
-    case: of which drive; role: `CALIBRATED` or `PREDICTED`; without: ours without small forces, where that is asked.
-    Of a probability (unit "%") only the median is known.
+    case: of which drive; role: `CALIBRATED` or `PREDICTED`; ours: median and ends of the 80 % interval, NaN where
+    nothing is predicted, as the ends of a probability (unit "%"); without: ours without small forces, where that is
+    asked.
     """
-
-    @classmethod
-    def probability(cls, case: str, role: str, words: str, p: float | None) -> NumberRow:
-        """A probability, for which nothing is printed."""
-        return cls(case, role, words, "%", None, None, Forecast(math.nan if p is None else p, math.nan, math.nan))
 
     case: str
     role: str
@@ -82,43 +53,23 @@ class NumberRow:
     unit: str
     measured: float | None
     source: float | None
-    ours: Forecast
-    without: Forecast | None = None
+    ours: tuple[float, float, float]
+    without: tuple[float, float, float] | None = None
 
     @property
     def held(self) -> bool | None:
         """Whether our interval holds the measured number; None where there is nothing to compare."""
-        if self.measured is None or self.ours.to_dict()["median"] is None:
-            return None
-        return self.ours.low <= self.measured <= self.ours.high
+        median, low, high = self.ours
+        return None if self.measured is None or math.isnan(median) else low <= self.measured <= high
 
     @property
     def notable(self) -> bool:
         """Whether ours is far off: by more than `NOTABLE` of the measured number, and a count by half of one or more,
         which Table 2.3 takes for another number."""
-        median = self.ours.to_dict()["median"]
-        if self.measured is None or median is None:
+        if self.measured is None or math.isnan(self.ours[0]):
             return False
-        off = abs(self.measured - median)
+        off = abs(self.measured - self.ours[0])
         return off > NOTABLE * abs(self.measured) and (self.unit != "1" or off >= 0.5)
-
-
-def number_rows(
-    case: str,
-    role: str,
-    printed: PrintedRow,
-    table: PrintedTable,
-    ours: Mapping[str, Forecast],
-    without: Mapping[str, Forecast] | None = None,
-) -> list[NumberRow]:
-    """Every quantity of a printed row; forecasts are in the table's units."""
-    rows = []
-    for one in table.quantities:
-        values = ((getattr(printed, who) or {}).get(one.key) for who in ("measured", "source"))
-        numbers = [None if value is None else value / one.factor for value in values]
-        found = [None if part is None else part[one.key].scaled(1.0 / one.factor) for part in (ours, without)]
-        rows.append(NumberRow(case, role, one.words, one.unit, *numbers, *found))  # pyright: ignore[reportArgumentType]
-    return rows
 
 
 def numbers_table(title: str, rows: Sequence[NumberRow], notes: Iterable[str] = (), *, repeated: bool = False) -> Table:
@@ -141,7 +92,7 @@ def numbers_table(title: str, rows: Sequence[NumberRow], notes: Iterable[str] = 
     cells: list[tuple[Any, ...]] = []
     for number, row in enumerate(rows):
         first = repeated or number == 0 or rows[number - 1].case != row.case
-        ours, bare = row.ours, row.without or Forecast(*[float("nan")] * 3)
+        ours, *bare = row.ours, *([row.without or (math.nan,) * 3] if whole else [])
         cells.append(
             (
                 row.case if first else "",
@@ -149,11 +100,9 @@ def numbers_table(title: str, rows: Sequence[NumberRow], notes: Iterable[str] = 
                 row.quantity,
                 row.measured,
                 row.source,
-                ours.median,
-                (ours.low, ours.high),
-                *((bare.median, (bare.low, bare.high)) if whole else ()),
+                *(cell for median, *ends in (ours, *bare) for cell in (median, tuple(ends))),
                 relative_error(row.measured, row.source),
-                relative_error(row.measured, ours.median),
+                relative_error(row.measured, ours[0]),
                 row.held,
             )
         )

@@ -12,14 +12,14 @@ import numpy as np
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
-from tarsus.files.library import changed, load_scene
-from tarsus.model.drive.waveforms import Square
+from tarsus.files.library import load_scene
 from tarsus.model.robot import Foot
 from tarsus.model.scene import Scene
 from tarsus.solve import Run, simulate
 from tarsus_reproduce.impacts import ImpactEnergies, impact_energies
 from tarsus_reproduce.reproduction import Progress
 from tarsus_reproduce.robots import OBSERVED, SETTLE, drive_frequency, printed_rows, row_scene
+from tarsus_reproduce.rows import PrintedRow
 
 PERIODS = 4
 """Drive periods a run over the ground has at least after its transient."""
@@ -46,24 +46,26 @@ class Near:
 
 @dataclass(frozen=True)
 class AirRun:
-    """Steady motion of np points under a square wave, with no ground in reach, over `AIR_PERIODS` drive periods.
-
-    volt_v [V]; freq_hz [Hz]; time (nt,) [s]; volts (nt,) [V]; displacement (np, nt) [m].
-    """
+    """A run under a square wave of volt_v [V] and freq_hz [Hz] with no ground in reach; points: np that are shown."""
 
     volt_v: float
     freq_hz: float
     points: tuple[str, ...]
-    time: Floats
-    volts: Floats
-    displacement: Floats
-    problem: str | None
-    """Why the run ended early; None when it did not."""
+    run: Run
+
+    @cached_property
+    def steady(self) -> tuple[Floats, Floats, Floats]:
+        """Times (nt,) in drive periods, volts (nt,) and displacements (np, nt) [m] of the last `AIR_PERIODS`."""
+        turns = np.linspace(0.0, AIR_PERIODS, AIR_PERIODS * SAMPLES + 1)
+        time = np.minimum(self.run.duration + (turns - AIR_PERIODS) / self.freq_hz, self.run.duration)
+        structure, drive = self.run.scene.robot.structure, next(iter(self.run.scene.signals.values()))
+        rows = np.array([structure.row(point) for point in self.points])
+        return turns, drive.volts(time), rows @ self.run.states(time).x
 
     @property
     def peak_to_peak(self) -> Floats:
         """Highest minus lowest displacement of every point (np,) [m]."""
-        return np.ptp(self.displacement, axis=1)
+        return np.ptp(self.steady[2], axis=1)
 
 
 @dataclass(frozen=True)
@@ -75,12 +77,12 @@ class RobotRuns:
     struck: Near
     energies: ImpactEnergies
 
-    @cached_property
+    @property
     def problems(self) -> list[str]:
         """Sentences of the runs that did not reach their end."""
-        return [f"{near.title}: {near.run.code.value}" for near in self.near if not near.run.ok] + [
-            f"in the air at {air.volt_v:g} V: {air.problem}" for air in self.air if air.problem
-        ]
+        every = [(near.title, near.run) for near in self.near]
+        every += [(f"in the air at {air.volt_v:g} V", air.run) for air in self.air]
+        return [f"{title}: {run.code.value}" for title, run in every if not run.ok]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data: `in_air` (peak to peak in um, by point) and `impact_energies` (in J, of the run `run`)."""
@@ -93,6 +95,7 @@ class RobotRuns:
                     "peak_to_peak_um": dict(zip(air.points, (air.peak_to_peak * 1e6).tolist(), strict=True)),
                 }
                 for air in self.air
+                if air.run.ok
             ],
             "impact_energies": {
                 "run": self.struck.title,
@@ -126,21 +129,19 @@ def robot_runs(robot: str, device: str | None = None, *, progress: Progress | No
     """
     own = load_scene(device or robot)
     check_device(own, device or robot)
-    jobs = _over_ground(robot, own)
+    jobs = _over_ground(robot, own) + _in_air(robot, own)
+    runs = []
+    for number, (title, scene, seconds) in enumerate(jobs):
+        if progress is not None:
+            progress(number, len(jobs), title)
+        runs.append(simulate(scene, seconds))
     volts, printed = AIR_DRIVES[robot]
-    freq_hz = printed or drive_frequency(own)
-    near: list[Near] = []
-    air: list[AirRun] = []
-    for title, scene, hz in jobs:
-        if progress is not None:
-            progress(len(near), len(jobs) + len(volts), title)
-        near.append(Near(title, simulate(scene, SETTLE + max(OBSERVED, PERIODS / hz))))
-    for volt in volts:
-        if progress is not None:
-            progress(len(near) + len(air), len(jobs) + len(volts), f"in the air, {volt:g} V")
-        air.append(_in_air(robot, own, volt, freq_hz))
+    points = own.robot.structure.points if robot == "quadruped" else (_first_foot(own).point,)
+    near = tuple(Near(title, run) for (title, *_), run in zip(jobs[: -len(volts)], runs, strict=False))
+    frequency = printed or drive_frequency(own)
+    air = tuple(AirRun(volt, frequency, points, run) for volt, run in zip(volts, runs[-len(volts) :], strict=True))
     struck = near[min(1, len(near) - 1)]  # the second row, a square wave
-    return RobotRuns(tuple(near), tuple(air), struck, impact_energies(struck.run, robot))
+    return RobotRuns(near, air, struck, impact_energies(struck.run, robot))
 
 
 def check_device(scene: Scene, name: str) -> None:
@@ -157,40 +158,36 @@ def check_device(scene: Scene, name: str) -> None:
 
 
 def _over_ground(robot: str, own: Scene) -> list[tuple[str, Scene, float]]:
-    """Title, scene and drive frequency [Hz] of every run over the ground."""
+    """Title, scene and duration [s] of every run over the ground."""
     jobs = []
-    for printed in printed_rows(robot):
+    for printed in printed_rows(robot) or [_own_row(own)]:
         freq_hz = printed.freq_hz or drive_frequency(own)
         title = f"{printed.words}, {freq_hz:.4g} Hz"
-        jobs.append((title, row_scene(own, printed.conditions), freq_hz))
-    if not jobs:
-        freq_hz = drive_frequency(own)
-        scene = changed(own, wave="square", hz=freq_hz)
-        signal = next(iter(scene.signals.values()))
-        assert isinstance(signal, Square)
-        highest = abs(signal.amplitude) + abs(signal.offset)
-        title = f"{highest:g} V, square, gap {_first_foot(own).gap * 1e6:g} µm, {freq_hz:.4g} Hz"
-        jobs.append((title, scene, freq_hz))
+        jobs.append((title, row_scene(own, printed.conditions), SETTLE + max(OBSERVED, PERIODS / freq_hz)))
     return jobs
+
+
+def _own_row(own: Scene) -> PrintedRow:
+    """The device's own gap and highest voltage as a square wave."""
+    signal = next(iter(own.signals.values()))
+    highest = abs(getattr(signal, "amplitude", math.nan)) + abs(getattr(signal, "offset", math.nan))
+    return PrintedRow("square", highest, gap_um=_first_foot(own).gap * 1e6)
 
 
 def _first_foot(scene: Scene) -> Foot:
     return next(iter(scene.robot.feet.values()))
 
 
-def _in_air(robot: str, own: Scene, volts: float, freq_hz: float) -> AirRun:
-    gaps = {f"robot.feet.{foot}.gap": AIR_GAP for foot in own.robot.feet}
-    row = {"wave": "square", "volt_v": volts, "gap_um": 1e6 * AIR_GAP, "freq_hz": freq_hz}
-    scene = with_values(row_scene(own, row), gaps)
-    start = math.ceil(settling_time(scene) * freq_hz)
-    run = simulate(scene, (start + AIR_PERIODS) / freq_hz)
-    whole = np.linspace(start, start + AIR_PERIODS, AIR_PERIODS * SAMPLES + 1) / freq_hz
-    time = whole[whole <= run.end_time]
-    points = own.robot.structure.points if robot == "quadruped" else (_first_foot(own).point,)
-    rows = np.array([scene.robot.structure.row(point) for point in points])
-    drive = next(iter(scene.signals.values())).volts(time)
-    motion = rows @ run.states(time).x if len(time) else np.zeros((len(points), 0))
-    return AirRun(volts, freq_hz, points, time, drive, motion, None if run.ok else run.code.value)
+def _in_air(robot: str, own: Scene) -> list[tuple[str, Scene, float]]:
+    """The same of every run in the air: until transients have died out, and `AIR_PERIODS` more."""
+    volts, printed = AIR_DRIVES[robot]
+    freq_hz, jobs = printed or drive_frequency(own), []
+    for volt in volts:
+        row = {"wave": "square", "volt_v": volt, "gap_um": 1e6 * AIR_GAP, "freq_hz": freq_hz}
+        scene = with_values(row_scene(own, row), {f"robot.feet.{foot}.gap": AIR_GAP for foot in own.robot.feet})
+        seconds = (math.ceil(settling_time(scene) * freq_hz) + AIR_PERIODS) / freq_hz
+        jobs.append((f"in the air, {volt:g} V", scene, seconds))
+    return jobs
 
 
 def settling_time(scene: Scene) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from tarsus.files.library import load_scene
 from tarsus.impacts.energy import creation_warning
 from tarsus.tables import Column, Section, Table
-from tarsus_reproduce.compared import compared_numbers, compared_section
+from tarsus_reproduce.compared import compared_section
 from tarsus_reproduce.impacts import printed_column
 from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction, numbers_table
 from tarsus_reproduce.robot_runs import AIR_GAP, RobotRuns, check_device, robot_runs, share_made
@@ -51,7 +51,7 @@ def robot_reproduction(found: RobotRows, runs: RobotRuns) -> Reproduction:
         title=f"The {found.robot} on its bouncing foot",
         about=f"Device {found.device}",
         data=data,
-        rows=numbers_table("", compared_numbers(WINDOWS, found.rows), repeated=True),
+        rows=numbers_table("", [one for row in found.rows for one in row.numbers(WINDOWS)], repeated=True),
         sections=(_heights(found), _over_ground(runs), _in_air(runs), _modes(found), _maps(found, runs)),
         problems=problems,
         cautions=() if caution is None else (caution,),
@@ -98,7 +98,7 @@ def _over_ground(runs: RobotRuns) -> Section:
 
 
 def _in_air(runs: RobotRuns) -> Section:
-    ended = [air for air in runs.air if not air.problem]
+    ended = [air for air in runs.air if air.run.ok]
     rows = [
         (f"{air.volt_v:g} V square", air.freq_hz, point, float(size))
         for air in ended
@@ -168,7 +168,6 @@ def _maps(found: RobotRows, runs: RobotRuns) -> Section:
         why = "did not come to its end" if not runs.struck.run.ok else "has no impact"
         return Section("Impact maps", *tables, _sentence(f"The run at {runs.struck.title} {why}."))
 
-    histograms = FigureCall("robot_figures.impact_histograms", energies, runs.struck.title)
     lists = {"as run": energies.actual} | {f"{k}, as it is": v for k, v in energies.by_map.items()}
     columns = (
         "energy made by",
@@ -186,7 +185,7 @@ def _maps(found: RobotRows, runs: RobotRuns) -> Section:
         "under another map would meet other velocities."
     )
     title = f"{len(energies.time)} impacts at {runs.struck.title}"
-    return Section("Impact maps", histograms, *tables, Table(title, columns, body, (note,)))
+    return Section("Impact maps", *tables, Table(title, columns, body, (note,)))
 
 
 def _beyond(values: np.ndarray) -> float:

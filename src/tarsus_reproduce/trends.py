@@ -6,11 +6,10 @@ has the rules in sentences.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.signal import find_peaks
@@ -26,6 +25,8 @@ SIGNIFICANT = 0.01
 """Noise has such a rank correlation in one replicate of a hundred; all of five, as a verdict asks, in one of 1e10."""
 PROMINENT = 0.05
 """An extremum that one points at in a printed figure stands out by several widths of its line."""
+MUCH = 2.0
+"""A ratio that counts as 'much greater': the least that nobody would call 'greater' alone, and a convention."""
 
 CRITERION = (
     "A trend agrees if every replicate shows it, is insensitive if no replicate changes, is contradicted if every "
@@ -37,6 +38,17 @@ CRITERION = (
     f"{100 * PROMINENT:g} % of the range."
 )
 """The rules of this module in a few sentences."""
+
+SIGNS = {"rises": 1.0, "falls": -1.0}
+MUCH_ABOVE = {"(b)": (1, 1), "(a) with the electrostatics of (b)": (1, 0), "(a) with the adhesion of (b)": (0, 1)}
+"""What the first value of the first replicate is compared with: its place and replicate."""
+SAID = {
+    **{name: name for name in SIGNS},
+    "maximum": "is largest at a critical value",
+    "extrema": "has a local maximum and minimum",
+    **{f"much above {name}": f"is much greater than on {name}" for name in MUCH_ABOVE},
+}
+"""What can be said of a curve, as verbs. Extrema and maxima lie strictly inside the range."""
 
 
 class TrendVerdict(Enum):
@@ -60,66 +72,6 @@ class TrendCurve:
     y: Floats
     spread: Floats
 
-    def beyond(self, least: float) -> TrendCurve:
-        """The part from ``least`` on."""
-        inside = self.x >= least * (1.0 - 1e-9)
-        return TrendCurve(self.x[inside], self.y[inside], self.spread[inside])
-
-    @property
-    def replicates(self) -> list[Replicate]:
-        """One curve for each replicate."""
-        return [Replicate.of(self.x, y, spread) for y, spread in zip(self.y.T, self.spread.T, strict=True)]
-
-
-@dataclass(frozen=True)
-class Replicate:
-    """One replicate of a curve: x (n,), y (n,) where they are finite; least: a difference that counts."""
-
-    x: Floats
-    y: Floats
-    least: float
-
-    @classmethod
-    def of(cls, x: Floats, y: Floats, spread: Floats) -> Replicate:
-        """From values (nx,) and their spread (nx,)."""
-        known = np.isfinite(y)
-        noise = spread[known & np.isfinite(spread)]
-        twice = 2.0 * float(np.median(noise)) if noise.size else 0.0
-        size = float(np.abs(y[known]).max(initial=0.0))
-        return cls(x[known], y[known], max(RELEVANT * size, twice))
-
-    @property
-    def changes(self) -> bool:
-        """Whether its range counts."""
-        return len(self.y) > 2 and float(np.ptp(self.y)) > self.least
-
-    @property
-    def known(self) -> bool:
-        """Whether it has enough values to tell a change."""
-        return len(self.y) > 2
-
-    def rank(self) -> tuple[float, float]:
-        """Spearman's rho and its two-sided p; 0 and 1 where it does not change."""
-        if not self.changes:
-            return 0.0, 1.0
-        found = spearmanr(self.x, self.y)
-        return float(found.statistic), float(found.pvalue)  # pyright: ignore[reportAttributeAccessIssue]
-
-    def inside(self) -> float | None:
-        """The x of the largest value, if it exceeds both ends by what counts."""
-        if not self.changes:
-            return None
-        top = int(np.argmax(self.y))
-        return float(self.x[top]) if self.y[top] - max(self.y[0], self.y[-1]) > self.least else None
-
-    def extrema(self) -> tuple[list[float], list[float]]:
-        """The x of local maxima and of local minima."""
-        if not self.changes:
-            return [], []
-        stands_out = max(PROMINENT * float(np.ptp(self.y)), self.least)
-        high, low = (find_peaks(sign * self.y, prominence=stands_out)[0] for sign in (1.0, -1.0))
-        return self.x[high].tolist(), self.x[low].tolist()
-
 
 @dataclass(frozen=True)
 class Finding:
@@ -133,182 +85,102 @@ class Finding:
     words: str
     first: float
     last: float
-    rho: tuple[float, ...]
-    at: tuple[float, ...] = field(default=())
+    rho: tuple[float, ...] = ()
+    at: tuple[float, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return {
-            "verdict": self.verdict.value,
-            "words": self.words,
-            "first": self.first,
-            "last": self.last,
-            "rho": list(self.rho),
-            "at": list(self.at),
-        }
+        return {**vars(self), "verdict": self.verdict.value, "rho": list(self.rho), "at": list(self.at)}
 
 
-class Claim(ABC):
-    """Something said of a curve."""
+class _Look(NamedTuple):
+    """One replicate: whether it has enough values to tell a change, whether it changes, whether it is no zero, its
+    rank correlation, whether it shows what is said or the opposite, and where it has maxima and minima."""
 
-    @property
-    @abstractmethod
-    def words(self) -> str:
-        """What is said, as a verb: 'falls'."""
-
-    @abstractmethod
-    def judge(self, curve: TrendCurve) -> Finding:
-        """What the curve says of it."""
-
-
-class ReplicateClaim(Claim):
-    """Something that each replicate shows or not; each_place: of its places one for each replicate is told, else each
-    place once."""
-
-    each_place = True
-
-    @abstractmethod
-    def shown(self, one: Replicate) -> tuple[bool, bool, list[float]]:
-        """Whether a replicate that changes shows it, whether it shows the opposite, and where something is."""
-
-    @abstractmethod
-    def reason(self, replicates: Sequence[Replicate], at: Sequence[float]) -> str:
-        """What the replicates show, in short; at: where, of all of them."""
-
-    def part(self, curve: TrendCurve) -> TrendCurve:
-        """The part of a curve of which it is said."""
-        return curve
-
-    def judge(self, curve: TrendCurve) -> Finding:
-        part = self.part(curve)
-        replicates = part.replicates
-        shown = [self.shown(one) for one in replicates]
-        at = [place for _, _, places in shown for place in places]
-        at = at if self.each_place else sorted(set(at))
-        right = [one.changes and yes for one, (yes, _, _) in zip(replicates, shown, strict=True)]
-        opposite = [no for one, (_, no, _) in zip(replicates, shown, strict=True) if one.changes]
-        words = self.reason(replicates, at)
-        if not all(one.known for one in replicates):
-            verdict, words = TrendVerdict.NOT_DETERMINED, "too few runs reached their end"
-        elif not any(one.changes for one in replicates):
-            verdict = TrendVerdict.INSENSITIVE
-            words = "does not change" if any(np.any(one.y) for one in replicates) else "0 throughout"
-        elif all(right):
-            verdict = TrendVerdict.AGREES
-        elif all(opposite):
-            verdict = TrendVerdict.CONTRADICTS
-        else:
-            verdict = TrendVerdict.NOT_DETERMINED
-            words += f" ({sum(right)} of {len(right)} replicates as said)"
-        first, last = (
-            float(np.mean(row[np.isfinite(row)])) if np.isfinite(row).any() else np.nan for row in part.y[[0, -1]]
-        )
-        rho = tuple(one.rank()[0] for one in replicates)
-        return Finding(verdict, words, first, last, rho, tuple(at))
+    known: bool
+    moves: bool = False
+    some: bool = False
+    rho: float = 0.0
+    right: bool = False
+    wrong: bool = False
+    high: Sequence[float] = ()
+    low: Sequence[float] = ()
 
 
-@dataclass(frozen=True)
-class Direction(ReplicateClaim):
-    """The curve goes one way (sign 1 or -1), over its whole range or from `beyond` on."""
-
-    sign: int
-    beyond: float | None = None
-
-    @property
-    def words(self) -> str:
-        return "rises" if self.sign > 0 else "falls"
-
-    def part(self, curve: TrendCurve) -> TrendCurve:
-        return curve if self.beyond is None else curve.beyond(self.beyond)
-
-    def shown(self, one: Replicate) -> tuple[bool, bool, list[float]]:
-        rho, p = one.rank()
-        sure = p < SIGNIFICANT
-        return sure and self.sign * rho > 0.0, sure and self.sign * rho < 0.0, []
-
-    def reason(self, replicates: Sequence[Replicate], at: Sequence[float]) -> str:
-        return f"rho {_range([one.rank()[0] for one in replicates])}"
-
-
-def rises(beyond: float | None = None) -> Direction:
-    """It rises, over its whole range or from `beyond` on."""
-    return Direction(1, beyond)
-
-
-def falls(beyond: float | None = None) -> Direction:
-    """It falls, over its whole range or from `beyond` on."""
-    return Direction(-1, beyond)
+def judge(said: str, curve: TrendCurve, beyond: float | None = None) -> Finding:
+    """What a curve says of a claim, a word of `SAID`; beyond: of which part of the range it is said."""
+    other = MUCH_ABOVE.get(said.removeprefix("much above "))
+    if other is not None:
+        return _much_above(curve, other)
+    inside = curve.x >= (-np.inf if beyond is None else beyond * (1.0 - 1e-9))
+    x, y, spread = curve.x[inside], curve.y[inside], curve.spread[inside]
+    looks = [_look(said, x, *one) for one in zip(y.T, spread.T, strict=True)]
+    moving = [one for one in looks if one.moves]
+    at = [place for one in looks for place in (*one.high, *one.low)]
+    at = sorted(set(at)) if said == "extrema" else at
+    words = _reason(said, looks, at)
+    if not all(one.known for one in looks):
+        verdict, words = TrendVerdict.NOT_DETERMINED, "too few runs reached their end"
+    elif not moving:
+        verdict = TrendVerdict.INSENSITIVE
+        words = "does not change" if any(one.some for one in looks) else "0 throughout"
+    elif all(one.right for one in looks):
+        verdict = TrendVerdict.AGREES
+    elif all(one.wrong for one in moving):
+        verdict = TrendVerdict.CONTRADICTS
+    else:
+        verdict = TrendVerdict.NOT_DETERMINED
+        words += f" ({sum(one.right for one in looks)} of {len(looks)} replicates as said)"
+    ends = [row[np.isfinite(row)] for row in y[[0, -1]]]
+    first, last = (float(np.mean(row)) if row.size else np.nan for row in ends)
+    return Finding(verdict, words, first, last, tuple(one.rho for one in looks), tuple(at))
 
 
-@dataclass(frozen=True)
-class HasMaximum(ReplicateClaim):
-    """It is largest at a critical value strictly inside the range."""
+def _look(said: str, x: Floats, y: Floats, spread: Floats) -> _Look:
+    """What a replicate (nx,) shows of a claim."""
+    known = np.isfinite(y)
+    noise = spread[known & np.isfinite(spread)]
+    x, y = x[known], y[known]
+    least = max(RELEVANT * float(np.abs(y).max(initial=0.0)), 2.0 * float(np.median(noise)) if noise.size else 0.0)
+    if len(y) <= 2 or np.ptp(y) <= least:
+        return _Look(len(y) > 2, some=bool(np.any(y)))
+    found = spearmanr(x, y)
+    rho, p = float(found.statistic), float(found.pvalue)  # pyright: ignore[reportAttributeAccessIssue]
+    if said in SIGNS:
+        way = SIGNS[said] * rho if p < SIGNIFICANT else 0.0
+        return _Look(True, True, True, rho, way > 0.0, way < 0.0)
+    if said == "maximum":
+        inside = float(y.max() - max(y[0], y[-1])) > least
+        return _Look(True, True, True, rho, inside, not inside, [float(x[np.argmax(y)])] * inside)
+    stands_out = max(PROMINENT * float(np.ptp(y)), least)
+    high, low = (x[find_peaks(sign * y, prominence=stands_out)[0]].tolist() for sign in (1.0, -1.0))
+    return _Look(True, True, True, rho, bool(high and low), not high and not low, high, low)
 
-    @property
-    def words(self) -> str:
-        return "is largest at a critical value"
 
-    def shown(self, one: Replicate) -> tuple[bool, bool, list[float]]:
-        place = one.inside()
-        return place is not None, place is None, [] if place is None else [place]
-
-    def reason(self, replicates: Sequence[Replicate], at: Sequence[float]) -> str:
+def _reason(said: str, looks: Sequence[_Look], at: Sequence[float]) -> str:
+    """What the replicates show, in short."""
+    if said in SIGNS:
+        return f"rho {_range([one.rho for one in looks])}"
+    if said == "maximum":
         return f"largest at {_range(at)}" if at else "largest at an end"
+    kinds = ["maximum"] * any(one.high for one in looks) + ["minimum"] * any(one.low for one in looks)
+    return f"local {' and '.join(kinds)} at {_range(at)}" if at else "no local extremum"
 
 
-@dataclass(frozen=True)
-class HasExtrema(ReplicateClaim):
-    """It has both a local maximum and a local minimum strictly inside the range."""
-
-    each_place = False
-
-    @property
-    def words(self) -> str:
-        return "has a local maximum and minimum"
-
-    def shown(self, one: Replicate) -> tuple[bool, bool, list[float]]:
-        high, low = one.extrema()
-        return bool(high and low), not high and not low, [*high, *low]
-
-    def reason(self, replicates: Sequence[Replicate], at: Sequence[float]) -> str:
-        if not at:
-            return "no local extremum"
-        places = [one.extrema() for one in replicates]
-        kinds = [name for k, name in enumerate(("maximum", "minimum")) if any(place[k] for place in places)]
-        return f"local {' and '.join(kinds)} at {_range(at)}"
-
-
-MUCH = 2.0
-"""A ratio that counts as 'much greater': the least that nobody would call 'greater' alone, and a convention."""
-
-
-@dataclass(frozen=True)
-class MuchAbove(Claim):
-    """Its first value, of the first replicate, is much greater than another (of a place and a replicate): `MUCH` times.
-
-    A length below `STANDSTILL` is none. other: of what that is, in words.
-    """
-
-    other: str
-    place: tuple[int, int]
-
-    @property
-    def words(self) -> str:
-        return f"is much greater than on {self.other}"
-
-    def judge(self, curve: TrendCurve) -> Finding:
-        one, other = (float(curve.y[at]) for at in ((0, 0), self.place))
-        ratio = one / other if other > STANDSTILL else np.inf
-        words = f"{ratio:.3g} times" if np.isfinite(ratio) else "the other stands still"
-        if not np.isfinite([one, other]).all():
-            verdict, words = TrendVerdict.NOT_DETERMINED, "too few runs reached their end"
-        elif max(one, other) <= STANDSTILL or abs(ratio - 1.0) <= RELEVANT:
-            verdict = TrendVerdict.INSENSITIVE
-        elif one <= STANDSTILL or ratio < 1.0:
-            verdict = TrendVerdict.CONTRADICTS
-        else:
-            verdict = TrendVerdict.AGREES if ratio >= MUCH else TrendVerdict.NOT_DETERMINED
-        return Finding(verdict, words, one, other, ())
+def _much_above(curve: TrendCurve, place: tuple[int, int]) -> Finding:
+    """Whether the first value is `MUCH` times another; a length below `STANDSTILL` is none."""
+    one, other = (float(curve.y[at]) for at in ((0, 0), place))
+    ratio = one / other if other > STANDSTILL else np.inf
+    words = f"{ratio:.3g} times" if np.isfinite(ratio) else "the other stands still"
+    if not np.isfinite([one, other]).all():
+        verdict, words = TrendVerdict.NOT_DETERMINED, "too few runs reached their end"
+    elif max(one, other) <= STANDSTILL or abs(ratio - 1.0) <= RELEVANT:
+        verdict = TrendVerdict.INSENSITIVE
+    elif one <= STANDSTILL or ratio < 1.0:
+        verdict = TrendVerdict.CONTRADICTS
+    else:
+        verdict = TrendVerdict.AGREES if ratio >= MUCH else TrendVerdict.NOT_DETERMINED
+    return Finding(verdict, words, one, other)
 
 
 def _range(values: Sequence[float]) -> str:

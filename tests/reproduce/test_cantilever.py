@@ -14,17 +14,16 @@ import tarsus as ts
 from tarsus.calibrate.prediction import Discrepancy
 from tarsus.calibrate.skill import naive_errors
 from tarsus_reproduce.cantilever import PERIODS, reproduce_cantilever
-from tarsus_reproduce.compared import errors, merits_of
+from tarsus_reproduce.compared import merits_of
 from tarsus_reproduce.ensembles import device_ensemble, packaged_ensemble, packaged_errors
 from tarsus_reproduce.rows import CANTILEVER, PrintedRow, packaged_rows
 
-
-def seen(bounces=None, peak_um=None, contact_ms=None):
-    return {"bounces": bounces, "peak_um": peak_um, "contact_ms": contact_ms}
+BOUNCES, PEAK, CONTACT = CANTILEVER.quantities
 
 
-def merits(reference, simulated):
-    return [merits_of(one, reference, simulated) for one in CANTILEVER.quantities]
+def of_source(one):
+    """Numbers of Table A.1 with those of the source's model."""
+    return [(row.seen("measured", one), row.seen("source", one)) for row in packaged_rows(CANTILEVER)]
 
 
 def test_errors_are_those_printed_in_table_a1():
@@ -43,15 +42,13 @@ def test_errors_are_those_printed_in_table_a1():
         (100, 8, "sine"): (9, -13),
     }
     for row in packaged_rows(CANTILEVER):
-        found = errors(CANTILEVER, row.measured, row.source)
-        peak, contact = printed[(row.freq_hz, row.volt_v, row.wave)]
-        assert 100 * found["peak_um"] == pytest.approx(peak, abs=1.01)
-        assert 100 * found["contact_ms"] == pytest.approx(contact, abs=1.01)
+        for one, percent in zip((PEAK, CONTACT), printed[(row.freq_hz, row.volt_v, row.wave)], strict=True):
+            error = one.error(row.seen("measured", one), row.seen("source", one))
+            assert 100 * error == pytest.approx(percent, abs=1.01)
 
 
 def test_summary_of_the_sources_model_on_the_packaged_rows():
-    rows = packaged_rows(CANTILEVER)
-    bounces, peak, contact = merits([row.measured for row in rows], [row.source for row in rows])
+    bounces, peak, contact = (merits_of(one, of_source(one)) for one in CANTILEVER.quantities)
     assert (bounces["existence_right"], bounces["close"], bounces["cases"]) == (12, 8, 12)
     assert bounces["mean_absolute_error"] == pytest.approx(4.5 / 12)
     assert (peak["close"], peak["cases"]) == (10, 12)
@@ -62,15 +59,14 @@ def test_summary_of_the_sources_model_on_the_packaged_rows():
 
 
 def test_counts_need_half_a_bounce_and_empty_cells_do_not_count():
-    reference, simulated = ([seen(one) for one in values] for values in ((1.0, 0.0, 1.5, None), (1.4, 0.6, 1.0, 3.0)))
-    bounces, peak, _ = merits(reference, simulated)
+    bounces = merits_of(BOUNCES, [(1.0, 1.4), (0.0, 0.6), (1.5, 1.0), (None, 3.0)])
+    peak = merits_of(PEAK, [(None, None)])
     assert (bounces["cases"], bounces["close"], bounces["existence_right"]) == (3, 1, 2)
     assert (peak["cases"], peak["mean_error"]) == (0, None)
 
 
 def test_contact_where_none_was_measured_is_a_miss_and_not_excluded():
-    reference, simulated = ([seen(contact_ms=one) for one in values] for values in ((0, 10, 0), (5, 8, 0)))
-    contact = merits(reference, simulated)[2]
+    contact = merits_of(CONTACT, [(0, 5), (10, 8), (0, 0)])
     assert (contact["cases"], contact["in_means"], contact["close"]) == (3, 2, 2)
     assert contact["mean_absolute_error"] == pytest.approx(0.1)
 

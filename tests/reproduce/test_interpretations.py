@@ -18,11 +18,13 @@ from tarsus_reproduce.interpretations import (
     interpretation_scene,
     interpretation_values,
     judged_interpretations,
+    neighbour_scores,
     packaged_interpretations,
     parse_interpretations,
+    range_of_scores,
+    scattered,
 )
-from tarsus_reproduce.millipede import Coarse, Score, damping_ratio, judge_scene, stands
-from tarsus_reproduce.scatter import scatter_scores, scatter_table, scattered
+from tarsus_reproduce.millipede import COUNTS, Coarse, damping_ratio, judge_scene, stands
 
 
 @pytest.fixture
@@ -42,7 +44,7 @@ def test_an_interpretation_is_the_same_whatever_the_count_and_fills_its_ranges()
         middle, width = np.log(one.low * one.high) / 2.0, np.log(one.high / one.low)
         assert np.median(np.log(column)) == pytest.approx(middle, abs=0.1 * width)
     for one in CHOICES:
-        assert {value[one.name] for value in values} == set(one.options)
+        assert {value[one["name"]] for value in values} == set(one["options"])
 
 
 def test_an_interpretation_becomes_the_scene_it_says():
@@ -68,10 +70,10 @@ def test_an_interpretation_becomes_the_scene_it_says():
 
 def test_finished_interpretations_are_kept_and_a_damaged_one_is_judged_again(short, tmp_path, monkeypatch):
     base, judged = overdamped(), []
-    judge = interpretations._counts
-    monkeypatch.setattr(interpretations, "_counts", lambda *one: judged.append(1) or judge(*one))
+    judge = interpretations._score
+    monkeypatch.setattr(interpretations, "_score", lambda *one: judged.append(1) or judge(*one))
     first = judged_interpretations(base, 3, 1, folder=tmp_path, threads=1)
-    assert len(judged) == 3 and all(score.total == 16 for score in first.judged)
+    assert len(judged) == 3 and all(sum([*score.values()][:4]) == 16 for score in first.judged)
     units = sorted((tmp_path / "interpretations" / "units").rglob("*.npz"))
     assert len(units) == 3
     units[0].write_bytes(units[0].read_bytes()[:100])  # a disk that lost its end
@@ -83,7 +85,8 @@ def test_finished_interpretations_are_kept_and_a_damaged_one_is_judged_again(sho
 
 
 def test_counts_become_a_distribution_of_those_that_could_be_judged():
-    scores = (Score(1, 2, 3, 10, 0, 11), None, Score(3, 2, 1, 10, 2, 11), Score(5, 2, 9, 0, 1, 11))
+    rows = (1, 2, 3, 10, 0, 11), None, (3, 2, 1, 10, 2, 11), (5, 2, 9, 0, 1, 11)
+    scores = tuple(one and dict(zip(COUNTS, one, strict=True)) for one in rows)
     table = Interpretations(7, scores).to_dict()
     assert (table["seed"], table["count"], table["judged"]) == (7, 4, 3)
     assert (table["agree"]["mean"], table["agree"]["histogram"]) == (3.0, [0, 1, 0, 1, 0, 1])
@@ -106,16 +109,18 @@ def test_a_scattered_device_stays_near_and_stands_again():
 
 def test_neighbours_give_the_range_of_a_score():
     device = judge_scene("ringing", ringing(), coarse=FEW, duration=0.02, scored_only=True)
-    scores = scatter_scores(device, 3, 1, coarse=Coarse(4, (0.5,)))
-    table = scatter_table(scores)
-    counts = [score.agree for score in scores]
+    scores = neighbour_scores(device, 3, 1, coarse=Coarse(4, (0.5,)))
+    table = range_of_scores(scores)
+    counts = [score["agree"] for score in scores]
     assert (table["judged"], table["agree"]) == (3, {"least": min(counts), "most": max(counts)})
-    assert scatter_table([]) == {"spread": 0.1, "judged": 0}
+    assert range_of_scores([]) == {"spread": 0.1, "judged": 0}
 
 
 def test_the_packaged_interpretations_are_those_of_the_ranges():
     found = packaged_interpretations()
-    assert found.seed == 1 and len(found.judged) == 500 and {score.total for score in found.judged} == {16}
+    assert (
+        found.seed == 1 and len(found.judged) == 500 and {sum([*score.values()][:4]) for score in found.judged} == {16}
+    )
     assert parse_interpretations(found.text()) == found
     with pytest.raises(ts.InputError, match="drawn from other ranges"):
         parse_interpretations(found.text().replace('"ranges": "', '"ranges": "0'))

@@ -16,7 +16,7 @@ from tarsus_reproduce.ensembles import packaged_errors
 from tarsus_reproduce.index import index_html
 from tarsus_reproduce.millipede import judge_scene
 from tarsus_reproduce.millipede_tables import millipede_reproduction
-from tarsus_reproduce.reproduction import FigureCall, Forecast, NumberRow, Reproduction, numbers_table
+from tarsus_reproduce.reproduction import FigureCall, NumberRow, Reproduction, numbers_table
 from tarsus_reproduce.robot_tables import reproduce_robot
 from tarsus_reproduce.verb import experiments, reproduce
 
@@ -39,7 +39,7 @@ def found(one_of) -> dict[str, Reproduction]:
 
 
 def row(measured: float | None, median: float, low: float, high: float, unit: str = "m") -> NumberRow:
-    return NumberRow("case", "predicted", "peak", unit, measured, None, Forecast(median, low, high))
+    return NumberRow("case", "predicted", "peak", unit, measured, None, (median, low, high))
 
 
 def test_a_number_is_held_by_its_interval_and_marked_where_it_is_far_off():

@@ -46,12 +46,12 @@ def swept_figure(swept: Sequence[tuple[str, Swept]], title: str, symbol: str) ->
         for axes, (names, label) in zip(panels, PANELS, strict=True):
             for k, (variant, one) in enumerate(swept):
                 for name, style in zip(names, ("-", ":"), strict=False):
-                    _line(axes, one.x, one.values[name], CYCLE[k], style, variant)
+                    _line(axes, one.x, one.measures[name].curve.y, CYCLE[k], style, variant)
             few_ticks(axes, y=4)
             if first.x[-1] > 100.0 * first.x[0]:
                 axes.set_xscale("log")
                 axes.minorticks_off()
-            name_axes(axes, (symbol, first.unit), (label, first.about[names[0]].unit))
+            name_axes(axes, (symbol, first.unit), (label, first.measures[names[0]].unit))
             axes.set_title(axes.get_ylabel())
             axes.set_ylabel("")
             axes.set_xlim(first.x[0], first.x[-1])
@@ -103,12 +103,12 @@ def interpretations_figure(drawn: Interpretations, devices: Sequence[DeviceTrend
     def draw(sheet: Sheet) -> None:
         panels = sheet.grid(len(shown), 1.4)
         for axes, (name, label) in zip(panels, shown, strict=True):
-            counts = np.array([getattr(score, name) for score in drawn.judged])
-            most = max([counts.max(), *(getattr(one.score, name) for one in devices)])
+            counts = np.array([score[name] for score in drawn.judged])
+            most = max([counts.max(), *(one.score[name] for one in devices)])
             axes.hist(counts, bins=np.arange(most + 2) - 0.5, color=RULE, edgecolor="white", lw=0.6)
             for k, device in enumerate(devices):
                 axes.plot(
-                    getattr(device.score, name),
+                    device.score[name],
                     0.04 * (k + 1),
                     "v",
                     color=CYCLE[k],

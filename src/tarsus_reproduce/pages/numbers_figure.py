@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from tarsus.report.pages import Plate
 from tarsus.report.rows_figure import RowMarks, RowPanel, rows_figure
 from tarsus.report.style import BLUE, INK, ORANGE, SKY
-from tarsus_reproduce.reproduction import Forecast, NumberRow
+from tarsus_reproduce.reproduction import NumberRow
 
 
 def numbers_figure(rows: Sequence[NumberRow], caption: str) -> Plate:
@@ -27,8 +27,8 @@ def _quantity(rows: Sequence[NumberRow], cases: Sequence[str]) -> RowPanel:
     def plain(who: str) -> list[tuple[int, float | None, None, None]]:
         return [(line, getattr(row, who), None, None) for line, row in zip(lines, rows, strict=True)]
 
-    def spread(found: Sequence[Forecast | None]) -> list[tuple[int, float, float, float]]:
-        return [(n, one.median, one.low, one.high) for n, one in zip(lines, found, strict=True) if one]
+    def spread(found: Sequence[tuple[float, float, float] | None]) -> list[tuple[int, float, float, float]]:
+        return [(n, *one) for n, one in zip(lines, found, strict=True) if one]
 
     marks = [
         RowMarks("measured", INK, plain("measured")),
