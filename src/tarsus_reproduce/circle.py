@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from tarsus.base.arrays import Complexes, Floats
@@ -15,65 +14,29 @@ _LEVEL = 0.2
 """Part of the peak down to which lines belong to the circle: below, neighbours and background bend it."""
 _FEWEST = 5
 """Lines that a circle takes: three for it, and two to see whether it is one."""
-_STRAIGHT = 1e-9
-"""Width over length of points that lie on a line: radius and centre would have no digit left."""
 _ARC = 180.0
 """Degrees that lines must span: of less the centre is not known along the arc."""
 
 
-@dataclass(frozen=True)
-class Circle:
-    """A circle in the complex plane; misfit: root mean square distance of its points, in units of the radius."""
-
-    centre: complex
-    radius: float
-    misfit: float
-
-
-@dataclass(frozen=True)
-class CircleFit:
-    """One mode from the circle that its mobility runs through.
-
-    frequency [Hz], undamped; damping_ratio [1]; circle; lines (k,): indices of the lines used; angles (k,) [rad]: of
-    the points about the centre; misfit [rad]: root mean square of what the angle law leaves.
-    """
+class CircleFit(NamedTuple):
+    """One mode from the circle that its mobility runs through: frequency [Hz], undamped; damping_ratio [1]; centre and
+    radius of the circle."""
 
     frequency: float
     damping_ratio: float
-    circle: Circle
-    lines: NDArray[np.intp]
-    angles: Floats
-    misfit: float
+    centre: complex
+    radius: float
 
 
-def fit_circle(points: Complexes) -> Circle:
-    """Circle of least squared distance to points (k,), from the linear fit of its equation (Kasa 1976).
-
-    Raises
-    ------
-    InputError
-        If there are fewer than 3 points, or they lie on a line.
-    """
-    if len(points) < 3:
-        raise InputError(f"a circle needs at least 3 points, got {len(points)}")
-    middle = points.mean()
-    size = np.sqrt(np.mean(np.abs(points - middle) ** 2))
-    if size == 0.0:
-        raise InputError("a circle needs points that differ")
+def fit_circle(points: Complexes) -> tuple[complex, float]:
+    """Centre and radius of the circle of least squared distance to at least three points (k,) that lie on no line."""
+    middle, size = points.mean(), np.ptp(np.abs(points - points[0]))
     x, y = ((points - middle) / size).real, ((points - middle) / size).imag
     columns = np.column_stack([2.0 * x, 2.0 * y, np.ones_like(x)])
-    (a, b, rest), _, rank, _ = np.linalg.lstsq(columns, x**2 + y**2, rcond=_STRAIGHT)
-    if rank < 3:
-        raise InputError("the points lie on a straight line: there is no circle through them")
+    a, b, rest = np.linalg.lstsq(columns, x**2 + y**2, rcond=None)[0]  # Kasa 1976: linear, and near the least distance
     start = np.array([a, b, np.sqrt(rest + a * a + b * b)])
-
-    def distance(p: Floats) -> Floats:
-        return np.hypot(x - p[0], y - p[1]) - p[2]
-
-    found = least_squares(distance, start, method="lm")
-    cx, cy, radius = found.x
-    misfit = float(np.sqrt(np.mean(found.fun**2)) / abs(radius))
-    return Circle(complex(middle + size * (cx + 1.0j * cy)), float(size * abs(radius)), misfit)
+    cx, cy, radius = least_squares(lambda p: np.hypot(x - p[0], y - p[1]) - p[2], start, method="lm").x
+    return complex(middle + size * (cx + 1.0j * cy)), float(size * abs(radius))
 
 
 def fit_mode_circle(frequency: Floats, mobility: Complexes, near: float) -> CircleFit:
@@ -103,42 +66,34 @@ def fit_mode_circle(frequency: Floats, mobility: Complexes, near: float) -> Circ
     if not len(around):
         raise InputError(f"no line lies near {near:g} Hz")
     size = np.abs(mobility)
-    peak = int(around[np.argmax(size[around])])
-    first, last = peak, peak
+    peak = first = last = int(around[np.argmax(size[around])])
     while first > 0 and _LEVEL * size[peak] < size[first - 1] < size[first]:
         first -= 1
     while last < len(size) - 1 and _LEVEL * size[peak] < size[last + 1] < size[last]:
         last += 1
-    lines = np.arange(first, last + 1)
+    f, lines = frequency[first : last + 1], mobility[first : last + 1]
     if len(lines) < _FEWEST:
         raise InputError(_unresolved(frequency[peak], f"only {len(lines)} lines reach a fifth of its peak", line))
-    circle = fit_circle(mobility[lines])
-    angles = np.unwrap(np.angle(mobility[lines] - circle.centre))
+    centre, radius = fit_circle(lines)
+    angles = np.unwrap(np.angle(lines - centre))
     arc = float(np.degrees(np.ptp(angles)))
     if arc < _ARC:
         raise InputError(_unresolved(frequency[peak], f"its lines cover {arc:.0f} degrees of a circle only", line))
-    if angles[-1] > angles[0]:
+
+    def off(p: Floats) -> Floats:
+        return p[2] - 2.0 * np.arctan2((f**2 - p[0] ** 2) / (p[0] * f), 2.0 * p[1]) - angles
+
+    half = max(float(f[-1] - f[0]) / 10.0, 0.5 * line)
+    start = np.array([frequency[peak], half / frequency[peak], angles[peak - first]])
+    natural, damping, _ = least_squares(off, start, x_scale=np.array([half, start[1], 1.0])).x.tolist()
+    if angles[-1] > angles[0] or damping <= 0.0:
         raise InputError(
             f"the resonance at {frequency[peak]:g} Hz turns the wrong way: its circle is run through anticlockwise, as "
             "with negative damping; look at the sign of the phase and at what else drives the structure"
         )
-    f = frequency[lines]
-
-    def law(p: Floats) -> Floats:
-        ratio = (f**2 - p[0] ** 2) / (p[0] * f)
-        return p[2] - 2.0 * np.arctan2(ratio, 2.0 * p[1])
-
-    half = max(float(f[-1] - f[0]) / 10.0, 0.5 * line)
-    start = np.array([frequency[peak], half / frequency[peak], angles[peak - first]])
-    found = least_squares(lambda p: law(p) - angles, start, x_scale=np.array([half, start[1], 1.0]))
-    natural, damping = float(found.x[0]), float(found.x[1])
-    if damping <= 0.0:
-        raise InputError(
-            f"the resonance at {natural:g} Hz turns the wrong way: its damping ratio would be {damping:.3g}"
-        )
     if 2.0 * damping * natural < line:
         raise InputError(_unresolved(natural, f"its half-power band is {2.0 * damping * natural:.3g} Hz", line))
-    return CircleFit(natural, damping, circle, lines, angles, float(np.sqrt(np.mean(found.fun**2))))
+    return CircleFit(natural, damping, centre, radius)
 
 
 def _unresolved(frequency: float, why: str, line: float) -> str:

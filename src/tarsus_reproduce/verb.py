@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
@@ -16,24 +17,30 @@ if TYPE_CHECKING:
     from tarsus_reproduce.reproduction import Progress, Reproduction
 
 
-MOST_SEEDS = 10_000
-"""More initial states than that narrow no interval by a hundredth and take hours."""
-
-MOST_INTERPRETATIONS = 100_000
-"""More interpretations than that take half a day on a processor."""
+MOST = {"seeds": 10_000, "readings": 100_000, "scatter": 100_000}
+"""More initial states than that narrow no interval by a hundredth and take hours; more interpretations take half a day
+on a processor."""
+ROBOTS = ("hexapod", "quadruped")
+EXPERIMENTS_OF = {
+    "rows": ("cantilever", *ROBOTS),
+    "seeds": ROBOTS,
+    "readings": ("millipede",),
+    "scatter": ("millipede",),
+    "seed": ("millipede",),
+}
+"""Options that only some experiments have."""
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """A page: the experiment it is of, with which device (None: the packaged one), which printed column it is held
-    against, and what cannot be matched whatever the device."""
+    """A page: the experiment it is of, with which device (None: the packaged one), and what cannot be matched whatever
+    the device."""
 
     name: str
     title: str
     experiment: str
     unmatched: tuple[str, ...]
     device: str | None = None
-    against: str = "measured"
 
 
 @lru_cache
@@ -48,7 +55,7 @@ def experiments() -> dict[str, Experiment]:
 def options_of(name: str) -> tuple[str, ...]:
     """Arguments of `reproduce` that an experiment takes beside a device and rows."""
     experiment = experiments()[name].experiment
-    return {"cantilever": (), "millipede": ("readings", "scatter", "seed")}.get(experiment, ("seeds",))
+    return tuple(option for option, of in EXPERIMENTS_OF.items() if experiment in of and option != "rows")
 
 
 def reproduce(
@@ -110,7 +117,8 @@ def reproduce(
     if name not in known:
         raise InputError(f"there is no experiment '{name}'{nearest(name, known)}")
     one = known[name]
-    problems = _problems(one.experiment, rows, seeds, max(readings, scatter), min(readings, scatter), seed)
+    asked = {"rows": rows, "seeds": seeds, "readings": readings or None, "scatter": scatter or None, "seed": seed}
+    problems = _problems(one.experiment, {option: value for option, value in asked.items() if value is not None})
     chosen = device or one.device
     if not problems and device is not None and one.experiment != "millipede":
         problems += _lacking(one.experiment, device)
@@ -138,24 +146,17 @@ def reproduce(
     return reproduce_robot(one.experiment, chosen, rows, seeds=seeds or SEEDS, progress=progress)
 
 
-def _problems(
-    experiment: str, rows: str | Path | None, seeds: int | None, most: int, least: int, seed: int | None
-) -> list[str]:
-    """What does not go together; most, least: larger and smaller of the numbers of interpretations and neighbours."""
-    found = []
-    if seeds is not None and experiment in ("cantilever", "millipede"):
-        found.append(f"seeds: the {experiment} has one start; only the robots have seeds")
-    if rows is not None and experiment == "millipede":
-        found.append("rows: no table is printed for the millipede, only trends in words")
-    if (most or seed is not None) and experiment != "millipede":
-        found.append("readings, scatter and seed are of the millipede")
-    elif seed is not None and not most:
+def _problems(experiment: str, asked: Mapping[str, Any]) -> list[str]:
+    """What of the options that were given does not go together."""
+    found = [
+        f"{option}: is of {' and '.join(EXPERIMENTS_OF[option])}, not of {experiment}"
+        for option in asked
+        if experiment not in EXPERIMENTS_OF[option]
+    ]
+    if not found and "seed" in asked and not {"readings", "scatter"} & asked.keys():
         found.append("seed: is the seed of readings and scatter, which are not given")
-    if seeds is not None and not 1 <= seeds <= MOST_SEEDS:
-        found.append(f"seeds: expected a number from 1 to {MOST_SEEDS}, got {seeds}")
-    if least < 0 or most > MOST_INTERPRETATIONS:
-        found.append(f"readings, scatter: expected numbers from 0 to {MOST_INTERPRETATIONS}")
-    return found
+    wrong = [option for option, most in MOST.items() if option in asked and not 1 <= asked[option] <= most]
+    return found + [f"{option}: expected a number from 1 to {MOST[option]}, got {asked[option]}" for option in wrong]
 
 
 def _lacking(experiment: str, device: str) -> list[str]:

@@ -100,9 +100,9 @@ def _index(found: dict[str, Reproduction], output: Path, *, json: bool) -> None:
     from tarsus.files.whole import write_text
     from tarsus_reproduce.index import index_html
 
-    data = {name: one.to_dict() for name, one in found.items()}
-    write_text(output / "index.html", index_html(data))
+    write_text(output / "index.html", index_html({name: one.about for name, one in found.items()}))
     if json:
+        data = {name: one.to_dict() for name, one in found.items()}
         console.print_json({"index": str(output / "index.html"), "experiments": data})
     else:
         console.wrote([*(output / name for name in found), output / "index.html"])
