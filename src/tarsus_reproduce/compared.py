@@ -152,10 +152,10 @@ class ComparedRow:
         """Every quantity in SI, and the share of windows with a bounce."""
         rows = []
         for one in how.table.quantities:
-            values = [self.printed.seen(who, one) for who in ("measured", "source")]
-            known = [None if value is None else value / one.factor for value in values]
-            found = [_ends(part[one.key]) for part in self.forecasts.values()]
-            rows.append(NumberRow(self.case, self.role, one.words, one.unit, *known, *found))
+            values = (self.printed.seen(who, one) for who in ("measured", "source"))
+            measured, source = (None if value is None else value / one.factor for value in values)
+            ours, *bare = [_ends(part[one.key]) for part in self.forecasts.values()]
+            rows.append(NumberRow(self.case, self.role, one.words, one.unit, measured, source, ours, *bare))
         chance = math.nan if self.p_bounce is None else self.p_bounce
         return [*rows, NumberRow(self.case, self.role, how.share, "%", None, None, (chance, math.nan, math.nan))]
 

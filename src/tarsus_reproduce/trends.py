@@ -93,7 +93,7 @@ class Finding:
         return {**vars(self), "verdict": self.verdict.value, "rho": list(self.rho), "at": list(self.at)}
 
 
-class _Look(NamedTuple):
+class _ReplicateLook(NamedTuple):
     """One replicate: whether it has enough values to tell a change, whether it changes, whether it is no zero, its
     rank correlation, whether it shows what is said or the opposite, and where it has maxima and minima."""
 
@@ -136,28 +136,28 @@ def judge(said: str, curve: TrendCurve, beyond: float | None = None) -> Finding:
     return Finding(verdict, words, first, last, tuple(one.rho for one in looks), tuple(at))
 
 
-def _look(said: str, x: Floats, y: Floats, spread: Floats) -> _Look:
+def _look(said: str, x: Floats, y: Floats, spread: Floats) -> _ReplicateLook:
     """What a replicate (nx,) shows of a claim."""
     known = np.isfinite(y)
     noise = spread[known & np.isfinite(spread)]
     x, y = x[known], y[known]
     least = max(RELEVANT * float(np.abs(y).max(initial=0.0)), 2.0 * float(np.median(noise)) if noise.size else 0.0)
     if len(y) <= 2 or np.ptp(y) <= least:
-        return _Look(len(y) > 2, some=bool(np.any(y)))
+        return _ReplicateLook(len(y) > 2, some=bool(np.any(y)))
     found = spearmanr(x, y)
     rho, p = float(found.statistic), float(found.pvalue)  # pyright: ignore[reportAttributeAccessIssue]
     if said in SIGNS:
         way = SIGNS[said] * rho if p < SIGNIFICANT else 0.0
-        return _Look(True, True, True, rho, way > 0.0, way < 0.0)
+        return _ReplicateLook(True, True, True, rho, way > 0.0, way < 0.0)
     if said == "maximum":
         inside = float(y.max() - max(y[0], y[-1])) > least
-        return _Look(True, True, True, rho, inside, not inside, [float(x[np.argmax(y)])] * inside)
+        return _ReplicateLook(True, True, True, rho, inside, not inside, [float(x[np.argmax(y)])] * inside)
     stands_out = max(PROMINENT * float(np.ptp(y)), least)
     high, low = (x[find_peaks(sign * y, prominence=stands_out)[0]].tolist() for sign in (1.0, -1.0))
-    return _Look(True, True, True, rho, bool(high and low), not high and not low, high, low)
+    return _ReplicateLook(True, True, True, rho, bool(high and low), not high and not low, high, low)
 
 
-def _reason(said: str, looks: Sequence[_Look], at: Sequence[float]) -> str:
+def _reason(said: str, looks: Sequence[_ReplicateLook], at: Sequence[float]) -> str:
     """What the replicates show, in short."""
     if said in SIGNS:
         return f"rho {_range([one.rho for one in looks])}"

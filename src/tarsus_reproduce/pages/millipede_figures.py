@@ -105,7 +105,7 @@ def interpretations_figure(drawn: Interpretations, devices: Sequence[DeviceTrend
         for axes, (name, label) in zip(panels, shown, strict=True):
             counts = np.array([score[name] for score in drawn.judged])
             most = max([counts.max(), *(one.score[name] for one in devices)])
-            axes.hist(counts, bins=np.arange(most + 2) - 0.5, color=RULE, edgecolor="white", lw=0.6)
+            axes.hist(counts, bins=(np.arange(most + 2) - 0.5).tolist(), color=RULE, edgecolor="white", lw=0.6)
             for k, device in enumerate(devices):
                 axes.plot(
                     device.score[name],
