@@ -1,11 +1,11 @@
-"""Searches of many valleys: scans, strategies side by side, steps that get shorter."""
+"""Searches of many valleys: strategies side by side, steps that get shorter."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from tarsus.fit.valleys import Budget, Visited, inside, search, shorter_steps
+from tarsus.fit.valleys import Budget, Visited, follow_down, inside, shorter_steps
 
 
 def _bowls(numbers, points):
@@ -13,7 +13,8 @@ def _bowls(numbers, points):
 
 
 def test_the_search_finds_the_better_of_two_families():
-    visited = search(_bowls, 2, 4, Budget(200, 6, 40, 8), np.random.default_rng(0))
+    visited, rng = Visited.empty(4), np.random.default_rng(0)
+    follow_down(_bowls, visited, np.arange(6) % 2, rng.random((6, 4)), Budget(40, 8), rng)
     best = visited.best(3)
     assert visited.numbers[best[0]] == 1 and visited.costs[best[0]] < 1e-6
     assert np.allclose(visited.points[best[0]], 0.7, atol=1e-3)

@@ -46,7 +46,7 @@ MEMBERS = 9
 """Designs of the line; between them plateaus are interpolated."""
 REACH, FIRST = 0.7, 0.02
 """A plateau is made up to twice as long or half as long, and the first step of the search for that: 3 %."""
-SEARCH = Budget(islands=1, generations=24, offspring=10)
+SEARCH = Budget(generations=24, offspring=10)
 """Search of each member, which begins at its neighbour's end."""
 FINEST = 1.0 / 64.0
 """Part of the line below which halving ends: a gap known to 8 um is then known to 0.1 um, less than a foot is rough."""

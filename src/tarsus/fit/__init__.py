@@ -4,9 +4,7 @@ The package is also the verb of its name, ``tarsus.fit(scene, unknowns, residual
 """
 
 from tarsus.base.verb import callable_package
-from tarsus.fit.by_cma import cma_es
-from tarsus.fit.by_pymoo import pymoo_problem
-from tarsus.fit.by_scipy import minimize
+from tarsus.fit.adapters import cma_es, minimize, pymoo_problem
 from tarsus.fit.chain import chain
 from tarsus.fit.ensemble import Ensemble
 from tarsus.fit.fitting import FitResult, RunResiduals, fit

@@ -19,11 +19,7 @@ BURNT = 3
 
 
 def chain(
-    costs: Callable[[Floats, int], Floats],
-    start: Floats,
-    generations: int,
-    rng: np.random.Generator,
-    scale: float = 1.0,
+    costs: Callable[[Floats], Floats], start: Floats, generations: int, rng: np.random.Generator, scale: float = 1.0
 ) -> Floats:
     """States (n, nu) of chains in the unit cube whose density is exp(-cost / (2 scale)), each as often as a chain was
     in it (ter Braak, Stat. Comput. 16, 2006); points that leave the cube are reflected at its sides.
@@ -31,7 +27,7 @@ def chain(
     Parameters
     ----------
     costs
-        Costs (m,) of points (m, nu), of the generation of this number, from 0, the start's.
+        Costs (m,) of points (m, nu).
     start
         First states (m, nu), spread over what is likely.
     generations
@@ -42,14 +38,14 @@ def chain(
         Cost that counts as one half of a squared standard deviation.
     """
     now, nu = start, start.shape[1]
-    now_cost = costs(now, 0)
+    now_cost = costs(now)
     states = [now]
     for generation in range(generations):
         gamma = 1.0 if generation % JUMP == JUMP - 1 else 2.38 / np.sqrt(2.0 * nu)
         pairs = np.array([rng.choice(len(now), 2, replace=False) for _ in now])
         moved = np.abs(now + gamma * (now[pairs[:, 0]] - now[pairs[:, 1]]) + rng.normal(0.0, 1e-3, now.shape))
         moved = np.where(moved > 1.0, 2.0 - moved, moved).clip(0.0, 1.0)
-        cost = costs(moved, generation + 1)
+        cost = costs(moved)
         taken = np.log(rng.random(len(now))) < (now_cost - cost) / (2.0 * scale)
         now, now_cost = np.where(taken[:, None], moved, now), np.where(taken, cost, now_cost)
         states.append(now)

@@ -1,5 +1,5 @@
-"""Searching many valleys at once: a coarse scan, then evolution strategies with covariance adaptation side by side, the
-worse half given up again and again; and steps by chance that get shorter, for many starts side by side.
+"""Searching many valleys at once: evolution strategies with covariance adaptation side by side, the worse half given up
+again and again; and steps by chance that get shorter, for many starts side by side.
 
 Only a function from points to costs is known here; it is asked for many points at a time. The package cma (`cma_es`)
 has one such strategy. These stay because dozens ask for one batch together here, as arrays: 24 of them take 60
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats, Ints
-from tarsus.fit.unknowns import even_points, inside
+from tarsus.fit.unknowns import inside
 
 Cost = Callable[[Ints, Floats], Floats]
 """Costs (n,) of points (n, nu) of the unit cube, each in the family of its number (n,)."""
@@ -34,10 +34,8 @@ LAST_STEP = 3e-5
 
 @dataclass(frozen=True)
 class Budget:
-    """How long to search. scan: points of the scan in all; islands: strategies begun; generations of the last one."""
+    """How long to search: generations of the last strategy, and points of each in one."""
 
-    scan: int = 3000
-    islands: int = 24
     generations: int = 60
     offspring: int = 10
 
@@ -106,27 +104,6 @@ def shorter_steps(
         better = found[rows, at] < costs
         points[better], costs[better] = moved[rows, at][better], found[rows, at][better]
     return points, costs
-
-
-def search(
-    cost: Cost,
-    families: int,
-    unknowns: int,
-    budget: Budget,
-    rng: np.random.Generator,
-    starts: tuple[Ints, Floats] | None = None,
-) -> Visited:
-    """Scan every family evenly, with ``starts`` beside it, then follow the best valleys down."""
-    archive = Visited.empty(unknowns)
-    each = max(budget.scan // families, 1)
-    grid = np.concatenate([even_points(unknowns, each, rng) for _ in range(families)])
-    numbers = np.repeat(np.arange(families), each)
-    if starts is not None and len(starts[0]):
-        numbers, grid = np.concatenate([starts[0], numbers]), np.concatenate([starts[1], grid])
-    archive.add(numbers, grid, cost(numbers, grid))
-    first = archive.best(budget.islands)
-    follow_down(cost, archive, archive.numbers[first], archive.points[first], budget, rng)
-    return archive
 
 
 def follow_down(
