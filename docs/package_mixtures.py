@@ -59,17 +59,12 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
     for weight, one in zip(whole.weights, whole.ensembles, strict=True):
         if not column_names(study, one.hypothesis.options):
             kept, share = thinned(one.weights, MOST)
-            found = tuple(one.found[i] for i in kept)
-            plain.append((weight, replace(one, points=one.points[kept], weights=share, found=found)))
+            plain.append((weight, replace(one, points=one.points[kept], weights=share)))
     weights = np.array([weight for weight, _ in plain])
     thin = replace(whole, ensembles=tuple(one for _, one in plain), weights=weights / weights.sum())
-    table = ensemble_table(thin)
-    for branch in table["branches"]:
-        for member in branch["members"]:
-            del member["values"]  # the study's function says them of the unknowns
     calibration = json.loads((Path(folder) / CALIBRATION_FILE).read_text(encoding="utf-8"))
     return {
-        **_rounded(table, 9),
+        **_rounded(ensemble_table(thin), 9),
         "seed": study.search.seed,
         "table_sha256": _digest(Path(folder) / "table.csv"),
         "study_sha256": _digest(Path(folder) / "study.py"),

@@ -1,4 +1,4 @@
-"""Predictions: median and interval by hand, several modes, what is not decidable, probability of a bounce."""
+"""Predictions: median and interval by hand, probability of a bounce."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scipy.stats import norm
 from calibrate.toys import cells
 from tarsus.calibrate.ensemble import HypothesisEnsemble
 from tarsus.calibrate.objective import Hypothesis
-from tarsus.calibrate.prediction import Discrepancy, Miss, discrepancy_of, has_modes, predict_row
+from tarsus.calibrate.prediction import Discrepancy, Miss, discrepancy_of, predict_row
 from tarsus.fit.ranges import weighted_quantile
 
 
@@ -20,18 +20,15 @@ def ensemble(weights: list[float]) -> HypothesisEnsemble:
     )
 
 
-def predicted(readings, weights, sigma=1.0, wrong=0.0, table=None, resolution=0.0):
-    table = cells([[1.0]], exists=True) if table is None else table
+def predicted(readings, weights, sigma=1.0, wrong=0.0):
     values = np.asarray(readings, dtype=float)[:, None, :]
     (found,) = predict_row(
         [ensemble(weights)],
         np.ones(1),
         [values],
-        table,
+        cells([[1.0]], exists=True),
         np.array([0.01]),
         Discrepancy(np.array([sigma]), np.array([wrong])),
-        0,
-        resolution,
     )
     return found
 
@@ -45,8 +42,6 @@ def test_one_member_has_the_discrepancy_alone():
         table,
         np.zeros(1),
         Discrepancy(np.array([1.5]), np.zeros(1)),
-        None,
-        0.0,
     )
     assert found.median == pytest.approx(2.0)
     assert np.log(found.high / 2.0) == pytest.approx(0.15 * norm.ppf(0.9), rel=0.02)
@@ -75,31 +70,10 @@ def test_the_probability_of_a_bounce_counts_windows_by_weight_and_the_models_own
     assert predicted(readings, [0.75, 0.25], wrong=0.2).p_bounce == pytest.approx(0.625 * 0.8 + 0.375 * 0.2)
 
 
-def test_flights_below_the_resolution_are_not_decidable():
-    assert not predicted([[1e-8, 2e-8]], [1.0], resolution=1e-7).decidable
-    assert predicted([[1e-6, 2e-6]], [1.0], resolution=1e-7).decidable
-    assert predicted([[0.0, 0.0]], [1.0], resolution=1e-7).decidable, "a foot that never leaves is decided"
-
-
 def test_failed_members_are_left_out_and_counted():
     found = predicted([[1.0, 1.0], [np.inf, 1.0]], [0.75, 0.25])
     assert found.failed == pytest.approx(0.25) and found.median == pytest.approx(1.0)
     assert np.isnan(predicted([[np.inf]], [1.0]).median)
-
-
-@pytest.mark.parametrize(
-    ("values", "modes"),
-    [
-        ([1.0, 1.1, 1.2, 5.0, 5.1, 5.2], True),
-        ([1.0, 2.0, 3.0, 4.0, 5.0, 6.0], False),  # evenly spread
-        ([1.0, 1.0, 1.0, 1.0, 1.0, 9.0], True),
-        ([1.0] * 19 + [9.0], False),  # one in twenty is no mode
-        ([1.0, 1.0, 1.0, 1.4, 1.4, 1.4], False),  # apart by less than the tolerance
-    ],
-)
-def test_modes_are_groups_farther_apart_than_wide(values, modes):
-    count = len(values)
-    assert has_modes(np.array(values), np.full(count, 1.0 / count), 0.5) is modes
 
 
 def test_discrepancy_is_the_quantile_of_residuals_over_that_of_a_normal():

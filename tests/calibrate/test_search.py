@@ -115,7 +115,7 @@ def test_a_hypothesis_far_behind_after_the_short_search_gets_no_more_sets():
     plan = search()
     found = solve(problem(table, counted, unknowns("ab"), TWO), plan)
     assert "after the short search" in found.fit.found[1].rejected
-    assert asked[1] <= plan.prescreening + plan.population * (plan.short + 1) < asked[0]
+    assert asked[1] <= plan.prescreening + plan.population * plan.short < asked[0]
 
 
 class Killed(Exception):
@@ -164,11 +164,6 @@ def test_members_are_a_sample_and_not_its_edge():
     assert cost[chosen].mean() == pytest.approx(5.0, rel=0.03)
     assert np.quantile(cost[chosen], 0.9) == pytest.approx(np.quantile(cost, 0.9), rel=0.05)
     assert (points[chosen, 0] > 0.0).mean() == pytest.approx(0.75, abs=0.06)
-
-
-def test_another_seed_is_another_search():
-    first, second = (solve(of(0), search(seed=seed)) for seed in (1, 2))
-    assert not np.array_equal(first.fit.ensembles[0].points, second.fit.ensembles[0].points)
 
 
 def test_without_a_row_its_value_is_predicted_from_the_others():

@@ -16,6 +16,7 @@ from tarsus.calibrate.excluding import ExcludedRow, exclude_each, missed_by
 from tarsus.calibrate.lowering import Lowered, lower_study
 from tarsus.calibrate.prediction import Discrepancy, Prediction
 from tarsus.calibrate.problem import Archive, CalibrationProblem
+from tarsus.calibrate.search import most_sets
 from tarsus.calibrate.studyfile import Described, frozen_texts, load_study
 from tarsus.calibrate.weighted_ensemble import WeightedEnsemble
 from tarsus.files.runstore import RunStore
@@ -105,30 +106,24 @@ table does not share."""
 
 
 class Tally:
-    """Sets that all searches have asked for, and the most that they will: a search that has not begun counts like that
-    of the whole table, which it repeats."""
+    """Sets that all searches have visited, and about the most that they will: each that has not ended counts like that
+    of the whole table, and this, until it ends, by its budget."""
 
-    def __init__(self, searches: int, progress: Progress | None, stop: threading.Event) -> None:
-        self.progress, self.stop, self.stage = progress, stop, "search"
-        self.asked, self.ahead, self.begun = [0] * searches, [0] * searches, [False] * searches
+    def __init__(self, searches: int, most: int, progress: Progress | None, stop: threading.Event) -> None:
+        self.progress, self.stop, self.stage, self.most = progress, stop, "search", most
+        self.sets = [0] * searches
         self.lock = threading.Lock()
 
-    def of(self, number: int) -> Callable[[int, int], None]:
-        """What the archive of a search reports its questions to."""
+    def of(self, number: int) -> Callable[[int], None]:
+        """What the archive of a search reports its sets to."""
 
-        def report(count: int, ahead: int) -> None:
+        def report(sets: int) -> None:
             with self.lock:
                 if self.stop.is_set():
                     raise InputError("the search was stopped")
-                self.asked[number] += count
-                self.ahead[number], self.begun[number] = ahead, True
-                whole = self.asked[0] + self.ahead[0]
-                most = [
-                    asked + ahead if begun else whole
-                    for asked, ahead, begun in zip(self.asked, self.ahead, self.begun, strict=True)
-                ]
+                self.sets[number] = sets
                 if self.progress is not None:
-                    self.progress(sum(self.asked), sum(most), self.stage)
+                    self.progress(sum(self.sets), sum(max(one, self.most) for one in self.sets), self.stage)
 
         return report
 
@@ -157,7 +152,9 @@ def solve(
     """
     excludes = search.leave_out and problem.trained > 1
     stop, kept = threading.Event(), store or RunStore()
-    tally = Tally(1 + problem.trained if excludes else 1, progress, stop)
+    runs = len({one.run for one in problem.hypotheses})
+    most = most_sets(search, runs, len(problem.hypotheses))
+    tally = Tally(1 + problem.trained if excludes else 1, most, progress, stop)
 
     def archive(of: CalibrationProblem, number: int) -> Archive:
         return Archive(of, kept, number, tally.of(number))
@@ -168,7 +165,7 @@ def solve(
     )
     if not excludes:
         return Solution(problem, fit, trained, None, None, fit.discrepancy)
-    tally.stage = "each row excluded"
+    tally.stage, tally.most = "each row excluded", fit.sets
     refits = exclude_each(problem, search, archive, stop, threads)
     enough = problem.trained >= ENOUGH_ROWS
     excluded = tuple(

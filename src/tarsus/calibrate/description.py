@@ -106,17 +106,16 @@ class Search(Description):
     """How long is searched, in sets of unknowns; never in seconds, so that a study has one result.
 
     Every hypothesis, a combination of options, gets `prescreening` sets spread evenly and `short` generations; those
-    that are still `rejected` times the best are rejected; the others get up to `generations` more, as long as they gain
-    and could still come near the best; the best set of those that may be kept goes down by `local_search` steps of
-    least squares; then `spread` generations follow the likelihood. The same search is made
-    without each row (`leave_out`), from nothing that knew it.
+    that are still `rejected` times the best are rejected; the others get `generations` more, and the best set of each
+    goes down by `local_search` steps of least squares; then `spread` generations follow the likelihood of those that
+    are kept. The same search is made without each row (`leave_out`), from nothing that knew it.
     """
 
     seed: int = Field(default=1, ge=0)
     population: int = Field(default=10, ge=5, description="sets a generation")
     prescreening: int = Field(default=128, ge=5, description="sets a hypothesis at the start")
     short: int = Field(default=6, ge=0, description="generations before hypotheses are rejected")
-    generations: int = Field(default=40, ge=0, description="generations of a hypothesis that is not, at most")
+    generations: int = Field(default=40, ge=0, description="generations of a hypothesis that is not")
     local_search: int = Field(default=10, ge=0, description="most steps of the local search; 0: none")
     spread: int = Field(default=10, ge=0, description="generations of the ensemble")
     leave_out: bool = Field(

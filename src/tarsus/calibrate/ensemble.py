@@ -27,11 +27,10 @@ Readings = NDArray[np.floating]
 
 @dataclass(frozen=True)
 class HypothesisEnsemble(Ensemble):
-    """Members of a hypothesis, with their readings (nm, rows, channels, samples) and how each was found."""
+    """Members of a hypothesis, with their readings (nm, rows, channels, samples)."""
 
     hypothesis: Hypothesis
     readings: NDArray[np.floating]
-    found: tuple[str, ...] = ()
 
 
 def ensemble_of(fit: HypothesisFit, scale: float, count: int, states: Floats | None) -> HypothesisEnsemble:
@@ -54,11 +53,8 @@ def ensemble_of(fit: HypothesisFit, scale: float, count: int, states: Floats | N
     places, times = np.unique(drawn_evenly(share, order, count - 1), return_counts=True)
     members = np.concatenate([points[best][None], cloud[places]])
     weights = np.concatenate([[1.0], times])
-    archive, run = fit.archive, fit.hypothesis.run
-    readings = archive.evaluate(run, members)
-    return HypothesisEnsemble(
-        members, weights / weights.sum(), fit.cost_at(members), fit.hypothesis, readings, archive.found(run, members)
-    )
+    readings = fit.archive.evaluate(fit.hypothesis.run, members)
+    return HypothesisEnsemble(members, weights / weights.sum(), fit.cost_at(members), fit.hypothesis, readings)
 
 
 def hypothesis_weights(ensembles: list[HypothesisEnsemble], scale: float) -> Floats:
@@ -98,14 +94,7 @@ class SearchedEnsembles:
         ensemble's members there; with the fit's own discrepancy unless another is given."""
         cells = problem.objective.cells
         return predict_row(
-            self.ensembles,
-            self.weights,
-            readings,
-            cells,
-            cells.absolute[row],
-            discrepancy or self.discrepancy,
-            problem.peak,
-            problem.resolution,
+            self.ensembles, self.weights, readings, cells, cells.absolute[row], discrepancy or self.discrepancy
         )
 
 
@@ -117,7 +106,6 @@ def searched_ensembles(archive: Archive, search: Search) -> SearchedEnsembles:
     kept = [b for b in costs if costs[b] <= min(costs.values()) + search.within * freedom.scale]
     fits = [HypothesisFit(archive, b) for b in kept]
     ensembles = [ensemble_of(one, freedom.scale, search.members, found[one.number].states) for one in fits]
-    archive.ahead = 0
     best = int(np.argmin([one.best for one in ensembles]))
     own = fits[best].pieces(ensembles[best].readings[:1]).costs
     missed = discrepancy_of(problem.objective.cells, own.missed[0], own.wrong[0], freedom.unknowns)

@@ -27,9 +27,6 @@ from tarsus.fit.unknowns import Unknowns
 from tarsus.measure.measure import no_measure
 from tarsus.model.scene import override
 
-PEAK = "peak"
-"""The channel that shows whether flights can be seen; always read."""
-
 
 @dataclass(frozen=True)
 class Lowered:
@@ -51,7 +48,7 @@ class Lowered:
         """What the options of each variant of the runs set in the first row, by path: what differs between variants in
         more than numbers."""
         middle = probes(self.problem.unknowns)[0]
-        found = [one.changes(middle, one.rows[0]) or RowChanges.of({}) for one in self.forward.variants]
+        found = [one.changes(middle, one.rows[0]) or RowChanges.of({}, {}) for one in self.forward.variants]
         return [
             {path: one.wholes[path] for path in one.wholes if len({repr(two.word(path)) for two in found}) > 1}
             for one in found
@@ -96,8 +93,6 @@ def lower_study(described: Described, threads: Workers = None) -> Lowered:
         forward,
         Objective(cells.at(range(len(trained))), tuple(limits), study.search.robust),
         (*range(fitted), *range(len(chosen), len(rows))),
-        study.sampling.resolution,
-        channels.index(PEAK),
     )
     return Lowered(study, table, forward, problem, trained, others, cells.at(range(len(trained), len(chosen))))
 
@@ -133,7 +128,7 @@ def _channels(study: Study, faults: Faults) -> list[str]:
         known = [*known_measures(), *MOTION] if motion else list(known_measures())
         if measure not in known:
             faults.add(f"{where}: {no_measure(measure, known)}")
-    return list(dict.fromkeys([*(measure for _, measure, _ in wanted), PEAK]))
+    return list(dict.fromkeys(measure for _, measure, _ in wanted))
 
 
 def _unknowns(study: Study, faults: Faults) -> Unknowns:

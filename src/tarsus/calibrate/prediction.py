@@ -1,4 +1,4 @@
-"""What an ensemble over hypotheses predicts for a row: median, 80 % interval, probability of a bounce, and two flags.
+"""What an ensemble over hypotheses predicts for a row: median, 80 % interval, and probability of a bounce.
 
 The predictive distribution of a measure has three parts. *Parameters*: every member of every hypothesis by its weight.
 *TableSampling*: every window and draw of a member counts alike. *Discrepancy*: what the model misses even where it was
@@ -44,10 +44,6 @@ NODES = norm.ppf((np.arange(15) + 0.5) / 15.0)
 """Middles of fifteen equal parts of a standard normal, by which the discrepancy is added without random numbers."""
 WORST = 6.0
 """Largest factor that one standard deviation of the discrepancy is: its 80 % interval then spans two orders."""
-SHARE = 0.1
-"""A mode has at least so much of the weight."""
-APART = 2.0
-"""Two modes are apart by more than this many of the wider one's standard deviations, and by more than the tolerance."""
 
 
 @dataclass(frozen=True)
@@ -85,17 +81,14 @@ class Discrepancy:
 
 @dataclass(frozen=True)
 class Prediction:
-    """One measure of one row [SI]: median and 80 % interval; p_bounce, None where existence is not judged; modes: the
-    members fall into several groups; decidable: False where flights are lower than the resolution; failed: share of the
-    members' runs that did not reach their end."""
+    """One measure of one row [SI]: median and 80 % interval; p_bounce, None where existence is not judged; failed:
+    share of the members' runs that did not reach their end."""
 
     measure: str
     median: float
     low: float
     high: float
     p_bounce: float | None
-    modes: bool
-    decidable: bool
     failed: float
 
     def holds(self, value: float) -> bool:
@@ -143,76 +136,26 @@ def predict_row(
     cells: Cells,
     absolute: Floats,
     discrepancy: Discrepancy,
-    peak: int | None,
-    resolution: float,
 ) -> tuple[Prediction, ...]:
     """Predictions of all measures of one row.
 
     readings: of each ensemble's members in that row (nm, channels, samples); absolute (nk,): tolerances of the row.
     """
-    member = np.concatenate([w * one.weights for w, one in zip(weights, ensembles, strict=True)])
-    tops = None
-    if peak is not None:
-        tops = np.concatenate([np.asarray(r[:, peak], dtype=float) for r in readings])
+    every = np.concatenate([w * one.weights for w, one in zip(weights, ensembles, strict=True)])
     out = []
-    for k in range(len(cells.names)):
+    for k, name in enumerate(cells.names):
         parts = [r[:, one.hypothesis.columns[k]] for r, one in zip(readings, ensembles, strict=True)]
-        windows = np.concatenate(parts).astype(float)
-        out.append(_predict(windows, member, cells, k, float(absolute[k]), discrepancy, tops, resolution))
-    return tuple(out)
-
-
-def _predict(
-    windows: Floats,
-    member: Floats,
-    cells: Cells,
-    k: int,
-    a: float,
-    discrepancy: Discrepancy,
-    tops: Floats | None,
-    resolution: float,
-) -> Prediction:
-    """Measure k from windows (nm, samples) of members with weights (nm,); tops (nm, samples): highest gaps."""
-    failed = np.isinf(windows).any(axis=1)
-    lost = float(member[failed].sum())
-    name = cells.names[k]
-    if failed.all():
-        return Prediction(name, np.nan, np.nan, np.nan, None, False, True, 1.0)
-    windows, member = np.maximum(np.nan_to_num(windows[~failed]), 0.0), member[~failed] / (1.0 - lost)
-    values = windows.ravel()
-    each = np.repeat(member / windows.shape[1], windows.shape[1])
-    miss = Miss(a, float(cells.relative[k]), float(discrepancy.sigma[k]), float(discrepancy.wrong[k]))
-    median, low, high = median_and_interval(*miss.widened(values, each))
-    p = None
-    if cells.exists[k]:
-        p = miss.chance(float(existence(windows) @ member))
-    decidable = True
-    if tops is not None:
-        top = weighted_quantile(np.nan_to_num(tops[~failed]).ravel(), each, 0.5)
-        decidable = not 0.0 < top < resolution
-    modes = has_modes(
-        windows.mean(axis=1), member, tolerance(np.array([median]), np.full(1, a), cells.relative[k : k + 1])[0]
-    )
-    return Prediction(name, median, low, high, p, modes, decidable, lost)
-
-
-def has_modes(values: Floats, weights: Floats, least: float) -> bool:
-    """Whether weighted values (n,) fall into two groups of at least `SHARE` of the weight each, whose gap is larger
-    than ``least`` and than `APART` standard deviations of the wider group."""
-    order = np.argsort(values, kind="stable")
-    x, w = values[order], weights[order] / weights.sum()
-    for i in np.argsort(np.diff(x), kind="stable")[::-1]:
-        gap = x[i + 1] - x[i]
-        if gap <= least:
-            return False
-        left, right = slice(0, i + 1), slice(i + 1, None)
-        if min(w[left].sum(), w[right].sum()) < SHARE:
+        windows = np.concatenate(parts).astype(float)  # (nm, samples)
+        failed = np.isinf(windows).any(axis=1)
+        lost = float(every[failed].sum())
+        if failed.all():
+            out.append(Prediction(name, np.nan, np.nan, np.nan, None, 1.0))
             continue
-        if gap > APART * max(_deviation(x[part], w[part]) for part in (left, right)):
-            return True
-    return False
-
-
-def _deviation(x: Floats, w: Floats) -> float:
-    mean = np.average(x, weights=w)
-    return float(np.sqrt(np.average((x - mean) ** 2, weights=w)))
+        windows, member = np.maximum(np.nan_to_num(windows[~failed]), 0.0), every[~failed] / (1.0 - lost)
+        each = np.repeat(member / windows.shape[1], windows.shape[1])
+        sigma, wrong = float(discrepancy.sigma[k]), float(discrepancy.wrong[k])
+        miss = Miss(float(absolute[k]), float(cells.relative[k]), sigma, wrong)
+        ends = median_and_interval(*miss.widened(windows.ravel(), each))
+        p = miss.chance(float(existence(windows) @ member)) if cells.exists[k] else None
+        out.append(Prediction(name, *ends, p, lost))
+    return tuple(out)

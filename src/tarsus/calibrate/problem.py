@@ -34,8 +34,7 @@ class CalibrationProblem:
     """What is searched: a forward model and the cost of its readings.
 
     simulate: the forward model; objective: cost of its readings; rows: numbers of the rows that are simulated in the
-    search, those of the table that are fitted first; resolution [m] of the instrument; peak: channel of the highest
-    gap, or None.
+    search, those of the table that are fitted first.
     """
 
     unknowns: Unknowns
@@ -43,8 +42,6 @@ class CalibrationProblem:
     simulate: Simulate
     objective: Objective
     rows: tuple[int, ...]
-    resolution: float = 0.0
-    peak: int | None = None
 
     @property
     def trained(self) -> int:
@@ -63,36 +60,26 @@ class CalibrationProblem:
 
 @dataclass
 class Archive:
-    """Every set that a search has visited, what was read there and how it was found.
+    """Every set that a search has visited, and what was read there.
 
     A search is a fixed sequence of questions, so a killed one is resumed by asking them again: the store reads back
     what was answered. Every search, that of the whole table and each without one of its rows, has a number of its own,
     under which nothing of another is kept.
 
     problem: what is asked; store: where answers are kept; part: number of the search; on_sets: called after every
-    question with the sets asked for and the most that are still to come; ahead: most sets that are still to be asked
-    for, as the search says.
+    question with the sets visited so far.
     """
 
     problem: CalibrationProblem
     store: RunStore = field(default_factory=RunStore)
     part: int = 0
-    on_sets: Callable[[int, int], None] | None = None
-    ahead: int = 0
-    _found: dict[tuple[int, bytes], str] = field(default_factory=dict)
+    on_sets: Callable[[int], None] | None = None
 
-    def evaluate(self, run: int, cube: Floats, found: str | Sequence[str] = "") -> Readings:
-        """Readings (ns, rows, channels, samples) at points (ns, nu); those visited before are not simulated again.
-
-        found: how the points were found, all or each.
-        """
-        points = _rounded(cube)
-        for n, one in enumerate(points):
-            self._found.setdefault((run, one.tobytes()), found if isinstance(found, str) else found[n])
-        read = self._asked(f"{self.part}/{run}", run, points, self.problem.rows)
-        self.ahead = max(self.ahead - len(points), 0)
+    def evaluate(self, run: int, cube: Floats) -> Readings:
+        """Readings (ns, rows, channels, samples) at points (ns, nu); those visited before are not simulated again."""
+        read = self._asked(f"{self.part}/{run}", run, cube, self.problem.rows)
         if self.on_sets is not None:
-            self.on_sets(len(points), self.ahead)
+            self.on_sets(self.sets)
         return read
 
     def visited(self, run: int) -> tuple[Floats, Readings]:
@@ -100,33 +87,26 @@ class Archive:
         memo = self.store.memo(f"{self.part}/{run}")
         return memo.points, memo.values["readings"]
 
-    def found(self, run: int, points: Floats) -> tuple[str, ...]:
-        """How visited points (ns, nu) were found first."""
-        return tuple(self._found[run, one.tobytes()] for one in _rounded(points))
-
     @property
     def sets(self) -> int:
         """Number of sets that were visited."""
-        return len(self._found)
+        return sum(len(self.store.memo(f"{self.part}/{run}")) for run in {one.run for one in self.problem.hypotheses})
 
     def beside(self, run: int, points: Floats) -> Readings:
         """Readings (ns, rows, channels, samples) at points (ns, nu) that are no sets of the search: for slopes."""
-        return self._asked(f"{self.part}/{run}/beside", run, _rounded(points), self.problem.rows)
+        return self._asked(f"{self.part}/{run}/beside", run, points, self.problem.rows)
 
     def elsewhere(self, run: int, points: Floats, row: int) -> Readings:
         """Readings (ns, channels, samples) at points (ns, nu) in a row that the search does not know, for its
         prediction."""
-        return self._asked(f"{self.part}/{run}/row {row}", run, _rounded(points), (row,))[:, 0]
+        return self._asked(f"{self.part}/{run}/row {row}", run, points, (row,))[:, 0]
 
     def _asked(self, name: str, run: int, points: Floats, rows: tuple[int, ...]) -> Readings:
         def simulated(fresh: Floats) -> dict[str, Readings]:
             return {"readings": self.problem.simulate(run, self.problem.unknowns.values(fresh), rows)}
 
-        return self.store.evaluate(points, simulated, name=name)["readings"]
-
-
-def _rounded(points: Floats) -> Floats:
-    return np.round(points, DIGITS) + 0.0  # no negative zeros
+        rounded = np.round(points, DIGITS) + 0.0  # no negative zeros
+        return self.store.evaluate(rounded, simulated, name=name)["readings"]
 
 
 @dataclass
@@ -135,7 +115,6 @@ class HypothesisFit(Residuals):
 
     archive: Archive
     number: int
-    way: str = "local search"
 
     def __post_init__(self) -> None:
         self.problem = self.archive.problem
@@ -147,11 +126,7 @@ class HypothesisFit(Residuals):
         return self.problem.objective.pieces(readings, self.hypothesis)
 
     def residuals_at(self, points: Floats) -> Floats:
-        return self.asked(points, self.way)
-
-    def asked(self, points: Floats, found: str | Sequence[str]) -> Floats:
-        """Residuals (n, nr) at points (n, nu), which were found so."""
-        return self.problem.residuals(self.pieces(self.archive.evaluate(self.hypothesis.run, points, found)), points)
+        return self.problem.residuals(self.pieces(self.archive.evaluate(self.hypothesis.run, points)), points)
 
     def jacobian(self, x: ArrayLike) -> Floats:
         """Differences to both sides. A reading that jumps or bends between them, as counts do, or that is not on all
@@ -177,6 +152,10 @@ class HypothesisFit(Residuals):
         points, residuals = self.visited()
         return points, (residuals**2).sum(axis=1)
 
-    def cost_at(self, points: Floats, found: str = "") -> Floats:
+    def lowest(self) -> float:
+        """Lowest cost of the visited points."""
+        return float(self.costs_visited()[1].min())
+
+    def cost_at(self, points: Floats) -> Floats:
         """Costs (n,) at points (n, nu), which are asked for where they were not visited."""
-        return (self.asked(points, found) ** 2).sum(axis=1)
+        return (self.residuals_at(points) ** 2).sum(axis=1)

@@ -36,21 +36,12 @@ def options_word(branch: Mapping[str, Any]) -> str:
     return ", ".join(f"{choice} {option}" for choice, option in branch["options"].items()) or "the only one"
 
 
-def found_sentence(branch: Mapping[str, Any]) -> str:
-    """How the sets of a kept hypothesis were found, in words."""
-    found = branch["found"]
-    ways = ", ".join(f"{count} by {way}" for way, count in found["members"].items())
-    return f"The best set was found by {found['best']}; of all {branch['members']} members {ways}."
-
-
 def prediction_entry(one: Prediction, unit: str, observed: float | None = None) -> dict[str, Any]:
     """A prediction in a column's unit; with the observed value [SI], its error and whether the interval holds it."""
     entry: dict[str, Any] = {
         "unit": unit,
         **{key: column_value(getattr(one, key), unit) for key in ("median", "low", "high")},
         "p_bounce": one.p_bounce,
-        "several_modes": one.modes,
-        "decidable": one.decidable,
         "failed": one.failed,
     }
     if observed is not None and np.isfinite(observed):
@@ -100,12 +91,12 @@ def calibration_json(result: Calibration) -> dict[str, Any]:
 
 
 def _search(result: Calibration) -> dict[str, Any]:
-    """How the published sets were found: what was asked for, and what it took."""
+    """What was asked of the search of the whole table, and what it took."""
     search, solution = result.described.study.search, result.solution
     plan = search.model_dump(
         include={"population", "prescreening", "short", "generations", "local_search", "spread", "members"}
     )
-    return {**plan, "sets": solution.fit.sets, "found": solution.fit.best.found[0]}
+    return {**plan, "sets": solution.fit.sets}
 
 
 def _hypotheses(result: Calibration) -> list[dict[str, Any]]:
@@ -122,7 +113,6 @@ def _hypotheses(result: Calibration) -> list[dict[str, Any]]:
                 "weight": float(solution.fit.weights[place]),
                 "file": device_file(place),
                 "members": len(ensemble.weights),
-                "found": _found(ensemble.found),
                 "constraints": _limits(result, place),
                 "unknowns": _unknowns(result, ensemble),
                 "correlations": _correlations(solution.problem.unknowns.names, ensemble),
@@ -155,12 +145,6 @@ def _unknowns(result: Calibration, ensemble: HypothesisEnsemble) -> dict[str, An
 def _correlations(names: Sequence[str], ensemble: HypothesisEnsemble) -> dict[str, float]:
     matrix = ensemble.correlations()
     return {f"{names[i]}, {names[j]}": float(matrix[i, j]) for i in range(len(names)) for j in range(i)}
-
-
-def _found(found: Sequence[str]) -> dict[str, Any]:
-    """How the best member of a branch was found, and how many of all members in each way."""
-    ways = [one.split(",")[0] for one in found]
-    return {"best": found[0], "members": {way: ways.count(way) for way in dict.fromkeys(ways)}}
 
 
 def _limits(result: Calibration, place: int) -> list[dict[str, Any]]:
@@ -212,7 +196,6 @@ def _refit(one: ExcludedRow) -> dict[str, Any]:
     return {
         "sets": one.fit.sets,
         "cost": best.best,
-        "found": best.found[0],
         "branches": {
             each.hypothesis.name: float(weight) for weight, each in zip(one.fit.weights, one.fit.ensembles, strict=True)
         },
@@ -226,7 +209,7 @@ def _at_best(result: Calibration, n: int) -> list[Prediction]:
     there = existence(read)
     means = np.where(np.isinf(read).any(axis=-1), np.nan, np.nan_to_num(read, posinf=0.0).mean(axis=-1))
     return [
-        Prediction(name, value, value, value, p if judged else None, False, True, float(np.isnan(value)))
+        Prediction(name, value, value, value, p if judged else None, float(np.isnan(value)))
         for name, value, p, judged in zip(cells.names, means.tolist(), there.tolist(), cells.exists, strict=True)
     ]
 
@@ -290,7 +273,7 @@ def calibration_table(numbers: Mapping[str, Any]) -> Table:
         for one in ranked
     ]
     columns = ("hypothesis", "cost", Column("weight", digits=2), "device", "constraints")
-    unknowns = unknowns_table(kept[0], (f"{found_sentence(kept[0])} Seed {numbers['seed']}.",))
+    unknowns = unknowns_table(kept[0], (f"Seed {numbers['seed']}.",))
     title = f"{numbers['study']}: {numbers['sets']} sets, {len(kept)} of {len(ranked)} hypotheses kept"
     return Table(title, columns, rows, notes, (unknowns, errors_table(numbers["summary"])))
 

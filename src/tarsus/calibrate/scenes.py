@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -48,61 +48,39 @@ class Row:
 
 @dataclass(frozen=True)
 class RowChanges:
-    """What differs in a row from the study's scene: numbers by path (texts with a unit not yet read), all else, and
-    both as they were given, amounts apart from what is none."""
+    """What differs in a row from the study's scene: what is no number as it was given (wholes), and numbers by path,
+    those inside of wholes too (texts with a unit not yet read); rest: what of all is no number, by path."""
 
+    wholes: dict[str, Any]
     numbers: dict[str, float | str]
     rest: dict[str, object]
-    wholes: dict[str, Any]
-    parts: dict[str, float | str]
 
     @classmethod
-    def of(cls, given: Mapping[str, Any], last: Mapping[str, Any] | None = None) -> RowChanges:
+    def of(cls, given: Mapping[str, Any], last: Mapping[str, Any]) -> RowChanges:
         """From values by path; what ``last`` gives at a path prevails over what was given there and inside it."""
-        every = dict(given)
-        for path in last or ():
-            every = {one: value for one, value in every.items() if not f"{one}.".startswith(f"{path}.")}
-        every |= last or {}
-        parts = {path: value for path, value in every.items() if _is_amount(value)}
-        wholes = {path: value for path, value in every.items() if path not in parts}
-        leaves = dict(_leaves(wholes)) | parts
+        every = {one: value for one, value in given.items() if not any(f"{one}.".startswith(f"{p}.") for p in last)}
+        every |= last
+        wholes = {path: value for path, value in every.items() if not _is_amount(value)}
+        leaves = dict(_leaves(wholes)) | {path: value for path, value in every.items() if path not in wholes}
         numbers = {path: value for path, value in leaves.items() if _is_amount(value)}
-        return cls(numbers, {path: one for path, one in leaves.items() if path not in numbers}, wholes, parts)
+        return cls(wholes, numbers, {path: one for path, one in leaves.items() if path not in numbers})
+
+    @property
+    def key(self) -> Key:
+        """What two sets have alike that may share a template: all but numbers."""
+        return tuple((path, repr(value)) for path, value in self.rest.items()), tuple(self.numbers)
 
     def word(self, path: str) -> dict[str, object]:
         """What at a path and inside it is no number."""
         return {one: value for one, value in self.rest.items() if f"{one}.".startswith(f"{path}.")}
 
-    def scene(self, scene: Scene) -> Scene:
-        """A scene with them, wholes before their parts. Raises InputError for paths and values that it refuses."""
-        return with_values(with_values(scene, self.wholes) if self.wholes else scene, self.parts)
 
-
-@dataclass(frozen=True)
-class Template:
+class Template(NamedTuple):
     """A scene whose floats differ between sets: units of those that do by path, and the numbers that are none."""
 
     scene: Scene
     units: Mapping[str, str]
     fixed: Mapping[str, float | str]
-
-    @classmethod
-    def of(cls, scene: Scene, changes: RowChanges, moving: bool) -> Template:
-        """With values of its own for all paths; moving: with initial velocities, which draws set."""
-        made = changes.scene(scene)
-        if moving and made.initial.velocity is None:
-            made = with_values(made, {"initial.velocity": (0.0,) * made.robot.structure.size})
-        known = float_paths(made)
-        units = {path: known[path].unit for path in changes.numbers if path in known}
-        return cls(made, units, {path: value for path, value in changes.numbers.items() if path not in units})
-
-    def serves(self, changes: RowChanges) -> bool:
-        """Whether changes of the same key differ in floats alone."""
-        return all(changes.numbers[path] == value for path, value in self.fixed.items())
-
-    def floats(self, changes: RowChanges) -> dict[str, float]:
-        """Floats of a set by path [SI]."""
-        return {path: in_si(changes.numbers[path], unit) for path, unit in self.units.items()}
 
 
 @dataclass(frozen=True)
@@ -149,13 +127,18 @@ class Variant:
             return None
 
     def _templated(self, changes: RowChanges) -> tuple[Scene, dict[str, float]]:
-        key = key_of(changes)
-        kept = self.templates.get(key, ())
-        found = next((one for one in kept if one.serves(changes)), None)
+        """The template that serves changes, made where there is none, and their floats [SI]."""
+        numbers, kept = changes.numbers, self.templates.get(changes.key, ())
+        found = next((one for one in kept if all(numbers[path] == value for path, value in one.fixed.items())), None)
         if found is None:
-            found = Template.of(self.scene, changes, self.moving)
-            self.templates[key] = (*kept, found)
-        return found.scene, found.floats(changes)
+            made = with_values(with_values(self.scene, changes.wholes), numbers)
+            if self.moving and made.initial.velocity is None:
+                made = with_values(made, {"initial.velocity": (0.0,) * made.robot.structure.size})
+            known = float_paths(made)
+            units = {path: known[path].unit for path in numbers if path in known}
+            found = Template(made, units, {path: value for path, value in numbers.items() if path not in units})
+            self.templates[changes.key] = (*kept, found)
+        return found.scene, {path: in_si(numbers[path], unit) for path, unit in found.units.items()}
 
     def values(self, unknowns: Mapping[str, float], row: Row) -> dict[str, float]:
         """The floats alone; none where the row has none."""
@@ -170,19 +153,12 @@ class Variant:
         return with_values(*self._templated(changes))
 
 
-def key_of(changes: RowChanges) -> Key:
-    """What two sets have alike that may share a template: all but numbers."""
-    return tuple((path, repr(value)) for path, value in changes.rest.items()), tuple(changes.numbers)
+_read = cache(parse_quantity)
 
 
 def in_si(value: float | str, unit: str) -> float:
     """SI value of a number, or of a text with a unit."""
     return _read(value, unit) if isinstance(value, str) else float(value)
-
-
-@cache
-def _read(text: str, unit: str) -> float:
-    return parse_quantity(text, unit)
 
 
 def _is_amount(value: object) -> bool:

@@ -31,7 +31,7 @@ from tarsus.model.scene import Scene
 
 ENSEMBLE_FILE = "mixture.json"
 FORMAT = 2
-"""Of `mixture.json`; in format 1 members did not say how they were found."""
+"""Of `mixture.json`."""
 
 
 class SupportsRecords(Protocol):
@@ -96,8 +96,6 @@ class WeightedEnsemble:
                 lowered.problem.objective.cells,
                 np.array(absolute),
                 self.discrepancy,
-                lowered.problem.peak,
-                lowered.problem.resolution,
             )
             out.append({one.measure: one for one in found})
         return out
@@ -154,18 +152,8 @@ def ensemble_table(whole: WeightedEnsemble) -> dict[str, Any]:
     unknowns = whole.lowered.problem.unknowns
     branches = []
     for weight, one in zip(whole.weights, whole.ensembles, strict=True):
-        run = whole.lowered.forward.variants[one.hypothesis.run]
-        members = []
-        for point, share, found in zip(one.points, one.weights, one.found, strict=True):
-            values = unknowns.by_name(point)
-            members.append(
-                {
-                    "weight": float(share),
-                    "found": found,
-                    "unknowns": values,
-                    "values": {path: run.values(values, run.rows[0])[path] for path in run.driven},
-                }
-            )
+        pairs = zip(one.points, one.weights.tolist(), strict=True)
+        members = [{"weight": share, "unknowns": unknowns.by_name(point)} for point, share in pairs]
         branches.append({"options": one.hypothesis.options, "weight": float(weight), "members": members})
     d = whole.discrepancy
     return {
@@ -220,8 +208,8 @@ def ensemble_of_table(table: Mapping[str, Any], lowered: Lowered) -> WeightedEns
         hypothesis = next(b for b in lowered.problem.hypotheses if b.options == one["options"])
         sets = [[member["unknowns"][name] for name in unknowns.names] for member in one["members"]]
         points, weights = unknowns.cube(np.array(sets)), _weights(one["members"])
-        nothing, found = np.zeros((len(points), 0)), tuple(member.get("found", "") for member in one["members"])
-        ensembles.append(HypothesisEnsemble(points, weights, np.zeros(len(points)), hypothesis, nothing, found))
+        nothing = np.zeros((len(points), 0))
+        ensembles.append(HypothesisEnsemble(points, weights, np.zeros(len(points)), hypothesis, nothing))
     weights = _weights(table["branches"])
     discrepancy = Discrepancy(np.array(table["sigma"]), np.array(table["existence_wrong"]))
     return WeightedEnsemble(lowered, tuple(ensembles), weights, discrepancy)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from itertools import starmap
 from typing import TYPE_CHECKING, Any
 
-from tarsus.calibrate.results import calibration_table, errors_table, found_sentence, options_word, unknowns_table
+from tarsus.calibrate.results import calibration_table, errors_table, options_word, unknowns_table
 from tarsus.report.pages import Markup, Plate, Section, bullets, marked, sections_page
 from tarsus.report.rows_figure import RowMarks, RowPanel, rows_figure
 from tarsus.report.style import BLUE, CYCLE, INK, ORANGE
@@ -52,10 +52,7 @@ def calibration_html(found: Calibration) -> str:
 
 
 ROWS = """P is the probability of a bounce without the row; intervals in colour do not hold the measured value. Rows
-without a fitted value are predictions. An asterisk: the members fall into several modes; a dagger: flights too low for
-the instrument, not decidable."""
-
-
+without a fitted value are predictions."""
 SEARCH = "Every search begins from the bounds and the seed alone."
 
 
@@ -88,7 +85,7 @@ def _hypothesis(branch: Mapping[str, Any]) -> Section:
     strong = [f"{pair} {number(by, 2)}" for pair, by in branch["correlations"].items() if abs(by) >= STRONG]
     correlated = f"Correlated: {'; '.join(strong)}." if strong else ""
     unknowns = unknowns_table(branch, meanings=True).bare()
-    return Section(options_word(branch), found_sentence(branch), unknowns, correlated)
+    return Section(options_word(branch), unknowns, correlated)
 
 
 def _definitions(result: Mapping[str, Any]) -> str:
@@ -120,10 +117,9 @@ def _rows(result: Mapping[str, Any], names: list[str]) -> Table:
 
 
 def _interval(entry: Mapping[str, Any]) -> str:
-    """The interval, the probability of a bounce where it is one, and marks that the page explains."""
+    """The interval, and the probability of a bounce where it is one."""
     bounce = "" if entry["p_bounce"] is None else f", P {entry['p_bounce']:.2f}"
-    marks = "*" * entry["several_modes"] + "†" * (not entry["decidable"])
-    return interval(entry["low"], entry["high"], digits=3) + bounce + marks
+    return interval(entry["low"], entry["high"], digits=3) + bounce
 
 
 def predictions_figure(table: Mapping[str, Any], names: Sequence[str]) -> Plate:
