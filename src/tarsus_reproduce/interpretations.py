@@ -3,8 +3,7 @@
 So much of the walking model is unprinted that the score of any one device says little: the fair score is a
 distribution. An interpretation draws every unprinted number from a declared range, and every choice from declared
 options; what is printed (ground of Table 2.2, ranges of Table 4.2, 14 V) stays. Each is judged as the named variants
-are, on coarser studies. Interpretation number k of a seed is the same whatever the count. How firm the score of one
-device is, its neighbours say: the device with every unprinted number a little off.
+are, on coarser studies. Interpretation number k of a seed is the same whatever the count.
 
 500 interpretations come with the package, so that a page draws the distribution without computing it: ``tarsus
 reproduce millipede --readings 500 --seed 1`` computes them again; `Interpretations.text` is the packaged file. It names
@@ -15,8 +14,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import float_paths, with_values
+from tarsus.base.spec import with_values
 from tarsus.files.runstore import PLAN_FILE, UNIT_FILES, RunStore
 from tarsus.files.toml import scene_texts
 from tarsus.fit.unknowns import Unknown, Unknowns
@@ -33,7 +31,7 @@ from tarsus.model.laws.friction import AdhesiveFriction, AnyFriction, Friction
 from tarsus.model.laws.landing import AnyLanding, CaptureUnlessPulled, PullAsPrinted, RestituteFirst
 from tarsus.model.scene import Initial, Scene, Standing
 from tarsus_reproduce.claims import FilmUnit
-from tarsus_reproduce.millipede import COUNTS, Coarse, DeviceTrends, Score, judge_scene, walker_of
+from tarsus_reproduce.millipede import COUNTS, Coarse, Score, judge_scene, walker_of
 from tarsus_reproduce.packaged import data_table, data_text
 
 COARSE = Coarse(9, (0.1, 0.5, 0.9))
@@ -57,16 +55,6 @@ STORE = "interpretations"
 
 STORE_FILES = tuple(f"{STORE}/{name}" for name in ("scene.toml", "judging.txt", PLAN_FILE, *UNIT_FILES))
 """What that folder may hold, as glob patterns."""
-
-SPREAD = 0.1
-"""How far an unprinted number of a named device scatters when its score's firmness is asked for: 10 %, about what two
-builds of a thin film differ by."""
-NEAR = re.compile(
-    r"ground\.(friction\.coefficient|film\.thickness|electrostatic\.(offset|coefficient)|landing\.speed)"
-    r"|gait\.frequency|robot\.structure\.body\.mass|robot\.structure\.legs\.\w+\.(?![xyz]$)\w+"
-    r"|robot\.drives\.\w+\.(law\.gain|load\.weights\.\w+_x)"
-)
-"""Paths of the unprinted numbers of a device, but for what others fix."""
 
 
 def _unprinted() -> tuple[tuple[Unknown, ...], tuple[Mapping[str, Any], ...]]:
@@ -237,46 +225,3 @@ def _score(base: Scene, point: NDArray[np.float64]) -> Score:
         return judge_scene("interpretation", scene, duration=duration, coarse=COARSE, scored_only=True).score
     except InputError:
         return dict.fromkeys(COUNTS, -1)
-
-
-def scattered(scene: Scene, spread: float, seed: int, number: int) -> Scene:
-    """A device with every unprinted number multiplied by 1 ± ``spread``, evenly drawn.
-
-    Masses, stiffness, damping and gains of all legs of a kind scatter together, as one unknown each.
-    """
-    rng = np.random.default_rng([seed, number])
-    known = {path: one.value for path, one in float_paths(scene).items() if NEAR.fullmatch(path)}
-    kinds = {path: re.sub(r"(legs|drives)\.\w+|(weights)\..*", r"\1\2", path) for path in known}
-    factors = {kind: 1.0 + spread * (2.0 * rng.random() - 1.0) for kind in dict.fromkeys(kinds.values())}
-    return with_values(scene, {path: value * factors[kinds[path]] for path, value in known.items()})
-
-
-def neighbour_scores(
-    device: DeviceTrends,
-    count: int,
-    seed: int,
-    *,
-    coarse: Coarse | None = None,
-    progress: Callable[[int, int, str], None] | None = None,
-) -> list[Score]:
-    """Scores of ``count`` neighbours of a device, every unprinted number scattered by `SPREAD`, over the whole studies
-    unless ``coarse``; neighbours that do not stand are left out."""
-    scores = []
-    for number in range(count):
-        if progress is not None:
-            progress(number, count, f"{device.name}, scattered")
-        try:
-            scene = scattered(device.scene, SPREAD, seed, number)
-            scores.append(judge_scene(device.name, scene, coarse=coarse, scored_only=True).score)
-        except InputError:
-            continue
-    return scores
-
-
-def range_of_scores(scores: Sequence[Score]) -> dict[str, Any]:
-    """Plain data: how many were judged, and the smallest and largest of each count."""
-    table: dict[str, Any] = {"spread": SPREAD, "judged": len(scores)}
-    for name in ("agree", "contradict", "directional_agree") if scores else ():
-        counts = [score[name] for score in scores]
-        table[name] = {"least": min(counts), "most": max(counts)}
-    return table

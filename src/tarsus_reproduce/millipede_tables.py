@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,16 +12,14 @@ from tarsus.files.library import load_scene
 from tarsus.measure import STANDSTILL
 from tarsus.tables import Column, Section, Table, amount, spaced
 from tarsus.tables.numbers import percent
-from tarsus_reproduce.claims import DIRECTIONAL, FROM_REST, GROUNDS, TRENDS, examples, of_episode
+from tarsus_reproduce.claims import DIRECTIONAL, FROM_REST, TRENDS, examples, of_episode
 from tarsus_reproduce.interpretations import (
     CHOICES,
     PERIODS,
     UNPRINTED,
     Interpretations,
     judged_interpretations,
-    neighbour_scores,
     packaged_interpretations,
-    range_of_scores,
 )
 from tarsus_reproduce.millipede import COUNTS, VARIANTS, DeviceTrends, judge_devices
 from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction
@@ -41,7 +39,6 @@ def reproduce_millipede(
     devices: str | Sequence[str] | None = None,
     *,
     interpretations: int = 0,
-    scatter: int = 0,
     seed: int = 1,
     folder: Path | None = None,
     threads: int | None = None,
@@ -57,26 +54,16 @@ def reproduce_millipede(
         )
     else:
         drawn = packaged_interpretations()
-    near = {
-        one.name: range_of_scores(neighbour_scores(one, scatter, seed, progress=progress)) for one in found if scatter
-    }
-    return millipede_reproduction(found, drawn, near, packaged=not interpretations)
+    return millipede_reproduction(found, drawn, packaged=not interpretations)
 
 
 def millipede_reproduction(
-    devices: Sequence[DeviceTrends],
-    drawn: Interpretations | None = None,
-    scatter: Mapping[str, dict[str, Any]] | None = None,
-    *,
-    packaged: bool = True,
+    devices: Sequence[DeviceTrends], drawn: Interpretations | None = None, *, packaged: bool = True
 ) -> Reproduction:
-    """Judged devices as tables, figures and files; drawn: the packaged interpretations when absent; scatter: ranges of
-    scores by device (`tarsus_reproduce.interpretations.range_of_scores`)."""
+    """Judged devices as tables, figures and files; drawn: the packaged interpretations when absent."""
     drawn = drawn or packaged_interpretations()
     problems = tuple(problem for one in devices for problem in one.problems)
     variants = {one.name: one.to_dict() for one in devices}
-    for name, table in (scatter or {}).items():
-        variants[name]["scatter"] = table
     about = (
         "figure",
         "quantity",
@@ -113,9 +100,9 @@ def millipede_reproduction(
         ),
         sections=(
             Section("Trends", _scores(devices, drawn), _trends(devices)),
-            _distribution(devices, drawn, scatter or {}),
+            _distribution(devices, drawn),
             Section("Over ground and payload", *_over(devices)),
-            Section("Two grounds in time", *_walks(devices), *_grounds(devices)),
+            Section("Two grounds in time", *_walks(devices)),
         ),
         problems=problems,
     )
@@ -177,7 +164,9 @@ def _trends(devices: Sequence[DeviceTrends]) -> Table:
         "devices are interpretations of it, none is the device. Each trend is judged on the measure of its figure and "
         "on others (*) that its words could mean; captions say maximum, so heights, travel and contact are those of "
         "a whole run from rest, and every rebound counts, however low. Measures of a drive period are of the settled "
-        f"motion ({_of_settled(devices)}). Replicates are the restitutions of Table 4.2.",
+        f"motion ({_of_settled(devices)}). Replicates are the restitutions of Table 4.2. 'Much greater' is taken as at "
+        "least twice; that electrostatics cause it contradicts Fig. 4.8, by which attraction lowers the amplitude "
+        "(erratum E15).",
         CRITERION,
     )
     columns = ("Fig.", "the source says", "measure", *(device.name for device in devices))
@@ -203,9 +192,7 @@ def _shown(value: float, unit: str) -> str:
     return amount(_still(value) if unit == "m" else value, unit, 3)
 
 
-def _distribution(
-    devices: Sequence[DeviceTrends], drawn: Interpretations, scatter: Mapping[str, dict[str, Any]]
-) -> Section:
+def _distribution(devices: Sequence[DeviceTrends], drawn: Interpretations) -> Section:
     title = "Random interpretations of what is not printed"
     judged = len(drawn.judged)
     if not judged:
@@ -217,19 +204,6 @@ def _distribution(
         "right was found by choosing, not by luck. They are judged on fewer values and three restitutions, which makes "
         f"agreement a little easier. 95 % of them agree with at most {most:g} of 16."
     ]
-    for name, near in scatter.items():
-        if "agree" in near:
-            spans = ", ".join(
-                f"{near[key]['least']} to {near[key]['most']} {words}"
-                for key, words in (
-                    ("agree", "agree"),
-                    ("contradict", "contradict"),
-                    ("directional_agree", "directional ones agree"),
-                )
-            )
-            notes.append(
-                f"{name}, unprinted numbers scattered by {near['spread']:.0%} ({near['judged']} draws): {spans}."
-            )
     ranges = [(one.name, (one.low, one.high), one.meaning) for one in UNPRINTED]
     return Section(
         title,
@@ -261,36 +235,6 @@ def _over(devices: Sequence[DeviceTrends]) -> list[FigureCall]:
 
 def _walks(devices: Sequence[DeviceTrends]) -> list[FigureCall]:
     return [FigureCall("millipede_figures.walks_figure", one.scene, examples(one.film), one.name) for one in devices]
-
-
-def _grounds(devices: Sequence[DeviceTrends]) -> tuple[Table, ...]:
-    """The two grounds of Fig. 4.7, and how far the body swings on each."""
-    tables = []
-    for film in dict.fromkeys(device.film for device in devices):
-        grounds = examples(film)
-        paths = list(grounds["a"])
-        rows = [(f"({name})", *(ground[path] for path in paths)) for name, ground in grounds.items()]
-        note = f"In SI; the film's unit is taken as {film.value} (erratum E4)."
-        columns = ("ground", *(path.removeprefix("ground.") for path in paths))
-        tables.append(Table("Grounds of Fig. 4.7", columns, rows, (note,)))
-    note = (
-        "'Much greater' is taken as at least twice. That electrostatics cause it contradicts Fig. 4.8, which says that "
-        "attraction lowers the amplitude (erratum E15); both are computed, and only the first line is scored."
-    )
-    swings = []
-    for device in devices:
-        swept = next(one for one in device.swept if one.study == GROUNDS)
-        for what, end in (("from rest", FROM_REST), ("settled", "")):
-            found = [swept.measures.get(name + end) for name in ("vertical_amplitude", "stride")]
-            cells = [_still(float(one.curve.y[k, k])) for one in found if one is not None for k in (0, 1)]
-            if cells:
-                swings.append((device.name, what, *cells))
-    columns = (
-        "device",
-        "measured over",
-        *(Column(f"({name})", "m", 3, over=what) for what in ("vertical amplitude", "stride") for name in "ab"),
-    )
-    return (*tables, Table("Walks on both grounds", columns, swings, (note,)))
 
 
 def _still(length: float) -> float:

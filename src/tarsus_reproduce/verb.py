@@ -17,17 +17,11 @@ if TYPE_CHECKING:
     from tarsus_reproduce.reproduction import Progress, Reproduction
 
 
-MOST = {"seeds": 10_000, "readings": 100_000, "scatter": 100_000}
+MOST = {"seeds": 10_000, "readings": 100_000}
 """More initial states than that narrow no interval by a hundredth and take hours; more interpretations take half a day
 on a processor."""
 ROBOTS = ("hexapod", "quadruped")
-EXPERIMENTS_OF = {
-    "rows": ("cantilever", *ROBOTS),
-    "seeds": ROBOTS,
-    "readings": ("millipede",),
-    "scatter": ("millipede",),
-    "seed": ("millipede",),
-}
+EXPERIMENTS_OF = {"rows": ("cantilever", *ROBOTS), "seeds": ROBOTS, "readings": ("millipede",), "seed": ("millipede",)}
 """Options that only some experiments have."""
 
 
@@ -65,7 +59,6 @@ def reproduce(
     rows: str | Path | None = None,
     seeds: int | None = None,
     readings: int = 0,
-    scatter: int = 0,
     seed: int | None = None,
     threads: int | None = None,
     folder: str | Path | None = None,
@@ -90,11 +83,8 @@ def reproduce(
     readings
         For the millipede: the score over so many random interpretations of what is not printed; those that come with
         the package when 0.
-    scatter
-        For the millipede: the range of every variant's score over so many neighbours whose unprinted numbers differ by
-        up to 10 %.
     seed
-        Of both; 1 when absent.
+        Of the readings; 1 when absent.
     threads
         Interpretations that are judged at a time; by default one for each processor that this process may use.
     folder
@@ -117,7 +107,7 @@ def reproduce(
     if name not in known:
         raise InputError(f"there is no experiment '{name}'{nearest(name, known)}")
     one = known[name]
-    asked = {"rows": rows, "seeds": seeds, "readings": readings or None, "scatter": scatter or None, "seed": seed}
+    asked = {"rows": rows, "seeds": seeds, "readings": readings or None, "seed": seed}
     problems = _problems(one.experiment, {option: value for option, value in asked.items() if value is not None})
     chosen = device or one.device
     if not problems and device is not None and one.experiment != "millipede":
@@ -134,7 +124,6 @@ def reproduce(
         return reproduce_millipede(
             chosen,
             interpretations=readings,
-            scatter=scatter,
             seed=1 if seed is None else seed,
             folder=None if folder is None else Path(folder),
             threads=threads,
@@ -153,8 +142,8 @@ def _problems(experiment: str, asked: Mapping[str, Any]) -> list[str]:
         for option in asked
         if experiment not in EXPERIMENTS_OF[option]
     ]
-    if not found and "seed" in asked and not {"readings", "scatter"} & asked.keys():
-        found.append("seed: is the seed of readings and scatter, which are not given")
+    if not found and "seed" in asked and "readings" not in asked:
+        found.append("seed: is the seed of readings, which are not given")
     wrong = [option for option, most in MOST.items() if option in asked and not 1 <= asked[option] <= most]
     return found + [f"{option}: expected a number from 1 to {MOST[option]}, got {asked[option]}" for option in wrong]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +11,7 @@ from scipy.optimize import differential_evolution
 from calibrate.toys import bent_rows, search
 from tarsus.calibrate.calibrating import solve
 from tarsus.calibrate.ensemble import searched_ensembles
-from tarsus.calibrate.excluding import exclude, exclude_each, missed_by
+from tarsus.calibrate.excluding import exclude, missed_by
 from tarsus.calibrate.objective import SoftLimit
 from tarsus.calibrate.problem import Archive
 
@@ -47,7 +46,7 @@ def test_the_search_without_a_row_asks_for_nothing_of_it():
     problem, seen = bent_rows(1, rows=3)[0], Watched()
     plan = search(generations=4, spread=2, local_search=0)
     searched_ensembles(seen.archive(problem, 0), plan)
-    found = exclude_each(problem, plan, seen.archive, threading.Event())
+    found = [exclude(problem, plan, row, seen.archive) for row in problem.rows]
     assert seen.shared == set() and len(found) == 3
     for row in problem.rows:
         asked = seen.rows[row + 1]

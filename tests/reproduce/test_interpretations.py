@@ -1,4 +1,4 @@
-"""Random interpretations of what is not printed: their draws, what is kept, and devices that scatter."""
+"""Random interpretations of what is not printed: their draws, and what is kept."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from reproduce.coarse_studies import FEW, overdamped, ringing
-from tarsus.base.spec import get_value
+from reproduce.coarse_studies import overdamped, ringing
 from tarsus.model.laws import AdhesiveFriction, Friction, PullAsPrinted, RestituteFirst
 from tarsus_reproduce import interpretations
 from tarsus_reproduce.interpretations import (
@@ -18,13 +17,10 @@ from tarsus_reproduce.interpretations import (
     interpretation_scene,
     interpretation_values,
     judged_interpretations,
-    neighbour_scores,
     packaged_interpretations,
     parse_interpretations,
-    range_of_scores,
-    scattered,
 )
-from tarsus_reproduce.millipede import COUNTS, Coarse, damping_ratio, judge_scene, stands
+from tarsus_reproduce.millipede import COUNTS, Coarse, damping_ratio, stands
 
 
 @pytest.fixture
@@ -92,28 +88,6 @@ def test_counts_become_a_distribution_of_those_that_could_be_judged():
     assert (table["agree"]["mean"], table["agree"]["histogram"]) == (3.0, [0, 1, 0, 1, 0, 1])
     assert (table["contradict"]["quantile_95"], table["not_determined"]["median"]) == (2.0, 10.0)
     assert "agree" not in Interpretations(7, (None,)).to_dict()
-
-
-def test_a_scattered_device_stays_near_and_stands_again():
-    scene = ringing()
-    other = scattered(scene, 0.1, 1, 0)
-    assert stands(other) and scattered(scene, 0.1, 1, 0) == other != scattered(scene, 0.1, 1, 1)
-    for path in ("robot.structure.body.mass", "ground.friction.coefficient", "gait.frequency"):
-        ratio = get_value(other, path) / get_value(scene, path)
-        assert 0.9 <= ratio <= 1.1 and ratio != 1.0
-    legs = other.robot.structure.legs
-    assert legs["L1"].stiffness_v == legs["R1"].stiffness_v != scene.robot.structure.legs["L1"].stiffness_v
-    for path in ("ground.restitution.coefficient", "ground.adhesion.rate", "ground.film.coefficient", "gait.high"):
-        assert get_value(other, path) == get_value(scene, path), "printed"
-
-
-def test_neighbours_give_the_range_of_a_score():
-    device = judge_scene("ringing", ringing(), coarse=FEW, duration=0.02, scored_only=True)
-    scores = neighbour_scores(device, 3, 1, coarse=Coarse(4, (0.5,)))
-    table = range_of_scores(scores)
-    counts = [score["agree"] for score in scores]
-    assert (table["judged"], table["agree"]) == (3, {"least": min(counts), "most": max(counts)})
-    assert range_of_scores([]) == {"spread": 0.1, "judged": 0}
 
 
 def test_the_packaged_interpretations_are_those_of_the_ranges():

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import os
-import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tarsus.base.errors import InputError
 from tarsus.base.progress import Progress
 from tarsus.calibrate.ensemble import SearchedEnsembles, searched_ensembles
-from tarsus.calibrate.excluding import ExcludedRow, exclude_each, missed_by
+from tarsus.calibrate.excluding import ExcludedRow, exclude, missed_by
 from tarsus.calibrate.lowering import Lowered, lower_study
 from tarsus.calibrate.prediction import Discrepancy, Prediction
 from tarsus.calibrate.problem import Archive, CalibrationProblem
@@ -105,35 +103,8 @@ the table or more away: its miss then shows that the unknowns are no longer dete
 table does not share."""
 
 
-class Tally:
-    """Sets that all searches have visited, and about the most that they will: each that has not ended counts like that
-    of the whole table, and this, until it ends, by its budget."""
-
-    def __init__(self, searches: int, most: int, progress: Progress | None, stop: threading.Event) -> None:
-        self.progress, self.stop, self.stage, self.most = progress, stop, "search", most
-        self.sets = [0] * searches
-        self.lock = threading.Lock()
-
-    def of(self, number: int) -> Callable[[int], None]:
-        """What the archive of a search reports its sets to."""
-
-        def report(sets: int) -> None:
-            with self.lock:
-                if self.stop.is_set():
-                    raise InputError("the search was stopped")
-                self.sets[number] = sets
-                if self.progress is not None:
-                    self.progress(sum(self.sets), sum(max(one, self.most) for one in self.sets), self.stage)
-
-        return report
-
-
 def solve(
-    problem: CalibrationProblem,
-    search: Search,
-    store: RunStore | None = None,
-    progress: Progress | None = None,
-    threads: Workers = None,
+    problem: CalibrationProblem, search: Search, store: RunStore | None = None, progress: Progress | None = None
 ) -> Solution:
     """Search a problem, make its ensembles, and exclude each row once.
 
@@ -147,17 +118,18 @@ def solve(
         Where visited sets are kept, so that a killed search goes on from there; every search has memos of its own.
     progress
         Called as ``progress(sets done, most sets, what)``.
-    threads
-        Who searches without a row while others do.
     """
-    excludes = search.leave_out and problem.trained > 1
-    stop, kept = threading.Event(), store or RunStore()
-    runs = len({one.run for one in problem.hypotheses})
-    most = most_sets(search, runs, len(problem.hypotheses))
-    tally = Tally(1 + problem.trained if excludes else 1, most, progress, stop)
+    excludes, kept = search.leave_out and problem.trained > 1, store or RunStore()
+    sets = [0] * (1 + problem.trained if excludes else 1)
+    most = most_sets(search, len({one.run for one in problem.hypotheses}), len(problem.hypotheses))
 
     def archive(of: CalibrationProblem, number: int) -> Archive:
-        return Archive(of, kept, number, tally.of(number))
+        def report(count: int) -> None:
+            sets[number] = count
+            if progress is not None:
+                progress(sum(sets), sum(max(one, most) for one in sets), "each row excluded" if number else "search")
+
+        return Archive(of, kept, number, report)
 
     fit = searched_ensembles(archive(problem, 0), search)
     trained = tuple(
@@ -165,8 +137,8 @@ def solve(
     )
     if not excludes:
         return Solution(problem, fit, trained, None, None, fit.discrepancy)
-    tally.stage, tally.most = "each row excluded", fit.sets
-    refits = exclude_each(problem, search, archive, stop, threads)
+    most = fit.sets  # every other search is about as long
+    refits = [exclude(problem, search, row, archive) for row in range(problem.trained)]
     enough = problem.trained >= ENOUGH_ROWS
     excluded = tuple(
         one.predictions(problem, missed_by(problem, refits, one.row) if enough else None) for one in refits
@@ -234,7 +206,7 @@ def calibrate(
         described = replace(described, study=described.study.model_copy(update={"search": search}))
     lowered = lower_study(described, threads)
     store = RunStore.open(output, frozen_texts(described), resume=resume, what="calibration")
-    solution = solve(lowered.problem, described.study.search, store, progress, threads)
+    solution = solve(lowered.problem, described.study.search, store, progress)
     ensemble = WeightedEnsemble(lowered, solution.fit.ensembles, solution.fit.weights, solution.discrepancy)
     rows = described.table.rows
     others = tuple(tuple(one.values()) for one in ensemble.predict([rows[n] for n in lowered.others]))

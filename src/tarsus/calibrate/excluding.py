@@ -7,17 +7,14 @@ generations. The row is simulated for the members of the finished ensembles alon
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
-from tarsus.base.workers import Workers, is_executor, spread, workers
 from tarsus.calibrate.ensemble import SearchedEnsembles, searched_ensembles
 from tarsus.calibrate.prediction import Discrepancy, Prediction, discrepancy_of
 
@@ -67,23 +64,6 @@ def exclude(
         wrong = wrong + weight * (one.weights @ costs.wrong[:, 0])
         readings.append(read)
     return ExcludedRow(row, fit, tuple(readings), missed, np.asarray(wrong))
-
-
-def exclude_each(
-    problem: CalibrationProblem,
-    search: Search,
-    archive: Callable[[CalibrationProblem, int], Archive],
-    stop: threading.Event,
-    threads: Workers = None,
-) -> list[ExcludedRow]:
-    """Every fitted row excluded once, side by side where there are rows enough for all threads.
-
-    stop: set when a row failed or the run was interrupted, so that the others end.
-    """
-    jobs = list(range(problem.trained))
-    count = workers(threads)
-    side = min(count, len(jobs)) if is_executor(threads) or len(jobs) >= count else 1
-    return list(spread(partial(exclude, problem, search, archive=archive), jobs, side, stop))
 
 
 def missed_by(problem: CalibrationProblem, found: list[ExcludedRow], row: int | None = None) -> Discrepancy:

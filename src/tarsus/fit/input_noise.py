@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Protocol, Self
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
@@ -15,18 +14,12 @@ from tarsus.base.units import parse_quantity
 from tarsus.model.drive.waveforms import Sampled
 from tarsus.model.scene import Scene
 
+if TYPE_CHECKING:
+    from tarsus.fit.fitting import RunResiduals
+    from tarsus.fit.problem import Problem
+
 DRAWS = 32
 """Signals that are drawn: their scatter is then known to an eighth, as that of a standard error need not be better."""
-
-
-class Refitted(Protocol):
-    """A fit that can be asked of another scene."""
-
-    scene: Scene
-
-    def residuals(self, x: ArrayLike) -> Floats: ...
-    def jacobian(self, x: ArrayLike) -> Floats: ...
-    def on(self, scene: Scene) -> Self: ...
 
 
 Inputs = Mapping[str, tuple[Sampled, float]]
@@ -55,7 +48,7 @@ def recorded_inputs(scene: Scene, noise: Mapping[str, float | str]) -> Inputs:
     return found
 
 
-def input_errors(problem: Refitted, x: Floats, inputs: Inputs, seed: int) -> Floats:
+def input_errors(problem: Problem | RunResiduals, x: Floats, inputs: Inputs, seed: int) -> Floats:
     """Standard errors (nu,) in the cube that the noise of recorded signals makes, at a point x (nu,) that was found.
 
     Every sample of a signal is drawn anew about its own value, and the numbers follow by one Gauss-Newton step.

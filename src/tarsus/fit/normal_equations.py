@@ -9,9 +9,8 @@ would push out are held.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -174,20 +173,10 @@ def ridged(matrices: Floats, part: float = RIDGE) -> Floats:
     return matrices + part * share[:, :, None] * np.eye(matrices.shape[1])
 
 
-class Equations(Protocol):
-    """What is fitted."""
-
-    def __call__(self, own: Floats, shared: Floats, part: NDArray[np.intp], /) -> NormalEquations:
-        """Normal equations of the records of these numbers at own unknowns (n, q) and shared ones (p,)."""
-        ...
-
-
-class CostFunction(Protocol):
-    """Its costs alone, where they are much cheaper than slopes."""
-
-    def __call__(self, own: Floats, shared: Floats, part: NDArray[np.intp], /) -> Floats:
-        """Sums of squares (n,) of the records of these numbers."""
-        ...
+Equations = Callable[[Floats, Floats, NDArray[np.intp]], NormalEquations]
+"""What is fitted: normal equations at own unknowns (n, q) and shared ones (p,) of the records of these numbers (n,)."""
+CostFunction = Callable[[Floats, Floats, NDArray[np.intp]], Floats]
+"""Its sums of squares (n,) alone, where they are much cheaper than slopes."""
 
 
 @dataclass(frozen=True)

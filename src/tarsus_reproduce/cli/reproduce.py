@@ -24,7 +24,6 @@ def reproduce(
     rows: Path | None = None,
     seeds: int | None = None,
     readings: int = 0,
-    scatter: int = 0,
     seed: MaybeSeed = None,
     threads: Threads = None,
     output: MaybeFolder = None,
@@ -53,9 +52,6 @@ def reproduce(
     readings
         for the millipede: the score over so many random interpretations of what is not printed, kept in the output
         folder and continued there with --resume; left out, those that come with the package.
-    scatter
-        for the millipede: the range of every variant's score over so many neighbours whose unprinted numbers differ by
-        up to 10 %.
     output
         folder for reproduction.html, reproduction.json and reproduction.csv.
     """
@@ -70,7 +66,7 @@ def reproduce(
         problems.append("--resume continues what the folder holds and --overwrite begins again: give one of them")
     if problems:
         raise InputError(problems)
-    options = {"device": device, "rows": rows, "seeds": seeds, "readings": readings, "scatter": scatter, "seed": seed}
+    options = {"device": device, "rows": rows, "seeds": seeds, "readings": readings, "seed": seed}
     kept = console.resumable() if readings and output is not None else contextlib.nullcontext()
     found: dict[str, Reproduction] = {}
     with kept, _folder(output, whole=whole, overwrite=overwrite, resume=resume):
