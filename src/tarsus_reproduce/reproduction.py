@@ -121,9 +121,19 @@ class FigureCall:
     def __init__(self, function: str, *arguments: Any) -> None:
         self.function, self.arguments = function, arguments
 
-    def __call__(self, number: int) -> Plate:
+    def __call__(self) -> Plate:
+        """The figure."""
         module, _, name = self.function.partition(".")
         return getattr(import_module(f"tarsus_reproduce.pages.{module}"), name)(*self.arguments)
+
+
+def drawn(part: Any) -> Any:
+    """A part of a page, its figures drawn, those inside of it too."""
+    if isinstance(part, Section):
+        return type(part)(part.heading, *map(drawn, part.parts))
+    if isinstance(part, list | tuple):
+        return type(part)(map(drawn, part))
+    return part() if isinstance(part, FigureCall) else part
 
 
 @dataclass(frozen=True)
@@ -169,7 +179,7 @@ class Reproduction(Tabled):
 
         faults = [said(one, failed=True) for one in (*self.cautions, *self.problems)]
         about = [f"{self.about}.", *faults]
-        return sections_page(self.title, about, self.sections, self.footer)
+        return sections_page(self.title, about, drawn(self.sections), self.footer)
 
     def write(self, folder: str | Path) -> list[Path]:
         """Write `PAGE_FILES` into a folder and return their paths. Raises InputError where they cannot be written."""
