@@ -100,27 +100,6 @@ def test_every_page_and_an_index(tarsus, tmp_path):
     assert all(one.title in index.text for one in experiments().values())
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        ([], "name an experiment (cantilever, "),
-        (["--all"], "give it with -o"),
-        (["hexapod", "--all", "-o", "x"], "leave 'hexapod' out"),
-        (["--all", "-o", "x", "--device", "mine"], "--device belongs to one experiment"),
-        (["hexapod", "--seeds", "few"], "--seeds"),
-        (["hexapod", "--device", "hexapode"], "no device is called 'hexapode'"),
-        (["hexapod", "--rows", "nowhere.csv"], "nowhere.csv: no such file"),
-        (["millipede", "--device", "cantilever"], "a millipede is a walker"),
-        (["millipede", "-o", "x", "--resume", "--overwrite"], "give one of them"),
-    ],
-)
-def test_words_that_do_not_go_together(tarsus, words, said):
-    result = tarsus("reproduce", *words)
-    assert (result.code, result.out) == (2, "")
-    (sentence,) = result.sentences
-    assert said in sentence
-
-
 def test_a_millipede_without_a_law_that_varies_is_refused(tarsus, tmp_path):
     without = {"ground.film": None, "ground.restitution": None, "provenance": {}}
     write_scene(ts.with_values(ts.load_scene("millipede"), without), tmp_path / "bare.toml")

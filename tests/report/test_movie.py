@@ -1,8 +1,6 @@
 """Walks as moving pictures."""
 
-import errno
 import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -66,20 +64,6 @@ def test_robots_without_legs_move_too(tmp_path, name):
             movie.seek(frame)
             seen.add(movie.convert("L").tobytes())
     assert len(seen) > 4
-
-
-@pytest.mark.slow
-def test_a_movie_is_whole_or_not_there(tmp_path, monkeypatch):
-    walk = ts.simulate("millipede-printed", "12 ms")
-
-    def full(picture, place, **options):
-        Path(place).write_bytes(b"GIF89a, a half of it")
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(Image.Image, "save", full)
-    with pytest.raises(ts.InputError, match=r"cannot write .*walk\.gif: no space left on device$"):
-        write_movie(walk, tmp_path / "walk.gif", width=100, periods=1)
-    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.slow

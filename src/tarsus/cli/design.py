@@ -21,8 +21,8 @@ from tarsus.cli.verb import Verb
 
 design = App(name="design", help="What a description or a signal should be, given what it should do.")
 
-FRONT = {"files": "tarsus.design.search:DESIGN_FILES", "page": "tarsus.report.gait_page:write_gait_report"}
-GRAMMAR = Verb("tarsus.design.verb:design", title="designs", **FRONT)
+FILES, PAGE = "tarsus.design.search:DESIGN_FILES", "tarsus.report.gait_page:write_gait_report"
+GRAMMAR = Verb("tarsus.design.verb:design", files=FILES, page=PAGE, title="designs")
 NAMED = {
     "landing": Verb(
         "tarsus.design.landing:landing",
@@ -30,7 +30,7 @@ NAMED = {
         page="tarsus.report.landing_page:landing_html",
         title="design",
     ),
-    "gait": Verb("tarsus.design.presets:gait", title="designs", **FRONT),
+    "gait": Verb("tarsus.design.presets:gait", files=FILES, page=PAGE, title="designs"),
     "adapt": Verb(
         "tarsus.design.adaptive:adapt",
         files="tarsus.design.adaptive_gait:ADAPT_FILES",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from itertools import starmap
 from typing import TYPE_CHECKING, Any
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from tarsus.calibrate.results import calibration_table, errors_table, options_word, unknowns_table
 from tarsus.report.pages import Markup, Plate, Section, bullets, marked, sections_page
 from tarsus.report.rows_figure import RowMarks, RowPanel, rows_figure
-from tarsus.report.style import BLUE, CYCLE, INK, ORANGE
+from tarsus.report.style import BLUE, INK, ORANGE
 from tarsus.tables.data import data_tables
 from tarsus.tables.numbers import interval, number
 from tarsus.tables.table import Column, Table
@@ -41,7 +40,7 @@ def calibration_html(found: Calibration) -> str:
             *_constraints(result["constraints"]),
         ),
         Section("How the sets were found", SEARCH, *data_tables(result["search"])),
-        Section("Unknowns", ranges(kept), *map(_hypothesis, kept)),
+        Section("Unknowns", *map(_hypothesis, kept)),
     ]
     about = (
         f"Device {result['device']}; {result['sets']} sets of unknowns; {len(kept)} of {len(result['branches'])} "
@@ -146,29 +145,6 @@ def predictions_figure(table: Mapping[str, Any], names: Sequence[str]) -> Plate:
     return rows_figure([row_name(row) for row in rows], panels, caption)
 
 
-def ranges(branches: Sequence[Mapping[str, Any]]) -> Plate:
-    """90 % range of every unknown in parts of its bounds, one colour a hypothesis; dots are the best members."""
-    names = list(branches[0]["unknowns"])
-    marks = []
-    for b, branch in enumerate(branches):
-        places = ([_place(one, one[key]) for key in ("best", "low", "high")] for one in branch["unknowns"].values())
-        numbers = [(n, best, low, high) for n, (best, low, high) in enumerate(places)]
-        marks.append(RowMarks(options_word(branch), CYCLE[b % len(CYCLE)], numbers))
-    return rows_figure(
-        names,
-        [RowPanel("place between the bounds", "", marks, (-0.02, 1.02))],
-        "90 % range of each unknown between its bounds, 0 the lower and 1 the upper, on its own scale; its best set as "
-        "a dot.",
-    )
-
-
 def row_name(row: Mapping[str, Any]) -> str:
     """A row by its conditions."""
     return " ".join(row["conditions"].values()) or f"row {row['row']}"
-
-
-def _place(unknown: Mapping[str, Any], value: float) -> float:
-    low, high = unknown["bounds"]
-    if unknown["scale"] == "log":
-        return math.log(value / low) / math.log(high / low)
-    return (value - low) / (high - low)

@@ -153,19 +153,12 @@ class Drawing:
 
     def to_dict(self) -> dict[str, Any]:
         """The drawing as plain data for the player."""
-        views = {"side": self.side, "above": self.above}
+        numbers = ("true", "length", "leg", "up", "along", "force", "back", "wide", "level")
         return {
-            **{name: None if one is None else _plain(one) for name, one in views.items()},
+            **{name: getattr(self, name) for name in numbers},
+            "side": _plain(self.side),
+            "above": self.above and _plain(self.above),
             "box": _numbers(self.box),
-            "true": self.true,
-            "length": self.length,
-            "leg": self.leg,
-            "up": self.up,
-            "along": self.along,
-            "force": self.force,
-            "back": self.back,
-            "wide": self.wide,
-            "level": self.level,
             "pieces": [
                 [one.line, one.point, *_numbers((one.x, one.z, one.shift)), paint_of(one.paint)] for one in self.pieces
             ],

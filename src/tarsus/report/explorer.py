@@ -300,20 +300,10 @@ def small_explorer(run: Any) -> Markup:
 
 
 def _slider(one: Any) -> dict[str, Any]:
-    about = {
-        "paths": one.paths,
-        "name": _name(one.paths),
-        "group": _group(one.paths[0]),
-        "value": one.value,
-        "unit": one.unit,
-        "doc": one.doc,
-        "low": one.low,
-        "high": one.high,
-        "log": one.log,
-        "array": one.array,
-        "places": one.at,
-    }
-    return about | ({"stops": one.stops} if one.stops else {}) | ({} if one.turned is None else {"turned": one.turned})
+    """What the page's script knows of a slider; what it has not is left out."""
+    names = ("paths", "value", "unit", "doc", "low", "high", "log", "array", "stops", "turned")
+    about = {name: getattr(one, name) for name in names if getattr(one, name) not in (None, ())}
+    return about | {"name": _name(one.paths), "group": _group(one.paths[0]), "places": one.at}
 
 
 def _name(paths: Sequence[str]) -> str:

@@ -27,27 +27,6 @@ from tarsus.tables.section import Section
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-__all__ = [
-    "Fold",
-    "Foldable",
-    "Markup",
-    "Plate",
-    "Section",
-    "asset",
-    "bullets",
-    "marked",
-    "noted",
-    "page",
-    "rendered",
-    "said",
-    "sections_page",
-    "sentence_case",
-    "sources",
-    "terms",
-    "whole",
-    "write_page",
-]
-
 UPLOT = "vendor/uplot-1.6.32"
 """Where the library that draws series lies, as published."""
 

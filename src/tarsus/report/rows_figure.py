@@ -37,13 +37,11 @@ class RowMarks:
 
 @dataclass(frozen=True)
 class RowPanel:
-    """One measure of all rows: its words, SI unit (or another one, as it is), numbers of every kind, and the ends of
-    its axis where they do not follow from these."""
+    """One measure of all rows: its words, SI unit (or another one, as it is), and numbers of every kind."""
 
     words: str
     unit: str
     marks: Sequence[RowMarks]
-    ends: tuple[float, float] | None = None
 
     def draw(self, axes: Axes) -> None:
         """Kinds below each other in every row, as dots with their intervals as lines."""
@@ -58,8 +56,6 @@ class RowPanel:
             axes.set_xticks([0.0, *10.0 ** np.arange(np.log10(THOUSANDTH), np.log10(most) + 0.1)], minor=False)
         else:
             few_ticks(axes, x=5)
-        if self.ends is not None:
-            axes.set_xlim(self.ends)
         name_axes(axes, (self.words, self.unit))
 
 

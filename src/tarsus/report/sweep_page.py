@@ -130,10 +130,10 @@ def _with_room(low: float, high: float, *, log: bool) -> Window:
 
 def _map(shown: xarray.DataArray) -> Plate:
     from tarsus.report.saved import draw_measure
-    from tarsus.report.sheet import plate
+    from tarsus.report.sheet import panel
 
     caption = f"{spaced(str(shown.name)).capitalize()} over both swept values."
-    return plate(lambda sheet: draw_measure(sheet.grid(1, 2.3)[0], shown), caption)
+    return panel(2.3, lambda axes: draw_measure(axes, shown), caption)
 
 
 def _median_run(values: np.ndarray) -> float:

@@ -12,7 +12,7 @@ from tarsus.files.jsontext import json_text
 from tarsus.files.whole import write_text
 from tarsus.report.pages import Markup, Plate, Section, bullets, marked, sections_page, whole
 from tarsus.report.run_page import values_table
-from tarsus.report.sheet import Sheet, few_ticks, name_axes, panel, plate
+from tarsus.report.sheet import few_ticks, name_axes, panel, panels
 from tarsus.report.style import CYCLE, MUTED, RULE
 from tarsus.tables.numbers import number, percent, spaced
 from tarsus.tables.table import Table
@@ -166,14 +166,12 @@ def errors_over_columns(found: Validation, column: str) -> Plate | None:
         return None
     band = found.band(column)
 
-    def draw(sheet: Sheet) -> None:
-        for name, axes in zip(names, sheet.grid(len(names), 1.9), strict=True):
-            _draw_errors(axes, found, [one for one in rows if isinstance(one.row.get(name), float)], name, band)
-            sheet.legend(axes) if name == names[0] else None
+    def draw(axes: Axes, name: str) -> None:
+        _draw_errors(axes, found, [one for one in rows if isinstance(one.row.get(name), float)], name, band)
 
     words = found.experiment.claims.measured[column].words
     caption = f"{words.capitalize()}: errors over the columns of the rows; open marks lie beyond {percent(MOST)}."
-    return plate(draw, caption)
+    return panels(names, 1.9, draw, caption)
 
 
 def _draw_errors(axes: Axes, found: Validation, rows: Sequence[Compared], name: str, band: float | None) -> None:
