@@ -148,7 +148,7 @@ def test_run_that_never_touches(scene: ts.Scene) -> None:
 def test_several_feet_get_a_panel_each() -> None:
     text = Page(report_html(ts.simulate(scene_of("three_feet"), 0.03))).text
     for foot in "abc":
-        assert f"Forces on foot {foot}" in text
+        assert f"Forces that act on foot {foot}" in text
     assert " contact " in text
 
 

@@ -155,7 +155,7 @@ def progress_bar(title: str, *, time_left: bool = False) -> Iterator[Callable[[i
 
 
 SHOWN = 6
-"""Workers named beside a bar: as many as a line takes."""
+"""Workers named: as many as a line takes."""
 
 
 def workers_line(runs: Mapping[str, int]) -> str:

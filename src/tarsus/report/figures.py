@@ -108,23 +108,13 @@ def turns_caption(traces: Sequence[PlotTrace]) -> str:
 
 
 def forces(series: RunSeries, window: Window, foot: int = 0) -> Plate:
-    """Forces on one foot, one panel each, below its height (as Fig. 2.15 of the source)."""
+    """Forces that act on one foot, one panel each, below its height (as Fig. 2.15 of the source)."""
     part = series.inside(window)
     contact, limit = series["contact_force"][foot], series["adhesion_strength"][foot]
-    acting = {spaced(name): series[f"{name}_force"][foot] for name in series.laws}
-    rows = [
-        (name, force, color)
-        for (name, force), color in zip(acting.items(), cycle(LAW_COLORS), strict=False)
-        if ever(force)
-    ]
-    absent = [name for name, force in acting.items() if not ever(force)]
-    along = series.values.get("friction_force")
-    rubbed = along is not None and ever(along[foot])
-    if along is not None and rubbed:
-        rows.append(("friction", along[foot], INK))
-    touched, held = ever(contact[part]) or ever(limit[part]), ever(limit[part])
-    absent += [] if touched else ["contact"]
-
+    acting = [(spaced(name), series[f"{name}_force"][foot]) for name in series.laws]
+    rows = [(name, force, color) for (name, force), color in zip(acting, cycle(LAW_COLORS), strict=False)]
+    if "friction_force" in series.values:
+        rows.append(("friction", series["friction_force"][foot], INK))
     time, shaded, zero = series.time, series.contacts[foot], [Level(0.0, RULE)]
     panels = [TimePanel(0.85, "height", "m", [DrawnLine(time, series["gap"][foot], BLUE)], shaded)]
 
@@ -136,16 +126,16 @@ def forces(series: RunSeries, window: Window, foot: int = 0) -> Plate:
         drawn = zip(series["drive_force"], colors, series.drives, strict=True)
         add("drive", [DrawnLine(time, *one) for one in drawn])
     for label, force, color in rows:
-        add(label, [DrawnLine(time, force, color)])
-    if touched:
+        if ever(force):
+            add(label, [DrawnLine(time, force, color)])
+    held = ever(limit[part])
+    if held or ever(contact[part]):
         bound = DrawnLine(time, np.where(limit > 0.0, -limit, np.nan), MUTED, "pull-off limit", dash=(2, 2))
         add("contact", [*([bound] if held else []), DrawnLine(time, contact, INK, "contact force")])
     caption = (
-        f"Forces on foot {series.feet[foot]} below its height above the ground, each on its own scale, contact shaded. "
-        "Positive is upward, of friction forward."
+        f"Forces that act on foot {series.feet[foot]} below its height above the ground, each on its own scale. "
+        "Contact is shaded; forces are positive upward, friction is positive forward."
     )
-    if absent:
-        caption += f" No {' or '.join(absent)} force acts in this stretch."
     return panels_plate(panels, caption, window)
 
 
