@@ -19,8 +19,6 @@ from tarsus.tables.table import ROW
 if TYPE_CHECKING:
     from tarsus.calibrate.calibrating import Calibration
     from tarsus.calibrate.ensemble import HypothesisEnsemble
-    from tarsus.calibrate.excluding import ExcludedRow
-    from tarsus.calibrate.lowering import Lowered
 
 OPEN = 0.1
 """A choice is open when another option keeps so much of the weight: odds of less than ten to one decide nothing."""
@@ -56,7 +54,7 @@ def prediction_entry(one: Prediction, unit: str, observed: float | None = None) 
 def calibration_json(result: Calibration) -> dict[str, Any]:
     """All numbers of a calibration; nothing of the machine or of time, so that equal studies give equal tables."""
     solution, lowered, study = result.solution, result.lowered, result.described.study
-    cells = lowered.problem.objective.cells
+    cells, left = lowered.problem.objective.cells, solution.excluded
     return {
         "format": 1,
         "tarsus": package_version(),
@@ -79,8 +77,14 @@ def calibration_json(result: Calibration) -> dict[str, Any]:
         "choices": _choices(result),
         "constraints": [{"name": one.name, "reason": one.reason} for one in study.constraints],
         "rows": [
-            *(_trained(result, n) for n in range(len(lowered.trained))),
-            *(_other(result, n) for n in range(len(lowered.others))),
+            *(
+                _row(result, number, cells.observed[n], training=solution.trained[n], left_out=left and left[n])
+                for n, number in enumerate(lowered.trained)
+            ),
+            *(
+                _row(result, number, lowered.other_cells.observed[n], predicted=result.others[n])
+                for n, number in enumerate(lowered.others)
+            ),
         ],
         "summary": {
             "training": _summary(result, solution.trained),
@@ -163,43 +167,24 @@ def _choices(result: Calibration) -> dict[str, dict[str, Any]]:
     return out
 
 
-def _entries(lowered: Lowered, predictions: Sequence[Prediction], observed: np.ndarray) -> dict[str, Any]:
-    cells = lowered.problem.objective.cells
-    return {
-        name: prediction_entry(one, unit, value)
-        for name, unit, one, value in zip(cells.names, cells.units, predictions, observed.tolist(), strict=True)
-    }
-
-
-def _head(result: Calibration, number: int) -> dict[str, Any]:
+def _conditions(result: Calibration, number: int) -> dict[str, Any]:
+    """Cells of a row's conditions."""
     row = result.described.table.rows[number]
-    conditions = {column: row[column] for column in result.described.study.conditions}
-    return {"row": number + 1, "conditions": conditions}
+    return {column: row[column] for column in result.described.study.conditions}
 
 
-def _trained(result: Calibration, n: int) -> dict[str, Any]:
-    lowered, solution = result.lowered, result.solution
-    observed = lowered.problem.objective.cells.observed[n]
-    left = solution.excluded
-    return {
-        **_head(result, lowered.trained[n]),
-        "fitted": True,
-        "training": _entries(lowered, solution.trained[n], observed),
-        "left_out": None if left is None else _entries(lowered, left[n], observed),
-        "refit": None if solution.refits is None else _refit(solution.refits[n]),
+def _row(result: Calibration, number: int, observed: np.ndarray, **said: Sequence[Prediction] | None) -> dict[str, Any]:
+    """A row of the table, and what is said of it by measure: None where nothing is."""
+    cells = result.lowered.problem.objective.cells
+    entries = {
+        what: found
+        and {
+            name: prediction_entry(one, unit, value)
+            for name, unit, one, value in zip(cells.names, cells.units, found, observed.tolist(), strict=True)
+        }
+        for what, found in said.items()
     }
-
-
-def _refit(one: ExcludedRow) -> dict[str, Any]:
-    """The search without a row: its best set, and the hypotheses that it kept."""
-    best = one.fit.best
-    return {
-        "sets": one.fit.sets,
-        "cost": best.best,
-        "branches": {
-            each.hypothesis.name: float(weight) for weight, each in zip(one.fit.weights, one.fit.ensembles, strict=True)
-        },
-    }
+    return {"row": number + 1, "conditions": _conditions(result, number), "fitted": "training" in said, **entries}
 
 
 def _at_best(result: Calibration, n: int) -> list[Prediction]:
@@ -214,20 +199,11 @@ def _at_best(result: Calibration, n: int) -> list[Prediction]:
     ]
 
 
-def _other(result: Calibration, n: int) -> dict[str, Any]:
-    lowered = result.lowered
-    return {
-        **_head(result, lowered.others[n]),
-        "fitted": False,
-        "predicted": _entries(lowered, result.others[n], lowered.other_cells.observed[n]),
-    }
-
-
 def _summary(result: Calibration, predictions: Sequence[Sequence[Prediction]]) -> dict[str, Any]:
     """By measure: mean relative and absolute errors, share of values in their intervals, Brier score, rows whose
     existence is more likely right than wrong, and the skill against predictors that know nothing, with their errors."""
     cells = result.lowered.problem.objective.cells
-    conditions = [_head(result, number)["conditions"] for number in result.lowered.trained]
+    conditions = [_conditions(result, number) for number in result.lowered.trained]
     out: dict[str, Any] = {}
     holds_all: list[bool] = []
     for k, (name, unit) in enumerate(zip(cells.names, cells.units, strict=True)):
