@@ -12,11 +12,9 @@ import numpy as np
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
-from tarsus.files.library import load_scene
 from tarsus.model.robot import Foot
 from tarsus.model.scene import Scene
 from tarsus.solve import Run, simulate
-from tarsus_reproduce.impacts import ImpactEnergies, impact_energies
 from tarsus_reproduce.reproduction import Progress
 from tarsus_reproduce.robots import OBSERVED, SETTLE, drive_frequency, printed_rows, row_scene
 from tarsus_reproduce.rows import PrintedRow
@@ -67,50 +65,10 @@ class AirRun:
         """Highest minus lowest displacement of every point (np,) [m]."""
         return np.ptp(self.steady[2], axis=1)
 
-
-@dataclass(frozen=True)
-class RobotRuns:
-    """Runs as in Figs 3.19 to 3.22 and 3.9 or 3.10; energies: what the impact maps would do in the run `struck`."""
-
-    near: tuple[Near, ...]
-    air: tuple[AirRun, ...]
-    struck: Near
-    energies: ImpactEnergies
-
-    @property
-    def problems(self) -> list[str]:
-        """Sentences of the runs that did not reach their end."""
-        every = [(near.title, near.run) for near in self.near]
-        every += [(f"in the air at {air.volt_v:g} V", air.run) for air in self.air]
-        return [f"{title}: {run.code.value}" for title, run in every if not run.ok]
-
     def to_dict(self) -> dict[str, Any]:
-        """Plain data: `in_air` (peak to peak in um, by point) and `impact_energies` (in J, of the run `run`)."""
-        return {
-            "in_air": [
-                {
-                    "wave": "square",
-                    "volt_v": air.volt_v,
-                    "freq_hz": air.freq_hz,
-                    "peak_to_peak_um": dict(zip(air.points, (air.peak_to_peak * 1e6).tolist(), strict=True)),
-                }
-                for air in self.air
-                if air.run.ok
-            ],
-            "impact_energies": {
-                "run": self.struck.title,
-                "impacts": len(self.energies.time),
-                "own_sum_j": float(self.energies.actual.sum()),
-                "by_map": {
-                    name: {
-                        "sum_j": float(made.sum()),
-                        "most_made_j": float(made.max(initial=0.0)),
-                        "share_made": share_made(made),
-                    }
-                    for name, made in self.energies.by_map.items()
-                },
-            },
-        }
+        """Plain data: peak to peak in um, by point."""
+        sizes = dict(zip(self.points, (1e6 * self.peak_to_peak).tolist(), strict=True))
+        return {"wave": "square", "volt_v": self.volt_v, "freq_hz": self.freq_hz, "peak_to_peak_um": sizes}
 
 
 def share_made(energies: Floats) -> float | None:
@@ -120,15 +78,12 @@ def share_made(energies: Floats) -> float | None:
     return float(np.mean(energies > 1e-9 * np.abs(energies).max()))
 
 
-def robot_runs(robot: str, device: str | None = None, *, progress: Progress | None = None) -> RobotRuns:
-    """Run what the figures of a robot show.
+def robot_runs(robot: str, own: Scene, progress: Progress | None = None) -> tuple[tuple[Near, ...], tuple[AirRun, ...]]:
+    """Run what the figures of a robot show (Figs 3.19 to 3.22, 3.9 and 3.10), of a device that can bounce.
 
     Over the ground: the packaged rows of Table 3.2 and the bouncing foot, or, for a robot without a table, the
     device's own gap and amplitude as a square wave and all points. In the air: the square waves of `AIR_DRIVES`.
-    Arguments and errors as for `tarsus_reproduce.verb.reproduce`.
     """
-    own = load_scene(device or robot)
-    check_device(own, device or robot)
     jobs = _over_ground(robot, own) + _in_air(robot, own)
     runs = []
     for number, (title, scene, seconds) in enumerate(jobs):
@@ -139,9 +94,8 @@ def robot_runs(robot: str, device: str | None = None, *, progress: Progress | No
     points = own.robot.structure.points if robot == "quadruped" else (_first_foot(own).point,)
     near = tuple(Near(title, run) for (title, *_), run in zip(jobs[: -len(volts)], runs, strict=False))
     frequency = printed or drive_frequency(own)
-    air = tuple(AirRun(volt, frequency, points, run) for volt, run in zip(volts, runs[-len(volts) :], strict=True))
-    struck = near[min(1, len(near) - 1)]  # the second row, a square wave
-    return RobotRuns(near, air, struck, impact_energies(struck.run, robot))
+    air = zip(volts, runs[-len(volts) :], strict=True)
+    return near, tuple(AirRun(volt, frequency, points, run) for volt, run in air)
 
 
 def check_device(scene: Scene, name: str) -> None:

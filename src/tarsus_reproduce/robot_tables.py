@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,9 @@ from tarsus.files.library import load_scene
 from tarsus.impacts.energy import creation_warning
 from tarsus.tables import Column, Section, Table
 from tarsus_reproduce.compared import compared_section
-from tarsus_reproduce.impacts import printed_column
+from tarsus_reproduce.impacts import ImpactEnergies, impact_energies, printed_column
 from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction, numbers_table
-from tarsus_reproduce.robot_runs import AIR_GAP, RobotRuns, check_device, robot_runs, share_made
+from tarsus_reproduce.robot_runs import AIR_GAP, AirRun, Near, check_device, robot_runs, share_made
 from tarsus_reproduce.robots import MEAN_HEIGHT, OBSERVED, SEEDS, SETTLE, WINDOW, WINDOWS, RobotRows, robot_rows
 
 ROUNDING = 1e-9
@@ -36,23 +37,32 @@ def reproduce_robot(
     """A robot beside Table 3.2, with single runs over the ground and in the air; parameters and errors as for
     `tarsus_reproduce.robots.robot_rows`. The single runs are of the named device, or of the packaged one."""
     name = device or robot
-    check_device(load_scene(name), name)
+    scene = load_scene(name)
+    check_device(scene, name)
     found = robot_rows(robot, device, rows, seeds=seeds, progress=progress)
-    return robot_reproduction(found, robot_runs(robot, name, progress=progress))
-
-
-def robot_reproduction(found: RobotRows, runs: RobotRuns) -> Reproduction:
-    """Rows and runs as tables, figures and files."""
-    caution = creation_warning(found.scene)
-    problems = (*found.problems, *runs.problems)
-    data = {**found.to_dict(), **runs.to_dict(), "ok": not problems}
+    near, air = robot_runs(robot, scene, progress)
+    struck = near[min(1, len(near) - 1)]  # the second row, a square wave
+    energies, caution = impact_energies(struck.run, robot), creation_warning(scene)
+    ends = [(one.title, one.run) for one in near] + [(f"in the air at {one.volt_v:g} V", one.run) for one in air]
+    problems = (*found.problems, *(f"{title}: {run.code.value}" for title, run in ends if not run.ok))
+    made = {
+        "run": struck.title,
+        "impacts": len(energies.time),
+        "own_sum_j": float(energies.actual.sum()),
+        "by_map": {
+            name: {"sum_j": float(one.sum()), "most_made_j": float(one.max(initial=0.0)), "share_made": share_made(one)}
+            for name, one in energies.by_map.items()
+        },
+    }
+    known = tuple(one for one in air if one.run.ok)
+    told = {"ok": not problems, "in_air": [one.to_dict() for one in known], "impact_energies": made}
     return Reproduction(
-        name=found.robot,
-        title=f"The {found.robot} on its bouncing foot",
+        name=robot,
+        title=f"The {robot} on its bouncing foot",
         about=f"Device {found.device}",
-        data=data,
+        data={**found.to_dict(), **told},
         rows=numbers_table("", [one for row in found.rows for one in row.numbers(WINDOWS)], repeated=True),
-        sections=(_heights(found), _over_ground(runs), _in_air(runs), _modes(found), _maps(found, runs)),
+        sections=(_heights(found), _over_ground(near), _in_air(known), _modes(found), _maps(found, struck, energies)),
         problems=problems,
         cautions=() if caution is None else (caution,),
         footer=FOOTER,
@@ -84,25 +94,22 @@ def _sentence(words: str) -> Table:
     return Table("", (), (), (words,))
 
 
-def _over_ground(runs: RobotRuns) -> Section:
+def _over_ground(near: Sequence[Near]) -> Section:
     """Motion over the last periods, and by drive period, of every run."""
     from tarsus.report.pages import Fold
 
-    ended = [near for near in runs.near if near.run.ok]
-    pairs = [
-        [FigureCall(f"robot_figures.{name}", near) for name in ("ground_motion", "ground_periods")] for near in ended
-    ]
+    names = ("ground_motion", "ground_periods")
+    pairs = [[FigureCall(f"robot_figures.{name}", one) for name in names] for one in near if one.run.ok]
     note = "Every run is one of many: motion with bounces forgets its start within a few impacts."
     others = Fold("The other runs", *pairs[1:]) if pairs[1:] else None
     return Section("Motion over the ground", *pairs[:1], others, _sentence(note))
 
 
-def _in_air(runs: RobotRuns) -> Section:
-    ended = [air for air in runs.air if air.run.ok]
+def _in_air(air: Sequence[AirRun]) -> Section:
     rows = [
-        (f"{air.volt_v:g} V square", air.freq_hz, point, float(size))
-        for air in ended
-        for point, size in zip(air.points, air.peak_to_peak, strict=True)
+        (f"{one.volt_v:g} V square", one.freq_hz, point, float(size))
+        for one in air
+        for point, size in zip(one.points, one.peak_to_peak, strict=True)
     ]
     note = (
         f"The foot hangs {100 * AIR_GAP:g} cm above the ground, so that nothing touches; transients have died out. The "
@@ -110,7 +117,7 @@ def _in_air(runs: RobotRuns) -> Section:
     )
     columns = ("drive", Column("frequency", "Hz"), "point", Column("peak to peak", "m"))
     shown = Table("Steady motion in the air", columns, rows, (note,))
-    return Section("Motion in the air", FigureCall("robot_figures.air_motion", runs) if ended else None, shown)
+    return Section("Motion in the air", FigureCall("robot_figures.air_motion", air) if air else None, shown)
 
 
 def _modes(found: RobotRows) -> Section:
@@ -136,7 +143,7 @@ def _modes(found: RobotRows) -> Section:
     return Section(title, shapes, Table("Modes and the printed CoR column", columns, rows, (note,)))
 
 
-def _maps(found: RobotRows, runs: RobotRuns) -> Section:
+def _maps(found: RobotRows, struck: Near, energies: ImpactEnergies) -> Section:
     columns = (
         "map",
         Column("restitution"),
@@ -163,10 +170,9 @@ def _maps(found: RobotRows, runs: RobotRuns) -> Section:
         f"{acting}"
     )
     tables = [Table("Impact laws at the bouncing foot", columns, rows, (note,), flagged=flagged)]
-    energies = runs.energies
-    if not runs.struck.run.ok or not len(energies.time):
-        why = "did not come to its end" if not runs.struck.run.ok else "has no impact"
-        return Section("Impact maps", *tables, _sentence(f"The run at {runs.struck.title} {why}."))
+    if not struck.run.ok or not len(energies.time):
+        why = "did not come to its end" if not struck.run.ok else "has no impact"
+        return Section("Impact maps", *tables, _sentence(f"The run at {struck.title} {why}."))
 
     lists = {"as run": energies.actual} | {f"{k}, as it is": v for k, v in energies.by_map.items()}
     columns = (
@@ -184,7 +190,7 @@ def _maps(found: RobotRows, runs: RobotRuns) -> Section:
         "Each map is asked what it would have done with the velocities just before every impact of this one run; a run "
         "under another map would meet other velocities."
     )
-    title = f"{len(energies.time)} impacts at {runs.struck.title}"
+    title = f"{len(energies.time)} impacts at {struck.title}"
     return Section("Impact maps", *tables, Table(title, columns, body, (note,)))
 
 

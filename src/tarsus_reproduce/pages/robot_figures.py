@@ -14,7 +14,7 @@ from tarsus.report.series import last_turns
 from tarsus.report.sheet import Sheet, few_ticks, line, name_axes, plate
 from tarsus.report.style import BLUE, CYCLE, INK, MUTED, RULE
 from tarsus_reproduce.impacts import ModeRow
-from tarsus_reproduce.robot_runs import AIR_PERIODS, Near, RobotRuns
+from tarsus_reproduce.robot_runs import AIR_PERIODS, AirRun, Near
 
 SAMPLES = 720
 """Samples of a drive period in figures of motion: twice as many as a panel has pixels for it."""
@@ -40,15 +40,14 @@ def _titled(near: Near, found: Plate) -> Plate:
     return Plate(found.picture, f"{near.title}. {found.caption}")
 
 
-def air_motion(runs: RobotRuns) -> Plate:
+def air_motion(runs: Sequence[AirRun]) -> Plate:
     """Steady motion in the air (as Figs 3.9 and 3.10 of the source): all drives or points over each other."""
-    ended = [air for air in runs.air if air.run.ok]
-    several = len(runs.air) > 1
+    several = len(runs) > 1
 
     def draw(sheet: Sheet) -> None:
         ((top, low),) = sheet.stacks(1, [0.45, 1.5])
         colors = cycle(CYCLE)
-        for air in ended:
+        for air in runs:
             turns, volts, motion = air.steady
             line(top, turns, volts, color=MUTED, lw=0.9)
             for point, shift in zip(air.points, motion, strict=True):
@@ -61,7 +60,7 @@ def air_motion(runs: RobotRuns) -> Plate:
 
     what = "the actuated foot" if several else "the points"
     return plate(
-        draw, f"Displacement of {what} in the air under a square wave of {runs.air[0].freq_hz:.4g} Hz, steady periods."
+        draw, f"Displacement of {what} in the air under a square wave of {runs[0].freq_hz:.4g} Hz, steady periods."
     )
 
 
