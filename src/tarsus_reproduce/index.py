@@ -1,16 +1,46 @@
-"""The index of all pages: what each compares, with a link to it, and what cannot be matched."""
+"""Several experiments, with an index of their pages: what each compares, and what cannot be matched."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
-from tarsus.report.pages import Markup, Section, bullets, sections_page
-from tarsus.tables import Table
-from tarsus_reproduce.verb import experiments
+from tarsus.files.whole import write_text
+from tarsus.tables.table import Table, Tabled
+from tarsus_reproduce.packaged import experiments
+from tarsus_reproduce.reproduction import Reproduction
+
+
+@dataclass(frozen=True)
+class Reproductions(Tabled):
+    """Several experiments, by name."""
+
+    found: Mapping[str, Reproduction]
+
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """Sentences of runs that did not reach their end."""
+        return tuple(f"{name}: {said}" for name, one in self.found.items() for said in one.problems)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data of each."""
+        return {"experiments": {name: one.to_dict() for name, one in self.found.items()}}
+
+    def table(self) -> Table:
+        """What each is of."""
+        return Table("", ("experiment", "of"), [(name, one.about) for name, one in self.found.items()])
+
+    def write_index(self, folder: Path) -> None:
+        """Write the index of the pages that are in folders of their names."""
+        write_text(folder / "index.html", index_html({name: one.about for name, one in self.found.items()}))
 
 
 def index_html(about: Mapping[str, str]) -> str:
-    """The page over those of experiments (`tarsus_reproduce.verb.experiments`), by name, with what each is about."""
+    """The page over those of experiments, by name, with what each is about."""
+    from tarsus.report.pages import Markup, Section, bullets, sections_page
+
     chosen = [one for name, one in experiments().items() if name in about]
     link = Markup('<a href="{}/reproduction.html">{}</a>')
     pages = Table("", ("page", "of"), [(link.format(one.name, one.title), about[one.name]) for one in chosen])
@@ -19,7 +49,7 @@ def index_html(about: Mapping[str, str]) -> str:
         "computed anew with Tarsus."
     )
     sections = [
-        Section("How to read the pages", READING),
+        Section("How to read the pages", Markup(READING)),
         Section("What cannot be matched", *(Section(one.title, bullets(one.unmatched)) for one in chosen)),
     ]
     footer = Markup(
@@ -28,7 +58,7 @@ def index_html(about: Mapping[str, str]) -> str:
     return sections_page("The dissertation, reproduced", [words, pages], sections, footer)
 
 
-READING = Markup("""<ul>
+READING = """<ul>
 <li><b>Calibrated on</b>: the device's unknown numbers were fitted to this row. Its error says how well the model can be
 bent to the data, and nothing of what it knows.</li>
 <li><b>Predicted</b>: nothing was fitted to this row. Only these errors speak for the model.</li>
@@ -39,4 +69,4 @@ are several. Errors are (measured − median) / measured; those beyond 30 % are 
 however it began. The share of periods or windows with one is given with the count.</li>
 <li>A trend <b>agrees</b>, <b>contradicts</b>, is <b>insensitive</b> (nothing changes, which is about the device) or
 <b>not determined</b> (the replicates differ).</li>
-</ul>""")
+</ul>"""

@@ -33,6 +33,7 @@ from tarsus.model.scene import Initial, Scene, Standing
 from tarsus_reproduce.claims import FilmUnit
 from tarsus_reproduce.millipede import COUNTS, Coarse, Score, judge_scene, walker_of
 from tarsus_reproduce.packaged import data_table, data_text
+from tarsus_reproduce.reproduction import PAGE_FILES
 
 COARSE = Coarse(9, (0.1, 0.5, 0.9))
 """Runs of an interpretation's studies: with nine values a direction takes a rank correlation of 0.80 (p < 0.01)."""
@@ -53,8 +54,9 @@ FILE = "millipede_interpretations.json"
 STORE = "interpretations"
 """Folder of finished interpretations, in the output folder of `tarsus reproduce`."""
 
-STORE_FILES = tuple(f"{STORE}/{name}" for name in ("scene.toml", "judging.txt", PLAN_FILE, *UNIT_FILES))
-"""What that folder may hold, as glob patterns."""
+_EACH = (*PAGE_FILES, *(f"{STORE}/{name}" for name in ("scene.toml", "judging.txt", PLAN_FILE, *UNIT_FILES)))
+FILES = ("index.html", *_EACH, *(f"*/{name}" for name in _EACH))
+"""What the output folder may hold of one experiment or several, as glob patterns."""
 
 
 def _unprinted() -> tuple[tuple[Unknown, ...], tuple[Mapping[str, Any], ...]]:
@@ -188,6 +190,7 @@ def judged_interpretations(
     seed: int,
     *,
     folder: Path | None = None,
+    resume: bool = True,
     threads: int | None = None,
     progress: Callable[[int, int, str], None] | None = None,
 ) -> Interpretations:
@@ -200,7 +203,8 @@ def judged_interpretations(
     walker_of(base)
     texts = {**scene_texts(base), "judging.txt": f"{COARSE}, {PERIODS} periods, ranges {_digest()}\n"}
     place = None if folder is None else folder / STORE
-    store = RunStore.open(place, texts, resume=place is not None and place.exists(), what="set of interpretations")
+    there = resume and place is not None and place.exists()
+    store = RunStore.open(place, texts, resume=there, what="set of interpretations")
 
     def say(done: int, new: int) -> None:
         if progress is not None:

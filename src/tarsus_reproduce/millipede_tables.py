@@ -41,6 +41,7 @@ def reproduce_millipede(
     interpretations: int = 0,
     seed: int = 1,
     folder: Path | None = None,
+    resume: bool = True,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Reproduction:
@@ -50,7 +51,7 @@ def reproduce_millipede(
     if interpretations:
         first = devices if isinstance(devices, str) else (devices or VARIANTS)[0]
         drawn = judged_interpretations(
-            load_scene(first), interpretations, seed, folder=folder, threads=threads, progress=progress
+            load_scene(first), interpretations, seed, folder=folder, resume=resume, threads=threads, progress=progress
         )
     else:
         drawn = packaged_interpretations()

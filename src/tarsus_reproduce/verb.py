@@ -1,21 +1,21 @@
-"""The verb `reproduce`: an experiment of the dissertation beside what Tarsus computes of it."""
+"""The verb `reproduce`: experiments of the dissertation beside what Tarsus computes of them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import lru_cache
+import os
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.files.library import load_scene
-from tarsus_reproduce.packaged import data_table
+from tarsus_reproduce.packaged import Experiment, experiments
 
 if TYPE_CHECKING:
-    from tarsus_reproduce.reproduction import Progress, Reproduction
-
+    from tarsus.base.progress import Progress
+    from tarsus_reproduce.index import Reproductions
+    from tarsus_reproduce.reproduction import Reproduction
 
 MOST = {"seeds": 10_000, "readings": 100_000}
 """More initial states than that narrow no interval by a hundredth and take hours; more interpretations take half a day
@@ -25,76 +25,54 @@ EXPERIMENTS_OF = {"rows": ("cantilever", *ROBOTS), "seeds": ROBOTS, "readings": 
 """Options that only some experiments have."""
 
 
-@dataclass(frozen=True)
-class Experiment:
-    """A page: the experiment it is of, with which device (None: the packaged one), and what cannot be matched whatever
-    the device."""
-
-    name: str
-    title: str
-    experiment: str
-    unmatched: tuple[str, ...]
-    device: str | None = None
-
-
-@lru_cache
-def experiments() -> dict[str, Experiment]:
-    """All experiments by name, in the order of the chapters (`data/experiments.toml`)."""
-    return {
-        name: Experiment(name, **{**table, "unmatched": tuple(table["unmatched"])})
-        for name, table in data_table("experiments.toml").items()
-    }
-
-
-def options_of(name: str) -> tuple[str, ...]:
-    """Arguments of `reproduce` that an experiment takes beside a device and rows."""
-    experiment = experiments()[name].experiment
-    return tuple(option for option, of in EXPERIMENTS_OF.items() if experiment in of and option != "rows")
-
-
 def reproduce(
-    name: str,
-    *,
+    *experiment: str,
+    all: bool = False,
     device: str | None = None,
-    rows: str | Path | None = None,
+    rows: str | os.PathLike[str] | None = None,
     seeds: int | None = None,
-    readings: int = 0,
+    readings: int | None = None,
     seed: int | None = None,
+    output: str | os.PathLike[str] | None = None,
+    resume: bool = False,
     threads: int | None = None,
-    folder: str | Path | None = None,
     progress: Progress | None = None,
-) -> Reproduction:
-    """Compare with an experiment of the dissertation row by row.
+) -> Reproduction | Reproductions:
+    """Compare with experiments of the dissertation row by row, then summarise; of several, write pages with an index.
 
     Parameters
     ----------
-    name
-        ``"cantilever"``: the micro-cantilever under periodic drive (Table A.1); ``"cantilever-1"``: the same with the
-        device fitted to the source's model. ``"hexapod"``, ``"quadruped"``: the bouncing foot of a bulk PZT robot
-        (Table 3.2), its modes and impact laws, and its motion in the air. ``"millipede"``: the trends that are seen in
-        its simulations of walking (Figs. 4.7-4.11).
+    experiment
+        cantilever: the micro-cantilever under periodic drive (Table A.1); cantilever-1: with the device fitted to the
+        source's model. hexapod, quadruped: the bouncing foot of a bulk PZT robot (Table 3.2), its modes and impact
+        maps, and its motion in the air. millipede: the trends that are seen in its simulations of walking
+        (Figs. 4.7-4.11).
+    all
+        Every experiment into a folder of its own below the output folder, with an index.
     device
-        Name or file of the device, with the points of the packaged one; the packaged one, or the weighted ensemble of
-        its calibration, when absent; for the millipede all packaged variants.
+        The device that is simulated, with the points of the packaged one; when left out the packaged one, or the
+        weighted ensemble of its calibration, and for the millipede all packaged variants.
     rows
         A file of further rows in the format of the packaged table; they are predicted, never fitted.
     seeds
-        Random initial states of every row of a robot, 32 when absent.
+        Random initial states of every row of a robot, 32 when left out.
     readings
-        For the millipede: the score over so many random interpretations of what is not printed; those that come with
-        the package when 0.
+        For the millipede: the score over so many random interpretations of what is not printed, kept in the output
+        folder and continued there with resume; left out, those that come with the package.
     seed
-        Of the readings; 1 when absent.
+        Of the readings; 1 when left out.
+    output
+        Folder for reproduction.html, reproduction.json and reproduction.csv; of several a folder each, with an index.
+    resume
+        Continue what the folder holds.
     threads
         Interpretations that are judged at a time; by default one for each processor that this process may use.
-    folder
-        Where finished interpretations are kept, and read back.
     progress
         Called as ``progress(done, total, what)``.
 
     Returns
     -------
-    Reproduction
+    Reproduction or Reproductions
         Rows with `table()`, `to_dict()` and `write(folder)`.
 
     Raises
@@ -103,17 +81,46 @@ def reproduce(
         With everything that does not go together, for unknown names and devices that lack what is looked at, and bad
         rows files.
     """
+    from tarsus_reproduce.index import Reproductions
+
     known = experiments()
-    if name not in known:
-        raise InputError(f"there is no experiment '{name}'{nearest(name, known)}")
-    one = known[name]
-    asked = {"rows": rows, "seeds": seeds, "readings": readings or None, "seed": seed}
-    problems = _problems(one.experiment, {option: value for option, value in asked.items() if value is not None})
-    chosen = device or one.device
-    if not problems and device is not None and one.experiment != "millipede":
-        problems += _lacking(one.experiment, device)
+    names = tuple(known) if all else tuple(dict.fromkeys(experiment))
+    several = all or len(names) > 1
+    given = {"device": device, "rows": rows, "seeds": seeds, "readings": readings, "seed": seed}
+    asked = {option: value for option, value in given.items() if value is not None}
+    problems = [f"there is no experiment '{name}'{nearest(name, known)}" for name in names if name not in known]
+    problems += _together(experiment, all, output is None, asked if several else ())
+    if not several and not problems:
+        problems += _problems(known[names[0]].experiment, asked)
     if problems:
         raise InputError(problems)
+    found: dict[str, Reproduction] = {}
+    for name in names:
+        place = None if output is None else Path(output, name) if several else Path(output)
+        one = known[name]
+        own = {option: value for option, value in asked.items() if one.experiment in EXPERIMENTS_OF.get(option, ())}
+        found[name] = _reproduced(one, device, own, place, resume, threads, progress)
+        if place is not None:
+            found[name].write(place)
+    made = Reproductions(found)
+    if several and output is not None:
+        made.write_index(Path(output))
+    return made if several else found[names[0]]
+
+
+def _reproduced(
+    one: Experiment,
+    device: str | None,
+    asked: Mapping[str, Any],
+    folder: Path | None,
+    resume: bool,
+    threads: int | None,
+    progress: Progress | None,
+) -> Reproduction:
+    """An experiment with options of its own."""
+    if device is not None and one.experiment != "millipede":
+        _check_points(one.experiment, device)
+    chosen, rows = device or one.device, asked.get("rows")
     if one.experiment == "cantilever":
         from tarsus_reproduce.cantilever import reproduce_cantilever
 
@@ -123,16 +130,30 @@ def reproduce(
 
         return reproduce_millipede(
             chosen,
-            interpretations=readings,
-            seed=1 if seed is None else seed,
-            folder=None if folder is None else Path(folder),
+            interpretations=asked.get("readings", 0),
+            seed=asked.get("seed", 1),
+            folder=folder,
+            resume=resume,
             threads=threads,
             progress=progress,
         )
     from tarsus_reproduce.robot_tables import reproduce_robot
     from tarsus_reproduce.robots import SEEDS
 
-    return reproduce_robot(one.experiment, chosen, rows, seeds=seeds or SEEDS, progress=progress)
+    return reproduce_robot(one.experiment, chosen, rows, seeds=asked.get("seeds", SEEDS), progress=progress)
+
+
+def _together(experiment: Sequence[str], all: bool, nowhere: bool, asked: Iterable[str]) -> list[str]:
+    """What is wrong with the words together; asked: options that are given with several experiments."""
+    found = []
+    if all and experiment:
+        found.append(f"--all makes every page: leave '{experiment[0]}' out")
+    if not (all or experiment):
+        found.append(f"name an experiment ({', '.join(experiments())}), or give --all")
+    if nowhere and (all or len(set(experiment)) > 1):
+        found.append("pages of several experiments need a folder: give it with -o")
+    alone = [option for option in asked if option in ("device", "rows")]
+    return found + [f"--{option} belongs to one experiment: not with several" for option in alone]
 
 
 def _problems(experiment: str, asked: Mapping[str, Any]) -> list[str]:
@@ -140,7 +161,7 @@ def _problems(experiment: str, asked: Mapping[str, Any]) -> list[str]:
     found = [
         f"{option}: is of {' and '.join(EXPERIMENTS_OF[option])}, not of {experiment}"
         for option in asked
-        if experiment not in EXPERIMENTS_OF[option]
+        if experiment not in EXPERIMENTS_OF.get(option, (experiment,))
     ]
     if not found and "seed" in asked and "readings" not in asked:
         found.append("seed: is the seed of readings, which are not given")
@@ -148,13 +169,12 @@ def _problems(experiment: str, asked: Mapping[str, Any]) -> list[str]:
     return found + [f"{option}: expected a number from 1 to {MOST[option]}, got {asked[option]}" for option in wrong]
 
 
-def _lacking(experiment: str, device: str) -> list[str]:
-    """What a device lacks for being compared with an experiment: the points that were looked at there."""
+def _check_points(experiment: str, device: str) -> None:
+    """Raise InputError where a device lacks points that were looked at in an experiment."""
     own, other = (load_scene(one).robot.structure.points for one in (experiment, device))
     missing = [point for point in own if point not in other]
-    if not missing:
-        return []
-    return [
-        f"device: '{device}' has no point {', '.join(map(repr, missing))}, which `reproduce {experiment}` looks at: "
-        "it is no device of this experiment"
-    ]
+    if missing:
+        raise InputError(
+            f"device: '{device}' has no point {', '.join(map(repr, missing))}, which `reproduce {experiment}` looks "
+            "at: it is no device of this experiment"
+        )

@@ -34,9 +34,7 @@ OF_THE_LINE = {
 OTHERWISE = {
     "design gait --limit": {"limits"},
     "simulate --starts": set(),  # what `tarsus.attractors` finds, shown beside the run
-    "reproduce --all": {"name"},
     "validate --all": {"name"},
-    "reproduce --resume": {"folder"},
 }
 """An option that the function takes as several arguments."""
 

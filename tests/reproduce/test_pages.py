@@ -17,9 +17,10 @@ from tarsus_reproduce.ensembles import packaged_errors
 from tarsus_reproduce.index import index_html
 from tarsus_reproduce.millipede import judge_scene
 from tarsus_reproduce.millipede_tables import millipede_reproduction
+from tarsus_reproduce.packaged import experiments
 from tarsus_reproduce.reproduction import FigureCall, NumberRow, Reproduction, numbers_table
 from tarsus_reproduce.robot_tables import reproduce_robot
-from tarsus_reproduce.verb import experiments, reproduce
+from tarsus_reproduce.verb import reproduce
 
 
 @pytest.fixture(scope="module")
