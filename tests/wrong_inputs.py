@@ -5,7 +5,7 @@ No other test of a room looks at the words of an `InputError`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ import tarsus as ts
 
 Ask = Callable[[Path], object]
 """What goes wrong; it is given an empty folder."""
-Said = str | tuple[str, ...]
+Said = str | Sequence[str]
 """Parts of what is said, of one sentence or of several."""
 
 

@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from example_laws import EXAMPLES, OWN
-from scene_files import scene
-from tarsus.files.toml import parse_scene, scene_text
-from tarsus.model.laws import AdhesionLaw, DampingLaw, FrictionLaw, ImpactLaw, Law, SmoothLaw
+from example_laws import EXAMPLES
+from tarsus.model.laws import AdhesionLaw, DampingLaw, FrictionLaw, ImpactLaw, Law, SmoothLaw, registry
 from tarsus.solve.motion import law_value as value
 
 GAPS = np.concatenate([[0.0], np.geomspace(1e-12, 1e-2, 60)])
@@ -47,6 +45,12 @@ def test_passive_where_its_protocol_says_so(law):
         assert np.all(values * rates <= 0.0)
 
 
+@pytest.mark.parametrize("law", registry.built_in().values(), ids=lambda law: law.name())
+def test_it_says_what_it_is(law):
+    assert law.__doc__ and all(field.description for field in law.model_fields.values() if field.is_required())
+    assert law.function() is None or law.function().__doc__
+
+
 MEMORIES = [law for law in EXAMPLES if isinstance(law, AdhesionLaw) and law.remaining is not None]
 
 
@@ -66,20 +70,6 @@ def test_what_remains_does_not_depend_on_how_the_time_is_cut(law):
             [left(age, 2e-3 + away) for away in times], rel=1e-9, abs=1e-300
         )
         assert value(law, age, times, hook="remaining") == pytest.approx(rows, rel=1e-13, abs=1e-300)
-
-
-@pytest.mark.parametrize("law", EXAMPLES, ids=lambda law: law.name())
-def test_toml_round_trip(law):
-    slots = {"film", "electrostatic", "leg_electrostatic", "adhesion", "restitution"}
-    base = scene("sticky_feet" if law.needs_electrode else "damped_chain")
-    if isinstance(law, FrictionLaw):
-        walker = ts.load_scene("millipede").model_copy(update={"provenance": {}})  # of other friction
-        written = ts.with_values(walker, {"ground.friction": law})
-    elif law.name() in slots:
-        written = ts.with_values(base, {f"ground.{law.name()}": law})
-    else:
-        written = ts.with_values(base, {"ground.laws": {law.name(): law}})
-    assert parse_scene(scene_text(written), laws=OWN) == written
 
 
 def same_events(one: ts.Run, other: ts.Run) -> None:

@@ -7,7 +7,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import tarsus as ts
-from scene_files import SCENES
 from tarsus.base.events import EventKind
 from tarsus.core.arrays import DAMPING, ENERGIES, FILM, SMOOTH, WORK
 from tarsus.model.drive.waveforms.sine import Sine
@@ -99,27 +98,6 @@ def test_energy_balance_over_fifty_thousand_oscillations() -> None:
     terms = run.ledger
     assert run.ok and abs(terms.residual) < 1e-9 * max(terms.damping, 0.5 * MASS @ START[2:] ** 2)
     assert terms.damping > 0.4 * MASS[1] * START[3] ** 2
-
-
-def test_laws_that_act_together_share_their_work() -> None:
-    """A film and an attraction in two laws of 1/4 and 3/4 each: their shares are just that."""
-    own = ts.load_laws(SCENES / "squeeze.py")
-    together = ts.Ground(
-        restitution=ts.Restitution(coefficient=0.4),
-        film=ts.Film(coefficient=5e-22, thickness=5e-6),
-        electrostatic=ts.Electrostatic(coefficient=1e-20, offset=2e-6),
-        laws={
-            "rest_film": own["own_film"](coefficient=1.5e-21, thickness=5e-6),
-            "rest_attraction": own["own_electrostatic"](coefficient=3e-20, offset=2e-6),
-        },
-    )
-    scene = ts.load_scene("cantilever", volts=8, hz=50, wave="sine")
-    run = ts.simulate(scene.model_copy(update={"ground": together}), "45 ms")
-    assert run.motion.log.energies.shape == (ENERGIES + 2,) and len(run.events) > 20
-    works = run.at(np.linspace(0.0, 0.045, 200)).works
-    for part, rest in (("film", "rest_film"), ("electrostatic", "rest_attraction")):
-        np.testing.assert_allclose(works[rest], 3.0 * works[part], rtol=0, atol=4e-10 * np.abs(works[rest]).max())
-        assert run.ledger.laws[rest] == pytest.approx(3.0 * run.ledger.laws[part], rel=1e-9)
 
 
 def test_samples_at_an_event_are_those_after_it_and_late_ones_those_of_the_end() -> None:

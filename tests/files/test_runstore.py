@@ -123,11 +123,20 @@ def test_another_version_is_refused_with_both_nodes(tmp_path, monkeypatch):
         opened(tmp_path, resume=True)
 
 
-def test_a_store_of_an_earlier_layout_says_what_it_needs(tmp_path):
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"format": 2', '"format": 1', r"written by an earlier version of tarsus .* continue with that"),
+        ('"units": 3', '"units": -3', "holds no whole plan of a sweep: -3 units"),
+        ("}", "", "no whole plan"),
+    ],
+    ids=["an earlier layout", "impossible numbers", "broken"],
+)
+def test_a_plan_that_is_none_is_refused(tmp_path, old, new, said):
     opened(tmp_path)
     plan = tmp_path / PLAN_FILE
-    plan.write_text(plan.read_text(encoding="utf-8").replace('"format": 2', '"format": 1'), encoding="utf-8")
-    with pytest.raises(InputError, match=r"written by an earlier version of tarsus .* continue with that"):
+    plan.write_text(plan.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
+    with pytest.raises(InputError, match=said):
         opened(tmp_path, resume=True)
 
 
@@ -198,13 +207,6 @@ def test_a_start_that_was_killed_before_its_plan_was_whole_is_resumed(tmp_path):
     assert (tmp_path / "scene.toml").read_text(encoding="utf-8") == TEXTS["scene.toml"]
 
 
-def test_a_broken_plan_is_refused(tmp_path):
-    opened(tmp_path)
-    (tmp_path / PLAN_FILE).write_text("{", encoding="utf-8")
-    with pytest.raises(InputError, match="no whole plan"):
-        opened(tmp_path, resume=True)
-
-
 def test_no_byte_of_a_unit_can_be_damaged_unseen(tmp_path):
     store = replace(opened(tmp_path), digest="d")  # short: every byte is a reading
     right = {"code": arrays(1)["code"]}
@@ -252,14 +254,6 @@ RunStore(Path(sys.argv[1]), sys.argv[3], 3, 1).write(1, {"code": np.zeros(2, np.
     again = subprocess.run([*words, "live", store.digest], capture_output=True, text=True)
     assert again.returncode == 0, again.stderr
     assert store.pending() == [2]
-
-
-def test_a_plan_of_impossible_numbers_is_refused(tmp_path):
-    opened(tmp_path)
-    plan = tmp_path / PLAN_FILE
-    plan.write_text(plan.read_text(encoding="utf-8").replace('"units": 3', '"units": -3'), encoding="utf-8")
-    with pytest.raises(InputError, match="holds no whole plan of a sweep: -3 units"):
-        opened(tmp_path, resume=True)
 
 
 def waves(points):

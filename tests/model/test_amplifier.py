@@ -23,7 +23,7 @@ from tarsus.model.drive.lower import evaluate, lower
 from tarsus.model.drive.output import Stage, amplified
 from tarsus.model.drive.parts import IDENTITY, to_pieces, whole_parts
 from tarsus.model.drive.signal import Signal
-from tarsus.model.drive.waveforms import Constant, OnOff, Ramp, RampedSquare, Sine, Square, SweptSine
+from tarsus.model.drive.waveforms import Constant, OnOff, RampedSquare, Sine, Square, SweptSine
 from tarsus.model.robot import Drive
 
 Floats = NDArray[np.float64]
@@ -82,16 +82,6 @@ def test_a_lagged_sine_is_its_transient_and_its_steady_state() -> None:
     start = 1.0 - 3.0 * gain * math.sin(phase)
     wanted = 1.0 + 3.0 * gain * np.sin(w * t - phase) - start * np.exp(-t / lag)
     np.testing.assert_allclose(given(signal, t), wanted, rtol=0, atol=4e-12)
-
-
-def test_a_lagged_ramp() -> None:
-    lag = 1.0 / (2.0 * math.pi * 100.0)
-    signal = Amplifier(bandwidth=100.0).output(Ramp(stop=10.0, duration=0.01))
-    t = np.linspace(0.0, 0.03, 3001)
-    rising = 1e3 * (t + lag * np.expm1(-t / lag))
-    end = 1e3 * (0.01 + lag * math.expm1(-0.01 / lag))
-    wanted = np.where(t < 0.01, rising, 10.0 - (10.0 - end) * np.exp(-(t - 0.01) / lag))
-    np.testing.assert_allclose(given(signal, t), wanted, rtol=0, atol=1e-11)
 
 
 def test_a_large_step_slews_until_the_error_is_the_rate_times_the_lag() -> None:

@@ -9,9 +9,7 @@ import pytest
 
 import tarsus as ts
 from model.test_drive_lower import check_shape
-from tarsus.base.errors import InputError
-from tarsus.base.spec import with_values
-from tarsus.files.toml import parse_scene, scene_text
+from tarsus.files.toml import parse_scene
 from tarsus.model.drive.laws import Creeping, PrandtlIshlinskii, fit_rates
 from tarsus.model.drive.lower import evaluate, lower
 from tarsus.model.drive.waveforms import Constant, Sampled, Sine, Square
@@ -174,29 +172,6 @@ def test_loops_at_several_rates_tell_the_elements() -> None:
     np.testing.assert_allclose(near.weights, law.weights, rtol=0.06, atol=2e-8)
 
 
-def robot(**law: float) -> ts.Scene:
-    """A mass on a spring above the ground, pushed by a creeping actuator."""
-    changed = with_values(LAW, {"times.3": 0.2, **law})
-    return ts.Scene(
-        name="creeping",
-        robot=ts.Robot(
-            structure=ts.Lumped(coordinates=("tip",), mass=((1e-6,),), stiffness=((1.0,),), damping=((1e-5,),)),
-            drives={"piezo": ts.Drive(load=ts.PointLoad(weights={"tip": 1.0}), law=changed)},
-            feet={"tip": ts.Foot(point="tip", gap=3e-6)},
-        ),
-        ground=ts.Ground(restitution=ts.Restitution(coefficient=0.5)),
-        signals={"piezo": ts.Sine(amplitude=5.0, frequency=40.0)},
-        duration=0.1,
-    )
-
-
-def test_a_robot_driven_by_it_keeps_its_account_and_its_file() -> None:
-    scene = robot()
-    run = ts.simulate(scene)
-    assert run.ok and run.ledger.closure < 1e-10 and len(run.events) > 20
-    assert parse_scene(scene_text(scene)) == scene
-
-
 @pytest.mark.parametrize(
     "wave", [Constant(level=5.0), Sine(amplitude=6.0, frequency=40.0), Square(amplitude=5.0, frequency=30.0)]
 )
@@ -214,21 +189,3 @@ def test_what_lags_can_be_taken_up_at_any_moment(wave, seconds):
     assert evaluate(before, np.array([seconds]))[0] == pytest.approx(now, rel=1e-7)
     forever = evaluate(held, np.array([1e4]))[0]
     assert forever == pytest.approx(LAW.force([last], past)[0], rel=1e-6)
-
-
-def test_numbers_of_a_law_that_creeps_are_those_of_all_robots() -> None:
-    path = "robot.drives.piezo.law.temperature"
-    with pytest.raises(InputError, match="has the same numbers in all robots"):
-        ts.Session(robot(), robots=2, vary={path: [290.0, 300.0]}).reset()
-
-
-def test_a_step_has_derivatives_by_its_start_and_by_the_command_of_a_creeping_drive() -> None:
-    session = ts.Session(robot())
-    session.reset()
-    session.step({"piezo": 3.0}, "1 ms")
-    others = [session.fork() for _ in range(2)]
-    _, slopes = session.step({"piezo": 4.0}, "1 ms", gradients=[])
-    assert np.isfinite(slopes.by_state).all()
-    ends = [one.step({"piezo": volts}, "1 ms") for one, volts in zip(others, (3.999, 4.001), strict=True)]
-    wanted = (np.concatenate([ends[1].x, ends[1].v]) - np.concatenate([ends[0].x, ends[0].v])) / 2e-3
-    np.testing.assert_allclose(slopes.by("drive.piezo"), wanted, atol=1e-6 * np.abs(wanted).max())

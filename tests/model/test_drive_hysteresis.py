@@ -10,8 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drive_cases import FALLING, PRINTED, RISING
-from tarsus.base.spec import validate, with_values
-from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii, fit_branches
 from tarsus.model.drive.plays import play_states
 
@@ -39,12 +37,6 @@ def play_by_play(sequence: list[float], threshold: float, state: float = 0.0) ->
     return states
 
 
-@given(sequence=sequences, threshold=st.floats(0.0, 8.0))
-def test_scan_is_the_recursion(sequence: list[float], threshold: float) -> None:
-    got = play_states(np.array(sequence), np.array([threshold]), np.zeros(1))[:, 0]
-    assert got.tolist() == play_by_play(sequence, threshold)
-
-
 @pytest.mark.parametrize("digits", [2, 12])
 def test_long_runs_between_turns_are_the_recursion(digits: int) -> None:
     """Smooth volts, and the same rounded, which rest between moves."""
@@ -62,14 +54,6 @@ def test_force_is_polynomial_plus_plays(sequence: list[float], history: list[flo
     for r, w in zip(law.thresholds, law.weights, strict=True):
         wanted += w * np.array(play_by_play([*history, *sequence], r)[len(history) :])
     np.testing.assert_allclose(law.force(sequence, history), wanted, rtol=0, atol=1e-12)
-
-
-def test_history_sets_the_plays() -> None:
-    law = PrandtlIshlinskii(linear=0.0, thresholds=(1.0, 4.0), weights=(1.0, 10.0))
-    assert law.states([0.0]).tolist() == [[0.0, 0.0]]
-    assert law.states([0.0], history=[10.0, 0.0]).tolist() == [[1.0, 4.0]]
-    assert law.states([0.0], history=[10.0, -6.0, 0.0]).tolist() == [[-1.0, -2.0]]
-    assert law.force([0.0], history=[10.0, 0.0]).tolist() == [41.0]
 
 
 @given(sequence=st.lists(st.floats(-8.0, 8.0), min_size=1, max_size=12), history=st.lists(volts, max_size=3))
@@ -160,16 +144,3 @@ def test_two_branch_takes_the_last_change() -> None:
     branches = [RISING, RISING, FALLING, FALLING, RISING, RISING, FALLING]
     wanted = [float(b(v)) for b, v in zip(branches, sequence, strict=True)]
     assert PRINTED.force(sequence).tolist() == wanted
-
-
-def test_linear_force() -> None:
-    assert LinearForce(gain=2.0, offset=1.0).force([0.0, 3.0]).tolist() == [1.0, 7.0]
-    assert not LinearForce(gain=2.0).has_memory
-
-
-def test_laws_are_addressable() -> None:
-    law = validate(PrandtlIshlinskii, {"linear": "1 uN/V", "thresholds": ["2 V"], "weights": ["0.5 uN/V"]})
-    assert law.linear == 1e-6
-    assert with_values(law, {"weights.0": "3 uN/V"}).weights == (3e-6,)
-    assert with_values(PRINTED, {"rising.cubic": 0.0}).rising.cubic == 0.0
-    assert PRINTED.rising.coefficients().tolist() == [1.4796e-6, -0.7057e-6, -0.0255e-6, 0.0016e-6]

@@ -167,13 +167,6 @@ def test_square_on_the_printed_branches() -> None:
     assert first == [float(FALLING(8.0)), float(RISING(8.0))]  # down from 10 V at first
 
 
-def test_operator_is_continuous_where_the_printed_branches_jump() -> None:
-    force, _ = lower(Sine(amplitude=6.0, frequency=50.0), LAWS["plays"], [10.0, 0.0])
-    ends, begins = force.coef.sum(axis=1), force.coef @ (-1.0) ** np.arange(12)
-    assert np.abs(ends[:-1] - begins[1:]).max() <= 1e-12 * np.ptp(begins)
-    assert abs(ends[-1] - begins[force.loop]) <= 1e-12 * np.ptp(begins)
-
-
 @example([1e-12], [], 1.0, 0.0, 0.0, 1.0, [6.8e-178])  # a sliver of a piece
 @example([0.0], [], 1.0, 0.0, 0.0, 0.9999999999999999, [0.0])  # a plateau shorter than rounding
 @example([5.0], [9.0], 0.015625, 0.0, 0.0, 1.0, [1.0])  # a small swing on a large force

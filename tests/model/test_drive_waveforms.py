@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pydantic import TypeAdapter
 
 from drive_cases import WAVEFORMS
 from tarsus.base.errors import InputError
-from tarsus.base.spec import float_paths, get_value, validate, with_values
+from tarsus.base.spec import validate
 from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.lower import evaluate, lower
-from tarsus.model.drive.waveforms import RampedSquare, Sampled, Sine, Square, Waveform
+from tarsus.model.drive.waveforms import RampedSquare, Sampled, Sine, Square
 from tarsus.model.drive.waveforms.sampled import Interpolation
 
 
@@ -76,15 +75,6 @@ def test_phase_on_an_edge_leaves_no_sliver() -> None:
         wave = Square(amplitude=1.0, frequency=3.0, duty=duty, phase=2.0 * math.pi * duty)
         track = wave.track()
         assert track.first.tolist() == [-1.0, 1.0]
-
-
-def test_sine_needs_four_smooth_pieces() -> None:
-    force, volts = lower(Sine(amplitude=8.0, frequency=50.0), LinearForce(gain=2.0, offset=1.0))
-    assert volts.count == 4
-    assert not volts.kink.any()
-    assert force.count == 4
-    t = np.linspace(0.0, 0.04, 999)
-    np.testing.assert_allclose(evaluate(force, t), 1.0 + 16.0 * np.sin(2 * np.pi * 50.0 * t), rtol=0, atol=2e-11)
 
 
 def test_constant_stretches_have_no_higher_terms() -> None:
@@ -149,36 +139,23 @@ SAMPLES = {
     "bare.csv": "0,1\n0.1,-2\n0.25,3.5\n",
     "comment.csv": "# a comment\nt [s]; V\n0;1\n0.1;-2\n\n0.25;3.5\n",
     "units.csv": "time (ms),drive (mV)\n0,1000\n100,-2000\n250,3500\n",
-    "decimal commas.csv": "Zeit;Kanal A\n(ms);(mV)\n\n0,0;1000,0\n100,0;-2000,0\n250,0;3500,0\n",
-    "quotes.csv": '"Time, s","Drive, V"\n"0,00","1,0"\n"0,10","-2,0"\n"0,25","3,5"\n',
     "beside others.txt": "tip (mm/s)\tdrive (V)\tt (s)\n9\t1\t0\n9\t-2\t0.1\n9\t3.5\t0.25\n",
-    "utf-16.csv": "time (s),drive (V)\n0,1\n0.1,-2\n0.25,3.5\n",
     "late.csv": "time (s),drive (V)\n5,1\n5.1,-2\n5.25,3.5\n",
     "before a trigger.csv": "time (s),drive (V)\n-0.1,1\n0,-2\n0.15,3.5\n",
 }
 
 
-@pytest.mark.parametrize("name", [*SAMPLES, "named.csv", "record.npz", "record.mat", "record.h5"])
+@pytest.mark.parametrize("name", [*SAMPLES, "named.csv", "record.npz"])
 def test_samples_from_a_file(tmp_path: Path, name: str) -> None:
     times, levels = np.array([0.0, 0.1, 0.25]), np.array([1.0, -2.0, 3.5])
     file, columns = tmp_path / name, {}
     if name in SAMPLES:
-        file.write_text(SAMPLES[name], encoding="utf-16" if "16" in name else "utf-8")
+        file.write_text(SAMPLES[name], encoding="utf-8")
     elif name == "named.csv":
         file.write_text("probe,clock,drive\n9,0,1\n9,0.1,-2\n9,0.25,3.5\n")
         columns = {"time_column": "clock", "value_column": "drive"}
-    elif name == "record.npz":
-        np.savez(file, time=times, volts=levels)
-    elif name == "record.h5":
-        import h5py
-
-        with h5py.File(file, "w") as stored:
-            stored.create_dataset("time", data=1e3 * times).attrs["units"] = "ms"
-            stored.create_dataset("drive", data=1e3 * levels).attrs["units"] = "mV"
     else:
-        from scipy.io import savemat
-
-        savemat(file, {"time": times, "volts": levels})
+        np.savez(file, time=times, volts=levels)
     raw = {"kind": "sampled", "file": file.name, **columns}
     wave = validate(Sampled, raw, context={"folder": tmp_path})
     got_times, got_levels = wave.samples()
@@ -210,13 +187,3 @@ def test_a_changed_file_is_read_again(tmp_path: Path) -> None:
     file.write_text("0,5\n1,6\n")
     os.utime(file, ns=(1, 1))
     assert wave.samples()[1].tolist() == [5.0, 6.0]
-
-
-def test_addressable_and_round_trip() -> None:
-    adapter = TypeAdapter(Waveform)
-    for waveform in WAVEFORMS.values():
-        assert adapter.validate_python(waveform.model_dump(mode="json")) == waveform
-    wave = WAVEFORMS["on-off"]
-    assert float_paths(wave)["durations.1"].unit == "s"
-    assert get_value(with_values(wave, {"levels.0": "12 V"}), "levels.0") == 12.0
-    assert Sine(amplitude="8 V", frequency="0.05 kHz") == WAVEFORMS["sine"]  # type: ignore[arg-type]

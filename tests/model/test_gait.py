@@ -74,11 +74,6 @@ def test_alternating_groups_of_legs_that_share_a_drive() -> None:
     assert np.all(np.roll(on["up"], 60) == on["along"])
 
 
-def test_two_legs_on_a_line_alternate() -> None:
-    layout = Layout({"a": (0.0, 0.0), "b": (0.0, 0.0)}, {"a": Reach(("a",)), "b": Reach(("b",))})
-    assert Alternating(**COMMON).delays(layout) == {"a": 0.0, "b": 0.5}
-
-
 def test_tripod_has_three_feet_high_at_any_time() -> None:
     on = high(Tripod(**COMMON), rows(3, 3))
     assert np.all(sum(row.astype(int) for row in on.values()) == 3)

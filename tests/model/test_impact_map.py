@@ -134,13 +134,6 @@ def test_simultaneous_impacts_of_many_feet_make_no_energy(chosen):
     assert np.all(run.events["energy"] >= -1e-12 * run.events["energy"].max())
 
 
-def test_given_columns_round_trip():
-    base = hexapod(signal=ts.Square(amplitude=10.0, frequency=30.0), impact=printed_map())
-    from tarsus.files.toml import parse_scene, scene_text
-
-    assert parse_scene(scene_text(base)) == base
-
-
 def test_a_leg_level_with_the_ground():
     # Leg electrostatics against its integral over the leg, and its limit of a stiff hip
     law = ts.laws.LegElectrostatic(coefficient=2e-20, offset=3e-6, rest=1e-5)

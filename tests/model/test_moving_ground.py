@@ -13,7 +13,6 @@ import tarsus as ts
 from scene_files import scene
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import validate
-from tarsus.export.subject import Subject
 from tarsus.files.toml import parse_scene, scene_text
 from tarsus.model.motion import GroundMotion, GroundShift
 from tarsus.plan.lowering import lower_scene
@@ -30,32 +29,6 @@ TABLE = {"normal": {"displacement": SINE}}
 def moving(name: str, motion: dict[str, Any], **values: Any) -> ts.Scene:
     made = ts.load_scene(name) if name in ("millipede", "hexapod") else scene(name)
     return ts.with_values(made, {"ground.motion": motion, **values})
-
-
-RAMP = {"kind": "ramp", "stop": 1e-3, "duration": 1.0}
-
-
-def test_a_corner_after_the_scene_is_refused_by_a_longer_run() -> None:
-    """A ramp that ends with the scene is one speed for it, and a blow within a run that goes on."""
-    belt = moving("ball", {"normal": {"displacement": RAMP | {"duration": 4.0}}})
-    assert ts.simulate(belt).ok
-    with pytest.raises(ts.InputError, match="would jump at 4 s"):
-        ts.simulate(belt, 5.0)
-    path = "ground.motion.normal.displacement.duration"
-    with pytest.raises(ts.InputError, match="would jump at 3 s"):
-        ts.simulate_batch(belt, {path: [4.0, 3.0]})
-
-
-@pytest.mark.parametrize("use", ["export", "soft landing", "campaign"])
-def test_what_knows_no_moving_ground_says_so(use: str, tmp_path: Path) -> None:
-    shaken = ts.with_values(ts.load_scene("cantilever"), {"ground.motion": TABLE})
-    uses = {
-        "export": lambda: Subject.of(shaken, 1e-3),
-        "soft landing": lambda: ts.design.landing(shaken, foot="tip", levels=(0.0, 8.0)),
-        "campaign": lambda: ts.synthesize(shaken, output=tmp_path),
-    }
-    with pytest.raises(ts.InputError, match=r"ground\.motion: .* on ground that stays"):
-        uses[use]()
 
 
 def test_ground_that_stays_costs_nothing() -> None:

@@ -11,7 +11,6 @@ import pytest
 import xarray
 
 import tarsus as ts
-from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
 from tarsus.base.spec import validate, with_values
 from tarsus.files.library import load_scene
@@ -19,8 +18,7 @@ from tarsus.model.ground import Ground
 from tarsus.model.profile import Profile, gaps_above, heights_of, line_between
 from tarsus.model.scene import Scene
 from tarsus.orbits.starts import Box
-from tarsus.plan.lowering import Kind, lower_scene, slot
-from tarsus.solve.packet import packet_of
+from tarsus.plan.lowering import lower_scene, slot
 from tarsus.solve.session import Session
 from tarsus.study.sweeping import run_sweep
 from walking_scenes import sticky, trotter
@@ -94,22 +92,6 @@ def test_random_ground_may_grow_along_the_way() -> None:
     assert level.repeats and not growing.repeats
 
 
-def test_numbers_of_a_shape_are_slots() -> None:
-    """A batch over heights, spacing and patches is what its runs are alone, and shares one plan."""
-    scene = uneven(**LOW, friction=[1.0, 0.5])
-    for path in ("ground.profile.rise", "ground.profile.tread", "ground.profile.friction.1"):
-        place = slot(scene, path)
-        assert place is not None and place.kind is Kind.PROFILE
-    vary = {"ground.profile.rise": [1e-7, 2e-7], "ground.profile.friction.1": [0.5, 0.0]}
-    batch = ts.simulate_batch(scene, vary, "5 ms")
-    assert batch.done.all()
-    for i in range(2):
-        alone = ts.simulate(
-            with_values(scene, {path: values[i] for path, values in vary.items()}), "5 ms", batch.accuracy
-        )
-        assert alone.events.tolist() == batch.run(i).events.tolist()
-
-
 def test_random_grounds_are_drawn(tmp_path: Path) -> None:
     """A seed is data as the heights are: each run of a batch or of a sweep walks on its own ground."""
     rough = {"kind": "random", "seed": 0, "rms": 1e-8, "correlation_length": 1e-4, "spacing": 2e-5, "facets": 64}
@@ -124,13 +106,6 @@ def test_random_grounds_are_drawn(tmp_path: Path) -> None:
     assert done.failed == 0
     found = xarray.load_dataset(done.file)["mean_speed"].values
     assert found[0, 0] == found[1, 0] != found[0, 1] != found[1, 1]
-
-
-def test_who_does_not_know_uneven_ground_says_so(tmp_path: Path) -> None:
-    scene = uneven()
-    for ask in (lambda: packet_of(scene, 1e-3), lambda: ts.export(scene, to="matlab", output=tmp_path)):
-        with pytest.raises(InputError, match=r"ground\.profile: .* on level ground alone"):
-            ask()
 
 
 def test_robots_are_put_down_onto_the_ground_that_each_has() -> None:

@@ -46,13 +46,6 @@ def refusals(it: ts.Scene, **how: bool) -> list[str]:
     return caught.value.problems
 
 
-def test_a_body_on_equal_legs_sags_straight_down():
-    it = standing(scene(corners(), TURNS, gap="2 um"))
-    np.testing.assert_allclose(it.initial.displacement[:4], [0.0, -2e-6 - WEIGHT / (4 * K), 0.0, 0.0], atol=1e-18)
-    np.testing.assert_array_equal(it.initial.displacement[5::2], [-2e-6] * 4)
-    assert it.origin("initial.displacement").note == "Static equilibrium on all feet at 0 V."
-
-
 def test_forces_balance_on_uneven_legs():
     whole = many_legs(scatter=0.3, dead=("L4", "R9"), seed=2)
     it = standing(whole)
@@ -138,9 +131,3 @@ def test_a_scene_that_starts_standing_does_so_for_every_payload():
     batch = ts.simulate_batch(starts, {"robot.structure.body.mass": [0.5e-6, 2e-6]}, 1e-3)
     heaves = [batch.run(i).marks["body"][0, 1] for i in range(2)]
     assert heaves == pytest.approx([-mass * G / (2 * K) for mass in (0.5e-6, 2e-6)], rel=1e-12)
-
-
-def test_a_standing_start_survives_its_file():
-    it = scene(PAIR)
-    round_trip = parse_scene(scene_text(ts.with_values(it, {"initial.standing": {"driven": True}})))
-    assert round_trip.initial.standing.driven

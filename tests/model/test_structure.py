@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from effort import calls
-from tarsus.base.errors import InputError
 from tarsus.model.structure import Beam, Lumped, Modal
 
 TWO = {"coordinates": ["tip", "base"], "mass": ["1 mg", "2 mg"], "stiffness": [[2.0, -2.0], [-2.0, 5.0]]}
@@ -43,16 +42,6 @@ def test_modal_matrices() -> None:
     np.testing.assert_array_equal(modal.vertical(), [1.0, 0.0, 0.0])
     with pytest.raises(KeyError):
         modal.row("hand")
-
-
-def test_modal_lengths_are_reported_together() -> None:
-    with pytest.raises(InputError) as caught:
-        Modal(frequencies=[1.0, 2.0], damping_ratios=[0.1], modal_masses=[1.0] * 3, shapes={"a": [1.0]})
-    assert caught.value.problems == [
-        "Modal.damping_ratios: expected 2 values, one a mode, got 1",
-        "Modal.modal_masses: expected 2 values, one a mode, got 3",
-        "Modal.shapes.a: expected 2 values, one a mode, got 1",
-    ]
 
 
 def test_lumped_lists_are_diagonals() -> None:

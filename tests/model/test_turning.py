@@ -2,62 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.base.errors import InputError
 from tarsus.measure.path import path_of
-from tarsus.model.structure import Payload, Walker
+from tarsus.model.structure import Walker
 from turning_scenes import across, turning_walk
 from walking_scenes import trotter
 
 HEXAPOD = ts.load_scene("turning-hexapod")
-TIP = {"mass": 1e-7, "stiffness_v": 1.0, "damping_v": 0.0, "stiffness_l": 1.0, "damping_l": 0.0}
-BAG = Payload(mass=1e-4, stiffness_v=40.0, damping_v=0.01, stiffness_l=60.0, damping_l=0.01)
-
-
-@pytest.mark.parametrize(
-    "ask",
-    [
-        lambda scene: ts.periodic(scene),
-        lambda scene: ts.export(scene, to="c", output="nowhere"),
-        pytest.param(lambda scene: ts.explore(scene, "nowhere.html"), marks=pytest.mark.slow),
-    ],
-    ids=["orbit", "export", "page"],
-)
-def test_what_knows_one_plane_refuses_three_directions(ask: Callable[[ts.Scene], object]) -> None:
-    with pytest.raises(InputError, match="legs that move upward and along the way alone"):
-        ask(ts.with_values(HEXAPOD, {"duration": 0.01}))
-
-
-def test_runs_of_a_batch_are_those_of_one() -> None:
-    varied = {"gait.turn": [0.0, 1.0], "robot.structure.legs.LF.stiffness_t": [9.5, 20.0]}
-    rates = ts.simulate_batch(HEXAPOD, varied, 0.2).measure("turn_rate")
-    for i, rate in enumerate(rates):
-        one = ts.simulate(ts.with_values(HEXAPOD, {path: values[i] for path, values in varied.items()}), 0.2)
-        assert one.measures["turn_rate"].value == pytest.approx(rate, abs=1e-8)
-
-
-def test_a_session_walks_as_a_run_does() -> None:
-    """Told nothing new, step by step, in places along and across, and with the same heading; without derivatives."""
-    scene = ts.with_values(HEXAPOD, {"duration": 0.02})
-    run, session = ts.simulate(scene), ts.Session(scene)
-    session.reset()
-    for _ in range(5):
-        state = session.step(dt="4 ms")
-    end = run.at(np.array([0.02])).body
-    assert end is not None
-    ends = dict(zip(walker_of(scene).body_coordinates, end[:, 0], strict=True))
-    assert abs(ends["yaw"]) > 1e-3
-    for name in ("surge", "sway", "yaw"):
-        assert state.body[name] == pytest.approx(ends[name], rel=1e-6, abs=1e-10)
-    path = "robot.structure.legs.LF.stiffness_v"
-    _, slopes = session.step(dt="1 ms", gradients=[path])
-    assert np.isfinite(slopes.by_state).all() and slopes.by(path).any()
 
 
 def walker_of(scene: ts.Scene) -> Walker:
@@ -74,22 +30,6 @@ def test_samples_end_where_the_run_does() -> None:
     assert series.foot_y == pytest.approx(np.stack([walker.row(f"{leg}_y") @ series.state.x for leg in walker.legs]))
 
 
-def test_friction_is_against_the_slip_and_in_its_disk() -> None:
-    """mu (N + f_a) against the velocity of a foot that slides; under one that sticks no more than that."""
-    run = ts.simulate(turning_walk(7), 0.01)
-    series = run.at(np.linspace(0.0, 0.01, 400))
-    most = 0.3 * np.maximum(series.contact + series.strength, 0.0)
-    walker = walker_of(run.scene)
-    assert series.friction is not None and series.friction_across is not None and series.slipping is not None
-    friction = np.stack([series.friction, series.friction_across])
-    velocity = np.array([[walker.row(f"{leg}_{d}") @ series.state.v for leg in walker.legs] for d in "xy"])
-    size, speed, slides = np.hypot(*friction), np.hypot(*velocity), series.slipping
-    assert slides.any() and np.all(size <= most * (1.0 + 1e-9) + 1e-13)
-    assert size[slides] == pytest.approx(most[slides], rel=1e-9)
-    against = -(friction * velocity).sum(axis=0)
-    assert against[slides] == pytest.approx((size * speed)[slides], rel=1e-9)
-
-
 def test_strides_are_shorter_on_the_inside_of_a_turn() -> None:
     waves: dict[float, Any] = {
         turn: ts.with_values(HEXAPOD, {"gait.turn": turn}).waveforms for turn in (-1.0, 0.0, 0.5, 2.0)
@@ -97,17 +37,6 @@ def test_strides_are_shorter_on_the_inside_of_a_turn() -> None:
     swing = {turn: (one["LF_swing"].amplitude, one["RF_swing"].amplitude) for turn, one in waves.items()}
     assert swing == {-1.0: (50.0, 0.0), 0.0: (50.0, 50.0), 0.5: (25.0, 50.0), 2.0: (-50.0, 50.0)}
     assert {one["LF_lift"].amplitude for one in waves.values()} == {50.0}
-
-
-def test_one_drive_for_both_sides_cannot_turn() -> None:
-    scene = trotter(2)
-    both = ts.PointLoad(weights={"leg0": -1.0, "leg1": -1.0})
-    drives = {"all": scene.robot.drives["leg0"].model_copy(update={"load": both})}
-    feet = {name: foot.model_copy(update={"electrode": None}) for name, foot in scene.robot.feet.items()}
-    robot = scene.robot.model_copy(update={"drives": drives, "feet": feet})
-    gait = {"kind": "free", "frequency": 10.0, "high": 1.0, "phases": {"leg0": 0.0, "leg1": 0.0}, "turn": 0.5}
-    with pytest.raises(InputError, match=r"gait\.turn: drive 'all' moves legs of both sides"):
-        ts.Scene(name="both", robot=robot, ground=scene.ground, gait=gait, duration=0.1)  # pyright: ignore
 
 
 def test_a_body_that_goes_ahead_and_turns_goes_round_a_circle() -> None:

@@ -104,33 +104,6 @@ def test_the_scene_and_its_file() -> None:
     assert changed.robot.structure.legs["a"].stiffness_v == 1.2
 
 
-@pytest.mark.parametrize("kind", ["wave", "ripple", "free", "tripod"])
-def test_every_gait_survives_the_file(kind: str) -> None:
-    tables = table()
-    tables["gait"]["kind"] = kind
-    if kind == "free":
-        tables["gait"]["phases"] = {"a": 0.1, "b": 0.6}
-    if kind == "tripod":
-        legs = tables["robot"]["structure"]["legs"]
-        one = legs.pop("b")
-        places = {f"{side}{i}": (-1e-3 * i, y) for side, y in (("c", 1e-3), ("d", -1e-3)) for i in range(3)}
-        tables["robot"]["structure"]["legs"] = {n: {**one, "x": x, "y": y} for n, (x, y) in places.items()}
-        load = {"kind": "point", "weights": {"c0": -1.0}}
-        tables["robot"]["drives"] = {"c0": {"load": load, "law": {"kind": "linear", "gain": 1e-6}}}
-        tables["robot"]["feet"] = {"c0": {"point": "c0", "gap": 0.0}}
-    scene = Scene(**tables)
-    assert scene.gait.kind == kind
-    assert parse_scene(scene_text(scene)) == scene
-
-
-def test_a_standing_start_is_an_empty_table_which_is_not_an_absent_one() -> None:
-    scene = parse_scene(BASE)
-    standing = ts.with_values(scene, {"initial": {"standing": {}}})
-    text = scene_text(standing)
-    assert "[initial.standing]" in text
-    assert parse_scene(text) == standing != scene
-
-
 def test_drives_are_known_by_what_they_move() -> None:
     scene = parse_scene(BASE)
     layout = scene.robot.layout()
@@ -172,12 +145,6 @@ def test_signals_prevail_over_the_gait_and_add_to_it() -> None:
     }
     without = ts.with_values(held, {"gait": None})
     assert without.waveforms == {"b": ts.Constant(level=3.0)}
-
-
-def test_mass_weighted_impacts_may_be_named() -> None:
-    tables = table()
-    tables["ground"]["impact"] = {"kind": "mass_weighted"}
-    assert parse_scene(tomlkit.dumps(tables)).ground.impact == ts.laws.MassWeighted()
 
 
 BAD: dict[str, tuple[list[Callable[[dict[str, Any]], None]], dict[str, str]]] = {

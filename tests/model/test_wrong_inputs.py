@@ -12,8 +12,10 @@ import numpy as np
 import tarsus as ts
 import wrong_inputs
 from printed_robots import POINTS, hexapod, printed_map
+from scene_files import creeping as creeping_scene
 from scene_files import scene as scene_of
 from tarsus.base.spec import Description, validate, with_values
+from tarsus.export.subject import Subject
 from tarsus.files.library import load_scene
 from tarsus.files.toml import read_scene
 from tarsus.model.drive.gait import Alternating
@@ -24,8 +26,9 @@ from tarsus.model.drive.waveforms import Sampled, Sine, Square, SweptSine, Wavef
 from tarsus.model.laws import Adhesion, Electrostatic, Film, Friction, Restitution
 from tarsus.model.laws.impact_map import DominantMode, MeasuredImpactMap
 from tarsus.model.scene import Ground, Scene
-from tarsus.model.structure import Beam, Lumped, Payload
+from tarsus.model.structure import Beam, Lumped, Modal, Payload, Walker
 from tarsus.model.structure.leg_motion import step_response
+from tarsus.solve.packet import packet_of
 from tarsus_reproduce.legs import millipede_leg
 from walking_scenes import trotter
 from wrong_inputs import Ask, Said, written
@@ -70,6 +73,12 @@ def beam(**changes: Any) -> Ask:
     return lambda at: Beam(**{**STRIP, **changes})
 
 
+def walker(_body: dict[str, Any] | None = None, **legs: dict[str, Any]) -> Ask:
+    leg = {"mass": "1 ug", "stiffness_v": 1.2, "damping_v": 1e-3, "stiffness_l": 0.7, "damping_l": 2e-4}
+    return made(Walker, body=_body or {"mass": 1.0}, legs={name: leg | own for name, own in legs.items()})
+
+
+MODAL = {"damping_ratios": 1, "modal_masses": 3, "shapes.a": 1}
 NO_INERTIA = "mass: the mass matrix is singular: some motion has no inertia"
 STRUCTURES: Rows = {
     "mass that is no number": (lumped(mass=[math.nan, 1.0]), "mass.0.0: expected a mass (kg) that is finite, got nan"),
@@ -97,6 +106,25 @@ STRUCTURES: Rows = {
         lumped(coordinates=["tip", "tip"]),
         "coordinates: expected different names, got one twice",
     ),
+    "lengths of modes": (
+        made(Modal, frequencies=[1.0, 2.0], damping_ratios=[0.1], modal_masses=[1.0] * 3, shapes={"a": [1.0]}),
+        [f"Modal.{of}: expected 2 values, one a mode, got {n}" for of, n in MODAL.items()],
+    ),
+    "combination as a coordinate": (
+        lambda at: Lumped(**TWO, weights={"mid": [0.5, 0.5]}).alone("mid"),
+        "'mid' is a combination",
+    ),
+    "hip as a coordinate": (
+        lambda at: load_scene("millipede").robot.structure.alone("L1_hip"),
+        "no coordinate of a walker",
+    ),
+    "numbers of a walker": (
+        walker({"mass": 0.0, "roll_inertia": -1e-12}, a={"mass": "0 ug", "stiffness_l": -1.0}),
+        ["Walker.body.mass: ", "Walker.body.roll_inertia: ", "Walker.legs.a.mass: ", "Walker.legs.a.stiffness_l: "],
+    ),
+    "no leg": (walker(), ["Walker.legs: ", "at least one leg"]),
+    "leg of another's point": (walker(a={}, a_x={}), ["Walker.legs.a: its point 'a_x' ", "Walker.legs.a_x: "]),
+    "leg of the body's name": (walker(body={}), "Walker.legs.body: its point 'body' would bear the name"),
     "misspelt field": (lumped(stifness=1.0), "stifness: unknown name 'stifness'; did you mean 'stiffness'?"),
     "beam, too stiff": (
         beam(frequencies=[623.0, 30000.0]),
@@ -125,6 +153,53 @@ STRUCTURES: Rows = {
 }
 
 
+DRIVE = {"load": {"kind": "point", "weights": {"base": 1.0}}, "law": {"kind": "linear", "gain": 1e-6}}
+TOE = {"point": "tip", "gap": 7e-5}
+CHAIN = {"structure": {"kind": "lumped", **TWO}, "drives": {"pzt": DRIVE}, "feet": {"toe": TOE}}
+
+
+def loaded(**load: Any) -> Ask:
+    """A robot whose drive has another load."""
+    return made(ts.Robot, **CHAIN | {"drives": {"pzt": DRIVE | {"load": load}}})
+
+
+def on_foot(**toe: Any) -> Ask:
+    return made(ts.Robot, **CHAIN | {"feet": {"toe": TOE | toe}})
+
+
+def placed(**scene: Any) -> Ask:
+    return made(Scene, **{"name": "chain", "robot": CHAIN, "duration": 0.1} | scene)
+
+
+FREE = {"frequencies": [0.0], "damping_ratios": [0.0], "modal_masses": [1.0], "shapes": {"tip": [1.0]}}
+ROBOTS: Rows = {
+    "load of no share": (loaded(kind="inertia"), "load: an inertia load needs a share"),
+    "load of no way": (loaded(kind="inertia", forward=1.0), "load.forward: needs the structure's own 'forward'"),
+    "point of a load": (loaded(kind="point", weights={"bas": 1.0}), "Robot.drives.pzt.load.weights.bas: "),
+    "points of a load": (loaded(kind="point", weights={}), "Robot.drives.pzt.load.weights: "),
+    "participation": (loaded(kind="modal", participation=[1.0]), "Robot.drives.pzt.load.participation: "),
+    "point of a foot": (on_foot(point="tpi"), "Robot.feet.toe.point: "),
+    "electrode": (on_foot(electrode="pzd"), "Robot.feet.toe.electrode: "),
+    "foot below": (on_foot(gap="-3 um"), "below ground at rest"),
+    "gap that is no number": (on_foot(gap=math.nan), "got nan"),
+    "way of its own": (on_foot(along="tip"), "'tip' is the foot's own point"),
+    "normal": (made(ts.Foot, point="tip", gap=0.0, normal=2), "Foot.normal: "),
+    "signal of no drive": (placed(signals={"ptz": {"kind": "constant", "level": 1.0}}), "Scene.signals.ptz: "),
+    "start of other sizes": (
+        placed(initial={"displacement": [0.0], "velocity": [0.0]}),
+        ["Scene.initial.displacement: ", "Scene.initial.velocity: "],
+    ),
+    "gravity of no way": (
+        placed(robot={"structure": {"kind": "modal", **FREE}, "feet": {"toe": TOE}}, ground={"gravity": {}}),
+        "Scene.robot.structure.upward: ",
+    ),
+    "electrostatics of no electrode": (
+        placed(ground={"electrostatic": {"coefficient": 1e-21, "offset": 1e-6}}),
+        "Scene.ground.electrostatic: acts on no foot",
+    ),
+}
+
+
 def amplifier(**fields: Any) -> Ask:
     return changed("cantilever", robot__drives__pzt__amplifier=fields)
 
@@ -150,7 +225,7 @@ def creeping(**fields: Any) -> Creeping:
 
 
 PLAYS = PrandtlIshlinskii(constant=0.3, linear=1.0, cubic=-0.0005, thresholds=(0.0, 0.5), weights=(0.1, 0.2))
-PIEZO = "robot.drives.pzt.amplifier"
+PIEZO, CREEP = "robot.drives.pzt.amplifier", "robot.drives.pzt.law"
 DRIVES: Rows = {
     "amplifier's field": (amplifier(slew_rat="10 V/ms"), (PIEZO, "did you mean 'slew_rate'")),
     "slew rate": (amplifier(slew_rate="-10 V/ms"), (PIEZO, "expected a rate of voltage (V/s) above 0, got -10 V/ms")),
@@ -277,6 +352,10 @@ DRIVES: Rows = {
         lambda at: creeping().inverse([0.0, 1.0], [0.0, 1.0], limits=(-20.0, 20.0)),
         "force 2, 1.0 N, is out of reach",
     ),
+    "creep of each robot": (
+        lambda at: ts.Session(creeping_scene(), robots=2, vary={f"{CREEP}.temperature": [290.0, 300.0]}).reset(),
+        "has the same numbers in all robots",
+    ),
     "creep, backwards": (lambda at: creeping(weights=[1e-7, -9e-7]).inverse([0.0], [0.0]), "pull against"),
     **{
         f"duty of {duty}": (
@@ -305,6 +384,32 @@ def motion(device: str = "ball", **fields: Any) -> Ask:
 def impact(columns: dict[str, Any]) -> Ask:
     base = hexapod(signal=Square(amplitude=10.0, frequency=30.0), impact=printed_map())
     return lambda at: with_values(base, {"ground.impact": MeasuredImpactMap(columns=columns)})
+
+
+def printed(**shapes: Any) -> Ask:
+    """The pull as printed on a structure of two modes with these shapes."""
+    modes = {"frequencies": (10.0, 20.0), "damping_ratios": (0.0, 0.0), "modal_masses": (1.0, 1.0), "shapes": shapes}
+    robot = {"structure": {"kind": "modal", **modes}, "feet": {"foot": {"point": "foot", "gap": 1e-3}}}
+    return made(Scene, name="two", robot=robot, duration=1.0, ground={"landing": {"kind": "pull_as_printed"}})
+
+
+def longer(at: Path) -> object:
+    """A belt that goes steadily to the end of the scene, in a run that goes on."""
+    belt = motion(normal={"displacement": RAMP | {"duration": 4.0}})(at)
+    assert ts.simulate(belt).ok
+    return ts.simulate(belt, 5.0)
+
+
+def shaken(use: Callable[[Scene, Path], object]) -> tuple[Ask, Said]:
+    """A row of what knows no ground that moves."""
+    ask = changed("cantilever", ground__motion={"normal": {"displacement": SINE}})
+    return lambda at: use(ask(at), at), ("ground.motion: ", " on ground that stays")
+
+
+def uneven(use: Callable[[Scene, Path], object]) -> tuple[Ask, Said]:
+    """A row of what knows no uneven ground."""
+    ask = changed(trotter(2, turning=False), ground__profile=STAIRS | {"rise": 1e-7}, initial={"standing": {}})
+    return lambda at: use(ask(at), at), ("ground.profile: ", " on level ground alone")
 
 
 TEETH = {"kind": "sawtooth", "length": 9e-5, "height": 2e-7}
@@ -342,6 +447,14 @@ GROUNDS: Rows = {
         changed("cantilever", ground__landing={"speed": 0.1}),
         "ground.landing: expected a table with a 'kind'",
     ),
+    **{
+        f"pull as printed, {name}": (printed(**shapes), ("ground.landing: ", "K_pp", "2 coordinates"))
+        for name, shapes in {
+            "too few points": {"foot": (1.0, 1.0)},
+            "alike": {"foot": (1.0, 1.0), "hip": (2.0, 2.0)},
+            "too many": {"foot": (1.0, 1.0), "hip": (2.0, 1.0), "knee": (1.0, 0.0)},
+        }.items()
+    },
     "film, thickness": (made(Film, coefficient=1e-21, thickness=0.0), "Film.thickness: expected "),
     "film, coefficient": (made(Film, coefficient=-1e-21, thickness=1e-6), "Film.coefficient: expected "),
     "restitution above 1": (made(Restitution, coefficient=1.01), "Restitution.coefficient: expected "),
@@ -372,6 +485,8 @@ GROUNDS: Rows = {
         "give the side of a step two points",
     ),
     "pits": (profile("pits", spacing=1.0, width=2.0, depth=1.0), "point 4 lies behind point 3"),
+    "uneven, packet": uneven(lambda scene, at: packet_of(scene, 1e-3)),
+    "uneven, MATLAB": uneven(lambda scene, at: ts.export(scene, to="matlab", output=at)),
     "profile, file": (profile("file", file="nowhere.csv"), "cannot be read"),
     "stairs": (profile("staircase", tread=0.0, rise=1.0), "tread"),
     "stairs, restitution": (profile(**STAIRS, restitution=[1.5]), "restitution"),
@@ -395,6 +510,17 @@ GROUNDS: Rows = {
     "motion, an edge": (motion(normal={"displacement": SQUARE}), "would jump at 0.005 s, an impact"),
     "motion, an edge of the speed": (motion(normal={"velocity": SQUARE}), "would jump at 0.005 s, an impact"),
     "motion, a corner": (motion(normal={"displacement": RAMP}), "would jump at 1 s, an impact"),
+    "motion, a corner after the scene": (longer, "would jump at 4 s"),
+    "motion, a corner of a batch": (
+        lambda at: ts.simulate_batch(
+            motion(normal={"displacement": RAMP | {"duration": 4.0}})(at),
+            {"ground.motion.normal.displacement.duration": [4.0, 3.0]},
+        ),
+        "would jump at 3 s",
+    ),
+    "shaken, export": shaken(lambda scene, at: Subject.of(scene, 1e-3)),
+    "shaken, landing": shaken(lambda scene, at: ts.design.landing(scene, foot="tip", levels=(0.0, 8.0))),
+    "shaken, campaign": shaken(lambda scene, at: ts.synthesize(scene, output=at)),
     "motion, lines": (motion(normal={"displacement": LINES}), "join samples by a cubic spline"),
     "motion, no way along": (
         motion(along={"displacement": SINE}),
@@ -418,7 +544,24 @@ GROUNDS: Rows = {
 }
 
 TURNING = "turning-hexapod"
+TURNED = {"duration": 0.01}
+PLANE = "legs that move upward and along the way alone"
+
+
+def one_drive(at: Path) -> object:
+    """A gait that turns, of a drive of both sides."""
+    scene = trotter(2)
+    both = scene.robot.drives["leg0"].model_copy(update={"load": ts.PointLoad(weights={"leg0": -1.0, "leg1": -1.0})})
+    feet = {name: foot.model_copy(update={"electrode": None}) for name, foot in scene.robot.feet.items()}
+    gait = {"kind": "free", "frequency": 10.0, "high": 1.0, "phases": {"leg0": 0.0, "leg1": 0.0}, "turn": 0.5}
+    return with_values(scene, {"robot.drives": {"all": both}, "robot.feet": feet, "signals": {}, "gait": gait})
+
+
 WALKERS: Rows = {
+    "orbit of one that turns": (lambda at: ts.periodic(changed(TURNING, **TURNED)(at)), PLANE),
+    "program of one that turns": (lambda at: ts.export(changed(TURNING, **TURNED)(at), to="c", output=at), PLANE),
+    "page of one that turns": (lambda at: ts.explore(changed(TURNING, **TURNED)(at), at / "nowhere.html"), PLANE),
+    "drive of both sides": (one_drive, "gait.turn: drive 'all' moves legs of both sides"),
     "one leg across": (
         changed(TURNING, robot__structure__legs__LF__stiffness_t=None),
         "every leg has stiffness_t and damping_t, or none has",
@@ -442,6 +585,13 @@ FORCE = f"{LAW}class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n
 
 def law(text: str, *said: str) -> tuple[Ask, Said]:
     return written(text, "law.py", ts.load_laws), said
+
+
+def own(base: str, *lines: str, said: str) -> tuple[Ask, Said]:
+    """A row of a law that breaks what its kind promises, where one is made."""
+    head = f"from tarsus import quantity\nfrom tarsus.model.laws import {base}\nclass Own({base}):\n"
+    body = "".join(f"    {line}\n" for line in lines)
+    return written(head + body, "law.py", lambda file: ts.load_laws(file)["own"]()), said
 
 
 LAWS: Rows = {
@@ -469,6 +619,20 @@ LAWS: Rows = {
         FORCE + "        while gap > 1:\n            gap /= 2\n        return gap\n",
         "law.py: A.force, line 5: more than 256 comparisons in a row",
     ),
+    "friction that drives": own(
+        "FrictionLaw",
+        'share: float = quantity("1", "share", default=0.3)',
+        'leading = ("margin", "strength")',
+        "def bound(margin, strength, share): return -share * margin",
+        said="bound is negative at margin 1e-06",
+    ),
+    "memory that jumps": own(
+        "AdhesionLaw",
+        'rate: float = quantity("N/s", "rate", default=1e-3)',
+        "def strength(age, rate): return rate * age",
+        "def remaining(age, away, rate): return age / (1 + 1e6 * away * away)",
+        said="remaining is no flow of time: of an age",
+    ),
     "no law file": (lambda at: ts.load_laws(at / "law.py"), "no such law file"),
 }
 
@@ -492,11 +656,23 @@ FILES: Rows = {
         "cantilever", "signals.pzt.amplitude: expected a voltage (V), got '3 mm', which is a length", volts="3 mm"
     ),
     "hertz": device("cantilever", "signals.pzt.frequency: expected a frequency (Hz) above 0, got -1", hz=-1),
+    "all at once": device(
+        "cantilever",
+        "volt: unknown name; did you mean 'volts'?",
+        "signals.pzt.kind: there is no wave 'sinus'",
+        "signals.pzt.frequency: expected a frequency (Hz) above 0, got -4",
+        wave="sinus",
+        hz=-4,
+        volt=1,
+    ),
+    "wave of a gait": device(
+        "millipede", "the drives follow a gait", "gait.frequency: expected a frequency (Hz) above 0", wave="sine", hz=-3
+    ),
     "path": device("cantilever", "unknown path; did you mean 'ground.film.thickness'?", **{"ground.flm.thickness": 1}),
     "duty": device("cantilever", "signals.pzt.duty: missing; expected a pure number from 0 to 1", wave="ramped_square"),
 }
 
 
-@wrong_inputs.cases(STRUCTURES | DRIVES | GROUNDS | WALKERS | LAWS | FILES)
+@wrong_inputs.cases(STRUCTURES | ROBOTS | DRIVES | GROUNDS | WALKERS | LAWS | FILES)
 def test_wrong_input_is_a_sentence(ask: Ask, said: Said, tmp_path: Path) -> None:
     wrong_inputs.is_refused(ask, said, tmp_path)

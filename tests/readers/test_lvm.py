@@ -61,16 +61,6 @@ Delta_X\t1{decimal}000000E-3\t1{decimal}000000E-3\t
 """
 
 
-def test_one_of_several_records_is_chosen(tmp_path):
-    block = "X_Value\tdrive\ttip\n0.0\t0.5\t{0}.0\n0.001\t0.6\t{0}.5\n0.002\t0.7\t{0}.7\n"
-    head = HEADER.format(columns="One", decimal=".")
-    path = tmp_path / "record.lvm"
-    path.write_text(head + block.format(2) + "\n" + head[head.index("Channels") :] + block.format(3), encoding="utf-8")
-    assert read_measurement(path, record=1)["tip"] == pytest.approx([2e-3, 2.5e-3, 2.7e-3])
-    assert read_measurement(path, record=2)["tip"] == pytest.approx([3e-3, 3.5e-3, 3.7e-3])
-    assert read_measurement(path, record=0, step="1 ms").count == 6
-
-
 def test_more_samples_than_announced_are_further_records(tmp_path):
     head = HEADER.format(columns="No", decimal=".") + "X_Value\tdrive\ttip\n"
     rows = "".join(f"\t{i % 3}.5\t{i}.0\n" for i in range(6))

@@ -108,24 +108,10 @@ def test_time_series_in_the_units_of_the_file(tmp_path, binary):
     assert "not used: 1 auto spectra" in notes and "not used: 1 tables of nodes (data set 15)" in notes
 
 
-@pytest.mark.parametrize(
-    "label, kind, factor",
-    [
-        ("mm/s", 11, 1e-3),
-        ("um", 8, 1e-6),
-        ("g", 12, 9.80665),
-        ("mV", 0, 1e-3),
-        ("NONE", 11, 1.0),
-        ("in/s", 11, 0.0254),
-        ("m/s2", 12, 1.0),
-    ],
-)
-def test_a_label_is_the_unit_where_the_file_states_no_system(tmp_path, label, kind, factor):
+def test_si_is_assumed_where_nothing_states_a_unit(tmp_path):
     values = RANDOM.normal(size=300)
-    data = function(values, TIMES, 1, 1, ordinate_spec_data_type=kind, ordinate_axis_units_lab=label)
-    record = read_measurement(write(tmp_path / "time.uff", [data]))
-    assert record["1+Z"] == pytest.approx(factor * values)
-    assert any("SI is assumed" in note for note in record.notes) == (label == "NONE")
+    record = read_measurement(write(tmp_path / "time.uff", [function(values, TIMES, 1, 1)]))
+    assert record["1+Z"] == pytest.approx(values) and any("SI is assumed" in note for note in record.notes)
 
 
 @pytest.mark.parametrize(
@@ -170,32 +156,43 @@ def test_repeats_of_a_point_are_told_apart(tmp_path):
     assert record.names == ("1+Z", "1+Z #2")
 
 
-def test_data_at_nodes_by_frequency(tmp_path):
-    sets = []
-    for k in (2, 0, 1):
-        shape = np.array([1.0 + k, 2.0j])
-        sets.append(
-            pyuff.prepare_55(
-                model_type=1,
-                analysis_type=5,
-                data_ch=2,
-                spec_data_type=11,
-                n_data_per_node=3,
-                load_case=1,
-                freq_step_n=k,
-                freq=100.0 + k,
-                node_nums=[3, 5],
-                r1=0 * shape,
-                r2=0 * shape,
-                r3=shape,
-            )
+def at_nodes(path, shapes: np.ndarray, **more: Any):
+    """Data at the nodes 3 and 5 by frequency from 100 Hz on; shapes (nf, directions, 2), in no order of the file."""
+    width = shapes.shape[1]
+    common = {"model_type": 1, "analysis_type": 5, "spec_data_type": 11, "n_data_per_node": width, "load_case": 1}
+    sets = [
+        pyuff.prepare_55(
+            **common,
+            **more,
+            freq_step_n=k,
+            freq=100.0 + k,
+            node_nums=[3, 5],
+            **{f"r{i + 1}": row for i, row in enumerate(shapes[k])},
         )
-    response = read_response(write(tmp_path / "ods.uff", sets), input_unit="V")
+        for k in np.roll(np.arange(len(shapes)), 1).tolist()
+    ]
+    return write(path, sets)
+
+
+def test_data_at_nodes_by_frequency(tmp_path):
+    shapes = np.zeros((3, 3, 2), dtype=complex)
+    shapes[:, 2] = [[1.0 + k, 2.0j] for k in range(3)]
+    response = read_response(at_nodes(tmp_path / "ods.uff", shapes, data_ch=2), input_unit="V")
     assert [one.name for one in response.outputs] == ["3+Z", "5+Z"]
     assert response.frequency.tolist() == [100.0, 101.0, 102.0]
     assert response.values[0, 0] == pytest.approx([1.0, 2.0, 3.0])
     assert response.values[1, 0] == pytest.approx([2j, 2j, 2j])
     assert response.unit == (("m/s / V",), ("m/s / V",))
+
+
+def test_rotations_and_the_input_of_data_at_nodes(tmp_path):
+    shapes = np.zeros((2, 6, 2))
+    shapes[:, 1], shapes[:, 4] = [1.0, 2.0], [[1.0, 2.0], [2.0, 4.0]]
+    read = read_response(at_nodes(tmp_path / "ods.uff", shapes, data_ch=3, id5=f"{7:10d}{-3:10d}{11:10d}{13:10d}"))
+    assert [one.name for one in read.outputs] == ["3+Y", "5+Y", "3+RY", "5+RY"]
+    assert [one.quantity.unit for one in read.outputs] == ["m/s", "m/s", "rad/s", "rad/s"]
+    assert [(one.name, one.quantity.unit) for one in read.inputs] == [("7-Z", "N")]
+    assert read.values[3, 0] == pytest.approx([2.0, 4.0])
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
@@ -259,36 +256,6 @@ def test_responses_without_phases_say_so(tmp_path):
     read = read_response(path)
     assert read.values[0, 0] == pytest.approx(np.abs(H[0]))
     assert "'1+Z': frequency responses of real numbers (data type 2 or 4), without phases" in "\n".join(read.notes)
-
-
-def test_rotations_and_the_input_of_data_at_nodes(tmp_path):
-    shape = np.array([1.0, 2.0])
-    sets = [
-        pyuff.prepare_55(
-            model_type=1,
-            id5=f"{7:10d}{-3:10d}{11:10d}{13:10d}",
-            analysis_type=5,
-            data_ch=3,
-            spec_data_type=11,
-            n_data_per_node=6,
-            load_case=1,
-            freq_step_n=k,
-            freq=100.0 + k,
-            node_nums=[3, 5],
-            r1=0 * shape,
-            r2=shape,
-            r3=0 * shape,
-            r4=0 * shape,
-            r5=(1 + k) * shape,
-            r6=0 * shape,
-        )
-        for k in range(2)
-    ]
-    read = read_response(write(tmp_path / "ods.uff", sets))
-    assert [one.name for one in read.outputs] == ["3+Y", "5+Y", "3+RY", "5+RY"]
-    assert [one.quantity.unit for one in read.outputs] == ["m/s", "m/s", "rad/s", "rad/s"]
-    assert [(one.name, one.quantity.unit) for one in read.inputs] == [("7-Z", "N")]
-    assert read.values[3, 0] == pytest.approx([2.0, 4.0])
 
 
 def test_what_is_not_read_is_shown(tmp_path):

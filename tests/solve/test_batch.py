@@ -8,7 +8,6 @@ import multiprocessing
 import os
 import pickle
 import sys
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -17,9 +16,7 @@ import pytest
 import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.base.workers import spread, workers
-from tarsus.plan.lowering import lower_scene
 from tarsus.solve import Batch, ResultCode
-from tarsus.study import bench
 
 SCENES = Path(__file__).parent.parent / "scenes"
 FILM, VOLTS = "ground.film.coefficient", "signals.pzt.amplitude"
@@ -139,13 +136,6 @@ def test_a_run_comes_back_from_its_pickle_with_everything(name):
     assert repr(dict(back.measures)) == repr(dict(run.measures))
 
 
-def test_a_batch_comes_back_from_its_pickle(grid):
-    _ = grid.codes
-    back = pickle.loads(pickle.dumps(grid))
-    assert repr(back) == repr(grid) and np.array_equal(back.measure("mean_height"), grid.measure("mean_height"))
-    np.testing.assert_array_equal(back.events(3), grid.events(3))
-
-
 def test_runs_and_batches_go_to_other_processes_and_come_back(grid):
     run = ran("cantilever")
     context = multiprocessing.get_context("spawn")
@@ -196,59 +186,3 @@ def test_threads_are_as_many_as_the_process_may_use():
     assert workers() == len(allowed)
     assert list(spread(lambda x: x * x, range(20), 4)) == [x * x for x in range(20)]
     assert list(spread(str, [])) == []
-
-
-@pytest.mark.parametrize(
-    ("make", "vary"),
-    [
-        (
-            lambda: ts.load_scene("cantilever"),
-            {
-                "robot.feet.tip.gap": [6e-5, 7e-5],
-                FILM: [4e-21, 5e-21],
-                "robot.structure.damping_ratios.0": [0.02, 0.03],
-            },
-        ),
-        (lambda: bench.chain(2), {"signals.pull.phase": [0.3, 2.0], "robot.drives.pull.law.gain": [-8e-4, -9e-4]}),
-        (
-            lambda: ts.load_scene("millipede"),
-            {
-                "gait.high": [13.0, 14.0],
-                "ground.friction.coefficient": [0.3, 0.5],
-                "ground.gravity.acceleration": [9.0, 9.8],
-            },
-        ),
-    ],
-    ids=["modes", "delayed", "legs"],
-)
-def test_a_run_of_a_batch_has_its_motion_and_where_its_energy_went(make, vary):
-    """It is made once more, the same step for step, and agrees with the changed scene's own run."""
-    batch = ts.simulate_batch(make(), vary, DURATION)
-    for i in range(len(batch)):
-        run = batch.run(i)
-        np.testing.assert_array_equal(run.motion.log.events, run.log.events)
-        np.testing.assert_array_equal(run.motion.log.finish, run.log.finish)
-        assert run.code is batch.codes[i] and run.ledger.closure < 1e-6
-        alone = ts.simulate(run.scene, DURATION, batch.accuracy)
-        times = np.linspace(0.0, DURATION, 31)
-        ours, theirs = run.at(times), alone.at(times)
-        scale = np.abs(theirs.state.x).max()
-        np.testing.assert_allclose(ours.state.x, theirs.state.x, rtol=0.0, atol=1e-6 * scale)
-        np.testing.assert_allclose(ours["volts"], theirs["volts"], rtol=0.0, atol=1e-9)
-        np.testing.assert_allclose(ours.force, theirs.force, rtol=0.0, atol=1e-9 * np.abs(theirs.force).max())
-        assert run.ledger.work_in == pytest.approx(alone.ledger.work_in, rel=1e-5)
-
-
-def test_a_session_lowers_its_scene_once_for_runs_that_differ_in_slots(scene, monkeypatch):
-    lowered = []
-    monkeypatch.setattr(
-        import_module("tarsus.solve.run"), "lower_scene", lambda *of: lowered.append(of) or lower_scene(*of)
-    )
-    session = ts.Session(scene)
-    for gap in ("60 um", 6.5e-5):
-        run = session.run({"robot.feet.tip.gap": gap, VOLTS: 8.0}, DURATION)
-        assert run.series.state.gap[0, 0] == pytest.approx(run.scene.robot.feet["tip"].gap, rel=1e-12)
-        assert run.ledger.closure < 1e-8 and run.plan is session.run({}, DURATION).plan
-    assert len(lowered) == 1
-    session.run({"signals.pzt": ts.Sine(amplitude=5.0, frequency=50.0)}, DURATION)
-    assert len(lowered) == 2

@@ -128,18 +128,17 @@ def test_rounding_of_a_state_at_rest_is_no_kink():
     assert np.abs(slopes.v[:, 0]).max() < 1e-12 < np.abs(slopes.v).max()
 
 
-def test_derivatives_by_a_state_at_rest_swing_though_the_run_does_not():
-    mass, stiff, damping = 1e-6, 2.0, 1e-4
+def one_legged(mass: float, stiff: float, damping: float, start: Initial) -> ts.Scene:
     leg = WalkerLeg(mass=1e-9, stiffness_v=stiff, damping_v=damping, stiffness_l=1.0, damping_l=0.0)
     walker = Walker(body=WalkerBody(mass=mass), legs={"leg": leg})
-    scene = ts.Scene(
-        name="standing",
-        robot=Robot(structure=walker, drives={}, feet={"leg": Foot(point="leg", gap=0.0)}),
-        ground=sticky(adhesion=None),
-        initial=Initial(displacement=(0.0, -mass * GRAVITY / stiff, 0.0, 0.0), velocity=(0.0,) * 4),
-        duration=0.05,
-    )
-    run = ts.simulate(scene, gradients=["initial.velocity.1"])
+    robot = Robot(structure=walker, drives={}, feet={"leg": Foot(point="leg", gap=0.0)})
+    return ts.Scene(name="standing", robot=robot, ground=sticky(adhesion=None), initial=start, duration=0.05)
+
+
+def test_derivatives_by_a_state_at_rest_swing_though_the_run_does_not():
+    mass, stiff, damping = 1e-6, 2.0, 1e-4
+    start = Initial(displacement=(0.0, -mass * GRAVITY / stiff, 0.0, 0.0), velocity=(0.0,) * 4)
+    run = ts.simulate(one_legged(mass, stiff, damping, start), gradients=["initial.velocity.1"])
     times = np.linspace(0.001, 0.05, 20)
     assert np.ptp(run.states(times).x[1]) < 1e-15
     decay = damping / 2.0 / mass
@@ -150,18 +149,7 @@ def test_derivatives_by_a_state_at_rest_swing_though_the_run_does_not():
 
 def test_a_standing_robot_sinks_by_its_mass():
     mass, stiff = 1e-6, 2.0
-    leg = WalkerLeg(mass=1e-9, stiffness_v=stiff, damping_v=1e-4, stiffness_l=1.0, damping_l=0.0)
-    scene = ts.Scene(
-        name="standing",
-        robot=Robot(
-            structure=Walker(body=WalkerBody(mass=mass), legs={"leg": leg}),
-            drives={},
-            feet={"leg": Foot(point="leg", gap=0.0)},
-        ),
-        ground=sticky(adhesion=None),
-        initial=Initial(standing=Standing()),
-        duration=0.05,
-    )
+    scene = one_legged(mass, stiff, 1e-4, Initial(standing=Standing()))
     by_mass, by_stiffness = "robot.structure.body.mass", "robot.structure.legs.leg.stiffness_v"
     run = ts.simulate(scene, gradients=[by_mass, by_stiffness])
     found = run.state_gradients(np.linspace(0.001, 0.049, 7))

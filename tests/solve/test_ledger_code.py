@@ -53,10 +53,6 @@ def test_an_open_account_is_no_done(strict: None) -> None:
     assert ts.simulate(pushed(0.0)).ok
 
 
-def test_a_closed_account_is_done() -> None:
-    assert ts.simulate(pushed()).ok
-
-
 @pytest.mark.parametrize("scene", [pushed(), block()], ids=["modes", "walker"])
 def test_an_account_that_is_no_number_is_open(scene: Scene) -> None:
     run = ts.simulate(scene, duration=1e-4)
@@ -72,16 +68,6 @@ def test_batches_report_it_where_they_are_asked_to(strict: None) -> None:
     assert kept.codes == [ResultCode.DONE, ResultCode.LEDGER_OPEN]
     assert kept.run(0).ok and not kept.run(1).ok
     assert "LEDGER_OPEN" in OUTCOMES
-
-
-def test_a_batch_with_accounts_has_the_events_of_one_without() -> None:
-    scene = ts.load_scene("cantilever")
-    vary = {"ground.restitution.coefficient": [0.2, 0.5]}
-    plain, kept = (ts.simulate_batch(scene, vary, 0.03, ledger=ledger) for ledger in (False, True))
-    for i in range(2):
-        assert kept.run(i).ok and len(kept.events(i)) > 1
-        assert kept.events(i)["time"] == pytest.approx(plain.events(i)["time"], rel=1e-6)
-    assert kept.measure("peak") == pytest.approx(plain.measure("peak"), rel=1e-5)
 
 
 def test_the_command_line_says_it_and_exits_with_1(strict: None, tmp_path, capsys) -> None:

@@ -19,6 +19,7 @@ from tarsus.plan.slots import Kind, rows_for, slot, slots
 from tarsus.solve import Accuracy
 from tarsus.solve.run import Shared
 from tarsus.study import bench
+from walking_devices import creeping_millipede
 from walking_scenes import sticky, trotter
 
 VOLTS, SHIFT = 8.0, "ground.motion.normal.displacement"
@@ -63,6 +64,8 @@ def walking() -> Scene:
     return ts.load_scene("millipede")
 
 
+STAIRS = {"kind": "staircase", "tread": 1e-3, "rise": 1e-7, "friction": [1.0, 0.5]}
+STANDING = {"initial": {"standing": {}}}
 TURNING = np.array([0.0, 0.5, 3.0, -2.0])
 CASES = {
     "gap": (chain, {"robot.feet.tip.gap": [0.0, 3e-5, 7e-5, 8e-5]}, 0.08),
@@ -145,6 +148,20 @@ CASES = {
         {"ground.friction.coefficient": [0.2, 0.7], "ground.adhesion.rate": [1e-5, 1e-4]},
         0.01,
     ),
+    "stairs": (
+        lambda: ts.with_values(trotter(2, ground=sticky(), turning=False), {"ground.profile": STAIRS, **STANDING}),
+        {
+            "ground.profile.rise": [1e-7, 2e-7],
+            "ground.profile.tread": [1e-3, 1.1e-3],
+            "ground.profile.friction.1": [0.5, 0.0],
+        },
+        0.005,
+    ),
+    "a walker that turns": (
+        lambda: ts.load_scene("turning-hexapod"),
+        {"gait.turn": [0.0, 1.0], "ground.friction.coefficient": [0.5, 0.4]},
+        0.05,
+    ),
     "pads": (lambda: ts.load_scene("climber"), {"signals.LF_pad.levels.0": [150.0, 200.0]}, 0.05),
     "grounds by foot": (
         lambda: balls(duration=1.0),
@@ -177,29 +194,43 @@ def test_runs_are_those_of_the_changed_scenes(case):
         np.testing.assert_array_equal(ours["foot"], theirs["foot"])
         np.testing.assert_allclose(ours["time"], theirs["time"], rtol=0.0, atol=1e-10 * duration)
         assert run.period == pytest.approx(alone.period, rel=1e-12)
+        assert run.code is batch.codes[i] and run.ledger.closure < 1e-6
+        np.testing.assert_array_equal(run.motion.log.events, run.log.events)  # made once more, step for step
+        there, wanted = (one.at(np.linspace(0.0, duration, 31)) for one in (run, alone))
+        for found, exact in ((there.state.x, wanted.state.x), (there.force, wanted.force)):
+            np.testing.assert_allclose(found, exact, rtol=0.0, atol=1e-6 * np.abs(exact).max(initial=0.0))
         events += len(run.events)
     assert events > 0
 
 
-def test_bits_do_not_depend_on_neighbours_order_chunks_or_threads(monkeypatch):
-    rng = np.random.default_rng(3)
-    count = 24
-    vary = {
-        "robot.feet.tip.gap": rng.uniform(3e-5, 8e-5, count),
-        "signals.pull.phase": rng.uniform(0.0, 6.0, count),
-        "signals.pull.amplitude": rng.uniform(7.0, 9.0, count),
-        "signals.pull.duty": rng.choice([0.4, 0.5, 1.0], count),
-        "ground.restitution.coefficient": rng.uniform(0.2, 0.5, count),
-        "robot.structure.stiffness.1.1": np.repeat([420.0, 425.0], count // 2),
-    }
-    whole = ts.simulate_batch(chain(), vary, 0.04, threads=2)
-    order = rng.permutation(count)
+RNG = np.random.default_rng(3)
+MIXED = {
+    "modes": (
+        chain,
+        {
+            "robot.feet.tip.gap": RNG.uniform(3e-5, 8e-5, 24),
+            "signals.pull.phase": RNG.uniform(0.0, 6.0, 24),
+            "signals.pull.amplitude": RNG.uniform(7.0, 9.0, 24),
+            "signals.pull.duty": RNG.choice([0.4, 0.5, 1.0], 24),
+            "ground.restitution.coefficient": RNG.uniform(0.2, 0.5, 24),
+            "robot.structure.stiffness.1.1": np.repeat([420.0, 425.0], 12),
+        },
+    ),
+    "legs": (creeping_millipede, {"ground.friction.coefficient": np.linspace(0.1, 0.6, 12)}),
+}
+
+
+@pytest.mark.parametrize("of", MIXED)
+def test_bits_do_not_depend_on_neighbours_order_chunks_or_threads(of, monkeypatch):
+    make, vary = MIXED[of]
+    whole = ts.simulate_batch(make(), vary, 0.04, threads=2)
+    order = RNG.permutation(len(whole))
     monkeypatch.setattr("tarsus.solve.simulation._CHUNK", 5)
-    mixed = ts.simulate_batch(chain(), {path: v[order] for path, v in vary.items()}, 0.04, threads=1)
+    mixed = ts.simulate_batch(make(), {path: v[order] for path, v in vary.items()}, 0.04, threads=1)
     for k, i in enumerate(order):
         np.testing.assert_array_equal(mixed.run(k).all_events, whole.run(int(i)).all_events)
-    for i in (0, 7, 23):
-        alone = ts.simulate_batch(chain(), {path: v[i : i + 1] for path, v in vary.items()}, 0.04)
+    for i in (0, 7, len(whole) - 1):
+        alone = ts.simulate_batch(make(), {path: v[i : i + 1] for path, v in vary.items()}, 0.04)
         np.testing.assert_array_equal(alone.run(0).all_events, whole.run(i).all_events)
 
 

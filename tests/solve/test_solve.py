@@ -71,24 +71,6 @@ def test_at_starts_at_the_initial_state_and_holds_the_last_one(run):
     np.testing.assert_allclose(x[:, 2], x[:, 1], rtol=1e-12)
 
 
-def test_held_feet_do_not_move_and_free_ones_are_not_pulled(run):
-    state = run.series.state
-    assert state.held.any() and not state.held.all()
-    assert np.all(state.gap[state.held] == 0.0) and np.all(state.rate[state.held] == 0.0)
-    assert np.all(state.pull[~state.held] == 0.0)
-    assert np.all(run.series.strength[state.held] > 0.0)
-
-
-def test_the_ledger_has_a_line_for_every_law(run):
-    assert run.ok and run.ledger.closure < 1e-8
-    assert list(run.ledger.laws) == ["film", "electrostatic", "drag"]
-    assert run.ledger.laws["film"] < 0.0 and run.ledger.laws["drag"] < 0.0 and run.ledger.laws["electrostatic"] != 0.0
-    times = run.series.time
-    rate = np.where(run.series.state.held, 0.0, run.series.state.rate)
-    drag = np.trapezoid((run.series.laws["drag"] * rate).sum(axis=0), times)
-    assert run.ledger.laws["drag"] == pytest.approx(drag, rel=1e-2)
-
-
 def test_dataset_has_dimensions_units_and_names(run):
     data = run.to_dataset(np.linspace(0.0, run.end_time, 11))
     assert dict(data.sizes) == {"time": 11, "foot": 2, "drive": 1, "point": 2}
@@ -178,12 +160,6 @@ def test_one_measure_of_a_batch_is_computed_alone(scene, monkeypatch):
     only = {"peak": own}  # no other measure can be computed any more
     monkeypatch.setattr(WindowedHistories, "of", lambda self, name: only[name](self, name))
     assert batch.measure("peak")[0] == every["peak"].value
-
-
-def test_varying_nothing_is_one_run(scene):
-    batch = ts.simulate_batch(scene, {}, duration=0.005)
-    assert len(batch) == 1 and batch.duration == 0.005
-    assert batch.events(0)["time"].max() <= 0.005
 
 
 def test_devices_files_and_durations_are_taken_as_files_say_them(tmp_path):

@@ -66,6 +66,7 @@ SCENES = {
         },
     ),
     "a drive that creeps": lambda: ts.with_values(creeping(), {"robot.drives.pzt.history": (9.0, -2.0)}),
+    "legs that move across": lambda: ts.load_scene("turning-hexapod"),
     "feet that slide": lambda: by_modes(ts.load_scene("millipede").model_copy(update={"initial": ts.Initial()})),
 }
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 
 import numpy as np
@@ -13,10 +12,9 @@ import tarsus as ts
 from tarsus.core import _native
 from tarsus.core.modes import NODES
 from tarsus.core.nodes import TAU
-from tarsus.model.laws import Friction, SmoothLaw
+from tarsus.model.laws import SmoothLaw
 from tarsus.model.scene import Initial, Standing
 from tarsus.model.structure import Walker
-from tarsus.solve import simulation
 from tarsus.solve.codes import ResultCode
 from walking_devices import creeping_millipede
 from walking_scenes import GRAVITY, block, moving, sticky, trotter
@@ -130,32 +128,6 @@ def test_a_foot_that_nothing_pushes_along_does_not_slip_before_it_leaves(frictio
     assert run.events["kind"][run.events["time"] > 0.0].tolist() == [RELEASE]
 
 
-def excess_while_stuck(run: ts.Run, foot: int, mu: float) -> np.ndarray:
-    """|F_t| - mu (N + f_a) [N] of a foot, sampled in every stretch in which it sticks, to just before its end."""
-    own = run.events[run.events["foot"] == foot]
-    edges = np.concatenate([[0.0], own["time"], [run.duration]])
-    inside = np.linspace(1e-6, 1.0 - 1e-9, 200)
-    times = np.concatenate([a + (b - a) * inside for a, b in itertools.pairwise(edges) if b > a])
-    series = run.at(times)
-    stuck = series.state.held[foot] & ~series.slipping[foot]
-    bound = mu * (series.contact[foot] + series.strength[foot])
-    return (np.abs(series.friction[foot]) - bound)[stuck]
-
-
-@pytest.mark.parametrize("friction", [0.1, 0.6])
-def test_slip_begins_where_the_force_along_reaches_the_bound_and_not_before(friction: float) -> None:
-    """The event functions evaluated on the motion itself, not at the nodes of the engine's steps."""
-    ground = sticky(friction=Friction(coefficient=friction), adhesion=ts.Adhesion(initial=2e-7, rate=1e-4))
-    run = ts.simulate(trotter(legs=3, ground=ground), duration=0.01)
-    slips = run.events[run.events["kind"] == SLIP]
-    assert run.ok and len(slips) > 2
-    force = np.abs(slips["pull"])
-    assert np.all(force >= slips["strength"] * (1.0 - 1e-6) - 1e-15)
-    scale = 1e-9 * np.abs(run.series.friction).max()
-    for foot in range(3):
-        assert excess_while_stuck(run, foot, friction).max(initial=-1.0) < scale
-
-
 def test_a_millipede_leg_slips_once_before_it_leaves() -> None:
     """The first contact of a millipede that creeps: its raised foot slips once, then lets go."""
     run = ts.simulate(creeping_millipede(), duration=5e-7)
@@ -164,26 +136,6 @@ def test_a_millipede_leg_slips_once_before_it_leaves() -> None:
     # 86.1000087 ns: the same contact as an equation of motion with 2 bodies held, by an implicit Runge-Kutta to 1e-12
     assert raised["time"][0] == pytest.approx(8.61000087e-8, rel=1e-8)
     assert raised["pull"][0] == pytest.approx(raised["strength"][0], rel=1e-6)
-
-
-def events_of(batch: ts.Batch, i: int) -> list[tuple[float, ...]]:
-    return [tuple(row) for row in batch.events(i).tolist()]
-
-
-def test_a_run_does_not_know_of_the_others_in_its_batch(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Alone, first, last, in chunks of any size: the same events to the last bit."""
-    scene = creeping_millipede()
-    values = np.linspace(0.1, 0.6, 5)
-    wanted = [events_of(ts.simulate_batch(scene, {PATH: [value]}, 0.05), 0) for value in values]
-    assert all(len(events) > 10 for events in wanted)
-    for chunk in (256, 2):
-        monkeypatch.setattr(simulation, "_CHUNK", chunk)
-        for order in (range(5), range(4, -1, -1)):
-            batch = ts.simulate_batch(scene, {PATH: values[list(order)]}, 0.05, threads=1)
-            assert [events_of(batch, n) for n in range(5)] == [wanted[i] for i in order]
-
-
-PATH = "ground.friction.coefficient"
 
 
 def test_a_sliding_block_is_pulled_off_where_the_ground_lets_go() -> None:

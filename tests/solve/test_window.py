@@ -14,6 +14,8 @@ from tarsus.solve.contacts import Contacts
 from tarsus.solve.window import WindowStart, simulate_windows
 from walking_scenes import sticky, trotter
 
+TIMES = {"p1_n2": 0.1, "three_feet": 0.03, "sticky_feet": 0.06, "ball": 4.0}
+
 
 def contacts_at(run: ts.Run, held: np.ndarray, time: float) -> Contacts:
     """What the feet of a run do at a time."""
@@ -22,14 +24,20 @@ def contacts_at(run: ts.Run, held: np.ndarray, time: float) -> Contacts:
     return Contacts(numbers, [float(begun["time"][begun["foot"] == i][-1]) for i in numbers])
 
 
-@pytest.mark.parametrize(
-    ("name", "duration"), [("p1_n2", 0.1), ("three_feet", 0.03), ("sticky_feet", 0.06), ("ball", 4.0)]
-)
-def test_a_window_from_the_middle_of_a_run_goes_on_as_the_run(name, duration):
-    scene = scene_of(name)
+SCENES = {
+    **{name: (lambda name=name: scene_of(name), t) for name, t in TIMES.items()},
+    "trotter": (trotter, 0.02),
+    "trotter of five": (lambda: trotter(5, ground=sticky()), 0.02),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_window_from_the_middle_of_a_run_goes_on_as_the_run(name):
+    scene, duration = SCENES[name][0](), SCENES[name][1]
     run, plan = ts.simulate(scene, duration), lower_scene(scene)
     times = np.linspace(0.0, duration, 301)
-    states = run.states(times)
+    series = run.at(times)
+    states = series.state
     assert states.held.any() or name == "ball"
     for k in (0, 97, 200):
         start = np.concatenate([states.x[:, k], states.v[:, k]])
@@ -38,30 +46,11 @@ def test_a_window_from_the_middle_of_a_run_goes_on_as_the_run(name, duration):
         later = run.events[run.events["time"] > times[k]]
         assert list(window.events["kind"]) == list(later["kind"])
         np.testing.assert_allclose(window.events["time"], later["time"], rtol=0, atol=1e-9 * duration)
-        for got, wanted in (
-            (window.states.x, states.x),
-            (window.states.v, states.v),
-            (window.states.pull, states.pull),
-        ):
-            np.testing.assert_allclose(got, wanted[:, k:], rtol=0, atol=1e-7 * np.abs(wanted).max())
+        pairs = [(getattr(window.states, one), getattr(states, one), 1e-7) for one in ("x", "v", "pull")]
+        pairs += [(force, series.laws[law], 1e-6) for law, force in window.forces.items()]
+        for got, wanted, within in pairs:
+            np.testing.assert_allclose(got, wanted[:, k:], rtol=0, atol=within * np.abs(wanted).max())
         assert np.array_equal(window.states.held, states.held[:, k:])
-
-
-def test_a_window_of_a_walker_goes_on_as_its_run():
-    for scene in (trotter(), trotter(5, ground=sticky())):
-        run, plan = ts.simulate(scene), lower_scene(scene)
-        times = np.linspace(0.0, run.duration, 201)
-        series = run.at(times)
-        states = series.state
-        for k in (0, 66, 130):
-            start = np.concatenate([states.x[:, k], states.v[:, k]])
-            given = WindowStart(start, times[k], times[k:], contacts_at(run, states.held[:, k], times[k]))
-            window = simulate_windows(plan, [given])[0]
-            assert len(window.events) == np.sum(run.events["time"] > times[k])
-            np.testing.assert_allclose(window.states.x, states.x[:, k:], rtol=0, atol=1e-9 * np.abs(states.x).max())
-            for name, force in window.forces.items():
-                wanted = series.laws[name][:, k:]
-                np.testing.assert_allclose(force, wanted, rtol=0, atol=1e-6 * np.abs(wanted).max())
 
 
 def test_a_foot_that_is_leaving_flies_though_its_contact_would_hold_it():
