@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 import tarsus as ts
+from tarsus.base.spec import validate
 
 SCENES = Path(__file__).parent / "scenes"
 
@@ -46,3 +47,16 @@ def balls(**changes: Any) -> ts.Scene:
         "duration": 2.5,
     }
     return ts.Scene(name="balls", robot=ts.Robot(structure=structure, feet=feet), **(values | changes))
+
+
+def one_mode(frequency: float, damping_ratio: float, mass: float) -> dict[str, Any]:
+    """A structure of one mode, with a point A."""
+    numbers = {"frequencies": [frequency], "damping_ratios": [damping_ratio], "modal_masses": [mass]}
+    return {"kind": "modal", **numbers, "shapes": {"A": [1.0]}}
+
+
+def pushed(structure: dict[str, Any], point: str, duration: float, signal: dict[str, Any]) -> ts.Scene:
+    """A structure without feet, pushed by a drive of 1 N/V."""
+    drive = {"load": {"kind": "point", "weights": {point: 1.0}}, "law": {"kind": "linear", "gain": 1.0}}
+    robot = {"structure": structure, "drives": {"d": drive}, "feet": {}}
+    return validate(ts.Scene, {"name": "pushed", "duration": duration, "robot": robot, "signals": {"d": signal}})

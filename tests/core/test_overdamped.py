@@ -8,19 +8,12 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from scene_files import one_mode, pushed
 from tarsus.base.spec import validate
 from tarsus.core.blocks import split_modes
 from tarsus.model.scene import Scene
 
 PUSH = {"kind": "constant", "level": 1e-3}
-
-
-def pushed(structure: dict, point: str, duration: float, signal: dict) -> ts.Run:
-    """A structure without feet, pushed by a drive of 1 N/V."""
-    drive = {"load": {"kind": "point", "weights": {point: 1.0}}, "law": {"kind": "linear", "gain": 1.0}}
-    robot = {"structure": structure, "drives": {"d": drive}, "feet": {}}
-    made = {"name": "pushed", "duration": duration, "robot": robot, "signals": {"d": signal}}
-    return ts.simulate(validate(Scene, made))
 
 
 @pytest.mark.parametrize("zeta", [1e2, 1e4, 1e6])
@@ -30,14 +23,7 @@ def test_one_mode_creeps_as_its_equation_says(zeta, spell):
     frequency, mass = 1e4, 1e-6
     rate = 2.0 * math.pi * frequency
     duration = 2.0 * zeta / rate * spell
-    structure = {
-        "kind": "modal",
-        "frequencies": [frequency],
-        "damping_ratios": [zeta],
-        "modal_masses": [mass],
-        "shapes": {"A": [1.0]},
-    }
-    run = pushed(structure, "A", duration, PUSH)
+    run = ts.simulate(pushed(one_mode(frequency, zeta, mass), "A", duration, PUSH))
     root = math.sqrt(zeta * zeta - 1.0)
     slow, fast = -rate / (zeta + root), -rate * (zeta + root)
     ways = -(fast * math.expm1(slow * duration) - slow * math.expm1(fast * duration)) / (fast - slow)
@@ -65,7 +51,7 @@ def test_dashpots_of_any_strength_keep_the_account(zeta, duration):
         "damping": damping,
     }
     square = {"kind": "square", "amplitude": 1e-3, "frequency": 3.0 / duration}
-    run = pushed(structure, "c", duration, square)
+    run = ts.simulate(pushed(structure, "c", duration, square))
     assert run.ok and run.ledger.closure < 2e-9
 
 

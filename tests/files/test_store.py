@@ -247,19 +247,6 @@ def test_interrupt_while_moving_is_seen_when_reading(run: Run, tmp_path: Path, m
         load_run(tmp_path)
 
 
-def test_read_run_refuses_what_is_no_run(run: Run, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no whole run"):
-        load_run(tmp_path)
-    write_run(run.arrays(), tmp_path)
-    summary = json.loads((tmp_path / "summary.json").read_text())
-    (tmp_path / "summary.json").write_text(json.dumps(summary | {"format": 99}))
-    with pytest.raises(InputError, match="format 99"):
-        load_run(tmp_path)
-    (tmp_path / "summary.json").write_text("{")
-    with pytest.raises(InputError, match=r"summary\.json"):
-        load_run(tmp_path)
-
-
 @pytest.mark.parametrize(
     ("file", "damage", "said"),
     [
@@ -269,13 +256,19 @@ def test_read_run_refuses_what_is_no_run(run: Run, tmp_path: Path) -> None:
         (store.EVENTS_FILE, lambda text: text.replace("bounce", "bonuce"), "is no event"),
         (store.EVENTS_FILE, lambda text: "", "events.csv is damaged"),
         (store.MEASURES_FILE, lambda text: "{}", "lacks 'ledger'"),
+        (store.SUMMARY_FILE, lambda text: json.dumps(json.loads(text) | {"format": 99}), "format 99"),
+        (store.SUMMARY_FILE, lambda text: "{", r"summary\.json"),
+        (store.SUMMARY_FILE, None, "no whole run"),
         (store.SUMMARY_FILE, lambda text: text.replace("STEP_LIMIT", "STEPS"), "no run ends as 'STEPS'"),
     ],
 )
 def test_damaged_files_are_not_read_as_another_run(folder: Path, tmp_path: Path, file, damage, said) -> None:
     shutil.copytree(folder, tmp_path / "run")
     damaged = tmp_path / "run" / file
-    damaged.write_text(damage(damaged.read_text(encoding="utf-8")), encoding="utf-8")
+    if damage is None:
+        damaged.unlink()
+    else:
+        damaged.write_text(damage(damaged.read_text(encoding="utf-8")), encoding="utf-8")
     with pytest.raises(InputError, match=said):
         load_run(tmp_path / "run")
 

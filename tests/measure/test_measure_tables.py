@@ -3,29 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
 import tarsus as ts
+from measure.test_measure import BOUNCE, CAPTURE, MARK, RELEASE, REST, START, Hand
 from tarsus.measure import Judgement, RunTable, Scope, measured, measures_of
 from tarsus.measure.periods import PER_WINDOW, PerWindow
 from tarsus.solve.codes import EVENT_TYPE
 from tarsus.solve.run import Run
-
-BOUNCE, CAPTURE, RELEASE, REST, START, MARK = 1, 2, 3, 4, 5, 6
-
-
-@dataclass
-class Hand:
-    """A run as measures see it."""
-
-    all_events: np.ndarray
-    end_time: float
-    period: float
-    foot_names: tuple[str, ...]
 
 
 def random_run(rng: np.random.Generator, feet: int) -> Hand:

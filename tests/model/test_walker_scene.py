@@ -147,6 +147,10 @@ def test_signals_prevail_over_the_gait_and_add_to_it() -> None:
     assert without.waveforms == {"b": ts.Constant(level=3.0)}
 
 
+BLOCK = {
+    "structure": {"kind": "lumped", "coordinates": ["a"], "mass": ["1 ug"], "stiffness": ["1 N/m"]},
+    "feet": {"a": {"point": "a", "gap": 0.0}},
+}
 BAD: dict[str, tuple[list[Callable[[dict[str, Any]], None]], dict[str, str]]] = {
     "a foot below the ground": (
         [put("robot.feet.a.gap", "-1 um"), put("robot.structure.legs.b.mass", "-1 ug")],
@@ -186,6 +190,16 @@ BAD: dict[str, tuple[list[Callable[[dict[str, Any]], None]], dict[str, str]]] = 
         {"robot.drives.a.load.weights.a_hop": "did you mean 'a_hip'"},
     ),
     "another impact map": ([put("ground.impact", {"kind": "dominant_mode"})], {"ground.impact": "point masses"}),
+    "a wrong gait with other faults": (
+        [
+            put("gait.kind", "free"),
+            put("gait.phases", {"b": 0.0, "d": 0.5}),
+            put("ground.friction.coefficient", -1.0),
+            put("duration", "0 s"),
+        ],
+        {"ground.friction.coefficient": "", "duration": "", "gait.phases.d": "", "gait.phases": ""},
+    ),
+    "no walker": ([put("robot", BLOCK)], {"gait": "", "ground.friction": ""}),
     "all at once": (
         [
             put("gait.kind", "tripod"),
@@ -204,26 +218,3 @@ def test_bad_scenes(name: str) -> None:
     said = dict(one.split(": ", 1) for one in refusals(*changes))
     assert list(said) == list(words)
     assert [path for path, word in words.items() if word not in said[path]] == []
-
-
-def test_a_wrong_gait_in_a_file_with_other_faults() -> None:
-    tables = table()
-    put("gait.kind", "free")(tables)
-    put("gait.phases", {"b": 0.0, "d": 0.5})(tables)
-    put("ground.friction.coefficient", -1.0)(tables)
-    put("duration", "0 s")(tables)
-    with pytest.raises(InputError) as caught:
-        parse_scene(tomlkit.dumps(tables))
-    places = [one.split(":")[0] for one in caught.value.problems]
-    assert places == ["ground.friction.coefficient", "duration", "gait.phases.d", "gait.phases"]
-
-
-def test_gaits_are_for_walkers_and_friction_for_feet_with_a_way_along_the_ground() -> None:
-    tables = table()
-    tables["robot"] = {
-        "structure": {"kind": "lumped", "coordinates": ["a"], "mass": ["1 ug"], "stiffness": ["1 N/m"]},
-        "feet": {"a": {"point": "a", "gap": 0.0}},
-    }
-    with pytest.raises(InputError) as caught:
-        parse_scene(tomlkit.dumps(tables))
-    assert [one.split(":")[0] for one in caught.value.problems] == ["gait", "ground.friction"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,45 +30,38 @@ BENDING = (1.0, -1.0, 1.0)
 """Its highest mode: ends against the middle, omega^2 = 400/0.3e-3 + 400/0.3e-3."""
 
 
+def shape_set(values: np.ndarray, analysis: int, number: int = 1, **more: Any) -> Any:
+    """A data set 55 of a shape along Z at the nodes 1, 2 and 7."""
+    return pyuff.prepare_55(
+        model_type=1,
+        **{f"id{k}": "NONE" for k in range(1, 6)},
+        analysis_type=analysis,
+        data_ch=2,
+        spec_data_type=8,
+        data_type=2 if analysis == 2 else 5,
+        n_data_per_node=3,
+        r1=0 * values,
+        r2=0 * values,
+        r3=values,
+        load_case=1,
+        mode_n=number,
+        node_nums=[1, 2, 7],
+        modal_b=0j,
+        **more,
+    )
+
+
 def written(path: Path, *, masses: tuple[float, ...] = (1.2e-3,), analysis: int = 2, units: bool = False) -> Path:
-    file = pyuff.UFF(str(path))
+    beam = {"freq": np.sqrt(800.0 / 3e-4) / (2.0 * np.pi), "modal_damp_vis": 0.02, "modal_damp_his": 0.0}
+    sets = [
+        shape_set(np.array(BENDING), analysis, number, modal_m=mass, eig=1j, modal_a=0j, **beam)
+        for number, mass in enumerate(masses, 1)
+    ]
     if units:  # millimetres and newton: masses in tonnes
-        file.write_sets(
-            pyuff.prepare_164(
-                units_code=9, units_description="mm", temp_mode=1, length=1e3, force=1.0, temp=1.0, temp_offset=0.0
-            ),
-            "overwrite",
-        )
-    for number, mass in enumerate(masses, 1):
-        file.write_sets(
-            pyuff.prepare_55(
-                model_type=1,
-                id1="bending",
-                id2="NONE",
-                id3="NONE",
-                id4="NONE",
-                id5="NONE",
-                analysis_type=analysis,
-                data_ch=2,
-                spec_data_type=8,
-                data_type=2 if analysis == 2 else 5,
-                n_data_per_node=3,
-                r1=np.zeros(3),
-                r2=np.zeros(3),
-                r3=np.array(BENDING),
-                load_case=1,
-                mode_n=number,
-                node_nums=[1, 2, 7],
-                freq=np.sqrt(800.0 / 3e-4) / (2.0 * np.pi),
-                modal_m=mass,
-                modal_damp_vis=0.02,
-                modal_damp_his=0.0,
-                eig=1j,
-                modal_a=0j,
-                modal_b=0j,
-            ),
-            "add" if units or number > 1 else "overwrite",
-        )
+        scale = {"length": 1e3, "force": 1.0, "temp": 1.0, "temp_offset": 0.0}
+        sets.insert(0, pyuff.prepare_164(units_code=9, units_description="mm", temp_mode=1, **scale))
+    for number, one in enumerate(sets):
+        pyuff.UFF(str(path)).write_sets(one, "add" if number else "overwrite")
     return path
 
 
@@ -150,32 +144,7 @@ def test_directions_of_measured_modes_reach_shapes_files_and_structure(tmp_path:
 def test_a_complex_shape_is_no_mode_of_a_structure(tmp_path: Path) -> None:
     path = tmp_path / "shapes.unv"
     turning = np.array([1.0, 1.0j, -1.0])
-    file = pyuff.UFF(str(path))
-    file.write_sets(
-        pyuff.prepare_55(
-            model_type=1,
-            id1="a",
-            id2="NONE",
-            id3="NONE",
-            id4="NONE",
-            id5="NONE",
-            analysis_type=3,
-            data_ch=2,
-            spec_data_type=8,
-            data_type=5,
-            n_data_per_node=3,
-            r1=0j * turning,
-            r2=0j * turning,
-            r3=turning,
-            load_case=1,
-            mode_n=1,
-            node_nums=[1, 2, 3],
-            eig=-1.0 + 100.0j,
-            modal_a=200.0j,
-            modal_b=0j,
-        ),
-        "overwrite",
-    )
+    pyuff.UFF(str(path)).write_sets(shape_set(turning, 3, eig=-1.0 + 100.0j, modal_a=200.0j), "overwrite")
     with pytest.raises(InputError, match="mode 1 is complex: its points do not move in one phase"):
         read_mode_table(path)
     with pytest.raises(InputError, match=r"1 complex modes \(tarsus\.modes\.read_mode_table reads them"):

@@ -130,17 +130,6 @@ def test_rates_in_attributes_and_times_beside_the_channels(tmp_path):
     assert read_measurement(path, channels=["b/tip"]).step == pytest.approx(0.01)
 
 
-def test_empty_lines_between_rows_and_times_of_day(tmp_path):
-    rows = [f"{0.01 * i:.2f},{np.sin(i):.6f}" for i in range(30)]
-    path = tmp_path / "record.csv"
-    path.write_text("t (s),x (mm)\n\n" + "\n\n".join(rows) + "\n\n", encoding="utf-8")
-    record = read_measurement(path)
-    assert record.count == 30 and record.step == pytest.approx(0.01)
-    path.write_text("t,x\n" + "\n".join(f"12:00:{row}" for row in rows) + "\n", encoding="utf-8")
-    with pytest.raises(ts.InputError, match=r"'12:00:0\.29' where a number is expected; write times as seconds"):
-        read_measurement(path)
-
-
 @pytest.mark.parametrize(
     ("unit", "factor"),
     [("g/lbf", 9.80665 / 4.4482216), ("in/s^2/lbf", 0.0254 / 4.4482216), ("(1/N)*(m/s^2)", 1.0), ("1/kg", 1.0)],

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from readers.test_lvm import HEADER
 from tarsus.records.readers import read_measurement, read_response
 
 REAL = Path(__file__).parents[1] / "data" / "real"
@@ -28,17 +30,6 @@ def write(tmp_path: Path, text: str, encoding: str = "utf-8", name: str = "recor
     path = tmp_path / name
     path.write_text(text, encoding=encoding)
     return path
-
-
-def test_a_last_line_without_its_end_is_told(tmp_path):
-    cut = POLYTEC.rstrip()
-    assert "its last line has no line end" in "\n".join(read_measurement(write(tmp_path, cut)).notes)
-
-
-def test_a_table_without_names(tmp_path):
-    path = write(tmp_path, "0.0 1.0\n0.1 3.0\n0.2 2.0\n")
-    record = read_measurement(path, channels={"column 2": {"unit": "um", "name": "tip"}}, axis="column 1")
-    assert record["tip"] == pytest.approx([1e-6, 3e-6, 2e-6]) and record.step == pytest.approx(0.1)
 
 
 @pytest.mark.parametrize(
@@ -78,35 +69,96 @@ def test_one_complex_number_a_line(point, last):
     assert response.values[0, 0, -1] == last
 
 
-def test_a_column_that_counts_and_one_without_numbers_are_told(tmp_path):
-    text = "Index,Time (s),tip (mm/s),Marker\n0,0.0,1,\n1,0.1,2,\n2,0.2,4,\n"
-    record = read_measurement(write(tmp_path, text, name="record.csv"))
-    assert record.names == ("tip",) and record.step == pytest.approx(0.1)
-    notes = "\n".join(record.notes)
-    assert "'Index' counts the samples: not used" in notes and "'Marker' holds no numbers: not used" in notes
+def lvm(rows: str, columns: str = "No") -> str:
+    return HEADER.format(columns=columns, decimal=".") + "X_Value\tdrive\ttip\n" + rows
 
 
-def test_a_column_that_ends_early_is_no_cut_file(tmp_path):
-    text = "time (s),tip (mm/s),drive (V)\n0.0,1,1\n0.1,2,2\n0.2,4,1\n0.3,3,\n0.4,1,\n"
-    record = read_measurement(write(tmp_path, text, name="record.csv"))
-    assert record.count == 3 and "'tip' goes on for 2 samples" in "\n".join(record.notes)
+MULTI = """LabVIEW Measurement\t
+Separator\tTab
+X_Columns\tMulti
+***End_of_Header***\t
+\t
+Channels\t2\t\t\t\t
+Samples\t4\t\t4\t
+Y_Unit_Label\tg\t\tm/s^2\t
+X_Dimension\tTime\t\tTime\t
+Delta_X\t0.25\t\t0.25\t
+***End_of_Header***\t\t\t\t
+X_Value\tax\tX_Value\tay\tComment
+"""
+SIX = "".join(f"\t{i % 3}.5\t{i}.0\n" for i in range(6))
+THREES, MM = [0.5, 1.5, 2.5], 1e-3 * np.arange(6)
+GO_ON = "announces 3 samples, and 6 follow, whose times go on"
+NAMED = {"channels": {"column 2": {"unit": "um", "name": "tip"}}, "axis": "column 1"}
+READ: dict[str, tuple[str, dict[str, Any], dict[str, Any], tuple[str, ...]]] = {
+    "no last end.txt": (
+        POLYTEC.rstrip(),
+        {},
+        {"Velocity": np.array([-15.0, 20.0, 40.0, 10.0]) * 1e-6, "Reference": [0.5, 1.0, 0.0, -1.0]},
+        ("its last line has no line end",),
+    ),
+    "no names.txt": ("0.0 1.0\n0.1 3.0\n0.2 2.0\n", NAMED, {"tip": [1e-6, 3e-6, 2e-6]}, ()),
+    "columns of no use.csv": (
+        "Index,Time (s),tip (mm/s),Marker\n0,0.0,1,\n1,0.1,2,\n2,0.2,4,\n",
+        {},
+        {"tip": [1e-3, 2e-3, 4e-3]},
+        ("'Index' counts the samples: not used", "'Marker' holds no numbers: not used"),
+    ),
+    "a column that ends early.csv": (
+        "time (s),tip (mm/s),drive (V)\n0.0,1,1\n0.1,2,2\n0.2,4,1\n0.3,3,\n0.4,1,\n",
+        {},
+        {"tip": [1e-3, 2e-3, 4e-3], "drive": [1.0, 2.0, 1.0]},
+        ("'tip' goes on for 2 samples",),
+    ),
+    "second of two records.csv": (
+        "Sample rate: 1 kHz\nSamples: 3\ntip [mm/s],drive [V]\n" + "".join(f"{i % 3},{i}\n" for i in range(6)),
+        {"record": 2},
+        {"tip": MM[:3], "drive": [3.0, 4.0, 5.0]},
+        (),
+    ),
+    "more rows than announced.csv": (
+        "Samples: 3\nt [s],tip [mm/s]\n" + "".join(f"0.{i},{i}\n" for i in range(6)),
+        {},
+        {"tip": MM},
+        (GO_ON,),
+    ),
+    "words below.csv": (
+        "t (s),tip (mm/s)\n0.0,1\n0.1,2\n0.2,4\n\nMean,2.33\nEnd of file\n",
+        {},
+        {"tip": [1e-3, 2e-3, 4e-3]},
+        ("not used: its last lines, from 'Mean,2.33' on",),
+    ),
+    "two of one name.csv": (
+        "t (s),a (V),a (V)\n0,1,2\n1,2,3\n2,4,1\n",
+        {},
+        {"a": [1.0, 2.0, 4.0], "a (column 3)": [2.0, 3.0, 1.0]},
+        (),
+    ),
+    "empty lines.csv": ("t (s),x (mm)\n\n0.0,1\n\n0.1,3\n\n0.2,2\n\n", {}, {"x": [1e-3, 3e-3, 2e-3]}, ()),
+    "second of two records.lvm": (lvm(SIX), {"record": 2}, {"drive": THREES, "tip": MM[3:]}, ()),
+    "joined.lvm": (lvm(SIX), {"record": 0}, {"drive": THREES * 2, "tip": MM}, ("2 records are joined, as chosen",)),
+    "more rows than announced.lvm": (
+        lvm("".join(f"{i / 1000}\t{i % 3}.5\t{i}.0\n" for i in range(6)), "One"),
+        {},
+        {"drive": THREES * 2, "tip": MM},
+        (f"{GO_ON}: all are used",),
+    ),
+    "an empty cell for every column of times.lvm": (
+        MULTI + "".join(f"{i / 4:.6f}\t{i % 3:.6f}\t{i / 4:.6f}\t{i % 2:.6f}\n" for i in range(4)),
+        {},
+        {"ax": 9.80665 * np.array([0.0, 1.0, 2.0, 0.0]), "ay": [0.0, 1.0, 0.0, 1.0]},
+        (),
+    ),
+}
+"""By the file's name: its text, what is chosen, what it holds in SI units, and what is noted."""
 
 
-def test_more_rows_than_the_header_announces(tmp_path):
-    rows = "".join(f"{i % 3},{i}\n" for i in range(6))
-    path = write(tmp_path, "Sample rate: 1 kHz\nSamples: 3\ntip [mm/s],drive [V]\n" + rows, name="record.csv")
-    assert read_measurement(path, record=2)["drive"].tolist() == [3.0, 4.0, 5.0]
-    timed = "Samples: 3\nt [s],tip [mm/s]\n" + "".join(f"0.{i},{i % 3}\n" for i in range(6))
-    record = read_measurement(write(tmp_path, timed, name="timed.csv"))
-    assert record.count == 6 and "announces 3 samples, and 6 follow, whose times go on" in "\n".join(record.notes)
-
-
-def test_words_below_the_numbers_are_no_cut_line(tmp_path):
-    text = "t (s),tip (mm/s)\n0.0,1\n0.1,2\n0.2,4\n\nMean,2.33\nEnd of file\n"
-    record = read_measurement(write(tmp_path, text, name="record.csv"))
-    assert record.count == 3 and "not used: its last lines, from 'Mean,2.33' on" in "\n".join(record.notes)
-
-
-def test_two_columns_of_one_name_are_told_apart(tmp_path):
-    record = read_measurement(write(tmp_path, "t (s),a (V),a (V)\n0,1,2\n1,2,3\n2,4,1\n", name="record.csv"))
-    assert record.names == ("a", "a (column 3)") and record["a (column 3)"].tolist() == [2.0, 3.0, 1.0]
+@pytest.mark.parametrize("name", READ)
+def test_what_is_read_of_a_text_and_what_is_noted(tmp_path, name):
+    text, choices, channels, notes = READ[name]
+    record = read_measurement(write(tmp_path, text, name=name), **choices)
+    assert record.names == tuple(channels)
+    for channel, values in channels.items():
+        assert record[channel] == pytest.approx(values)
+    for note in notes:
+        assert note in "\n".join(record.notes)

@@ -8,7 +8,7 @@ import math
 import pytest
 
 import tarsus as ts
-from tarsus.base.spec import validate
+from scene_files import one_mode, pushed
 from tarsus.cli import main
 from tarsus.files.toml import write_scene
 from tarsus.model.scene import Scene
@@ -17,25 +17,9 @@ from tarsus.study.workunit import OUTCOMES
 from walking_scenes import block
 
 
-def pushed(level: float = 1e-3) -> Scene:
+def swung(level: float = 1e-3) -> Scene:
     """One mode under a force that swings: nothing happens without volts."""
-    structure = {
-        "kind": "modal",
-        "frequencies": [1e4],
-        "damping_ratios": [0.1],
-        "modal_masses": [1e-6],
-        "shapes": {"A": [1.0]},
-    }
-    drive = {"load": {"kind": "point", "weights": {"A": 1.0}}, "law": {"kind": "linear", "gain": 1.0}}
-    return validate(
-        Scene,
-        {
-            "name": "pushed",
-            "duration": 3.3e-4,
-            "robot": {"structure": structure, "drives": {"d": drive}, "feet": {}},
-            "signals": {"d": {"kind": "sine", "amplitude": level, "frequency": 3e3}},
-        },
-    )
+    return pushed(one_mode(1e4, 0.1, 1e-6), "A", 3.3e-4, {"kind": "sine", "amplitude": level, "frequency": 3e3})
 
 
 @pytest.fixture
@@ -45,15 +29,15 @@ def strict(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_an_open_account_is_no_done(strict: None) -> None:
-    run = ts.simulate(pushed())
+    run = ts.simulate(swung())
     assert 0.0 < run.ledger.closure < CLOSED
     assert run.end_time == run.duration
     assert run.code is ResultCode.LEDGER_OPEN and not run.ok
     assert "energy account is open" in str(run.code)
-    assert ts.simulate(pushed(0.0)).ok
+    assert ts.simulate(swung(0.0)).ok
 
 
-@pytest.mark.parametrize("scene", [pushed(), block()], ids=["modes", "walker"])
+@pytest.mark.parametrize("scene", [swung(), block()], ids=["modes", "walker"])
 def test_an_account_that_is_no_number_is_open(scene: Scene) -> None:
     run = ts.simulate(scene, duration=1e-4)
     run.__dict__["ledger"] = dataclasses.replace(run.ledger, closure=math.nan)
@@ -62,8 +46,8 @@ def test_an_account_that_is_no_number_is_open(scene: Scene) -> None:
 
 def test_batches_report_it_where_they_are_asked_to(strict: None) -> None:
     vary = {"signals.d.amplitude": [0.0, 1e-3]}
-    plain = ts.simulate_batch(pushed(), vary)
-    kept = ts.simulate_batch(pushed(), vary, ledger=True)
+    plain = ts.simulate_batch(swung(), vary)
+    kept = ts.simulate_batch(swung(), vary, ledger=True)
     assert plain.codes == [ResultCode.DONE, ResultCode.DONE]
     assert kept.codes == [ResultCode.DONE, ResultCode.LEDGER_OPEN]
     assert kept.run(0).ok and not kept.run(1).ok
@@ -72,7 +56,7 @@ def test_batches_report_it_where_they_are_asked_to(strict: None) -> None:
 
 def test_the_command_line_says_it_and_exits_with_1(strict: None, tmp_path, capsys) -> None:
     file = tmp_path / "pushed.toml"
-    write_scene(pushed(), file)
+    write_scene(swung(), file)
     assert main(["simulate", str(file)]) == 1
     out, err = capsys.readouterr()
     assert ResultCode.LEDGER_OPEN.value in out and ResultCode.LEDGER_OPEN.value in err
@@ -80,7 +64,7 @@ def test_the_command_line_says_it_and_exits_with_1(strict: None, tmp_path, capsy
 
 def test_a_structure_without_feet_has_its_account_on_any_ground() -> None:
     """The film has no foot to act on; what feet do for the account is asked of none."""
-    scene = pushed()
+    scene = swung()
     ground = scene.ground.model_copy(update={"film": ts.Film(coefficient=1e-9, thickness=1e-3)})
     run = ts.simulate(scene.model_copy(update={"ground": ground}))
     assert run.ok and run.ledger.closure < CLOSED
