@@ -1,11 +1,14 @@
-"""Work spread over threads: jobs within jobs stay on their thread, and long ones hear that nobody waits any more."""
+"""Work spread over threads: jobs within jobs, jobs that nobody waits for any more, and threads of BLAS."""
 
 from __future__ import annotations
 
 import threading
 
+import numpy as np
 import pytest
+import threadpoolctl
 
+from tarsus.base.threads import single_threaded
 from tarsus.base.workers import spread
 
 
@@ -32,3 +35,16 @@ def test_long_jobs_hear_when_one_has_failed():
 
     with pytest.raises(ValueError, match="broken"):
         list(spread(job, [0, 1], 2, stop))
+
+
+def threads() -> set[int]:
+    """Threads of every BLAS that is loaded."""
+    np.linalg.eigh(np.eye(2))
+    return {one["num_threads"] for one in threadpoolctl.threadpool_info() if one["user_api"] == "blas"}
+
+
+def test_one_thread_inside_and_as_before_outside():
+    with threadpoolctl.threadpool_limits(limits=2, user_api="blas"):
+        before = threads()
+        assert single_threaded(threads)() == {1}
+        assert threads() == before

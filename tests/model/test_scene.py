@@ -1,3 +1,9 @@
+"""Scenes and structures: loads, starts, provenance, and the matrices of what is described."""
+
+from __future__ import annotations
+
+import math
+
 import numpy as np
 import pytest
 
@@ -22,7 +28,7 @@ from tarsus.model.scene import (
     Source,
     override,
 )
-from tarsus.model.structure import Lumped
+from tarsus.model.structure import Beam, Lumped, Modal
 
 
 def chain(**changes: object) -> Lumped:
@@ -116,3 +122,111 @@ def test_a_scene_is_printed_as_a_short_table():
     assert lines[0].startswith("cantilever: beam, 1 foot on ") and max(map(len, lines)) < 120
     assert ["robot.feet.tip.gap", "70", "µm", "printed"] in [line.split() for line in lines]
     assert repr(load_scene("cantilever")) == "<Scene 'cantilever': beam with tip>"
+
+
+TWO = {"coordinates": ["tip", "base"], "mass": ["1 mg", "2 mg"], "stiffness": [[2.0, -2.0], [-2.0, 5.0]]}
+
+
+def beam(**changes: object) -> Beam:
+    values = {
+        "frequencies": ["623 Hz", "6424 Hz"],
+        "damping_ratios": [0.02, 0.02],
+        "length": "750 um",
+        "tip_length": "150 um",
+        "tip_width": "100 um",
+        "tip_thickness": "10 um",
+        "tip_density": "2330 kg/m^3",
+    }
+    return Beam(**{**values, **changes})
+
+
+def test_modal_matrices() -> None:
+    modal = Modal(
+        frequencies=["0 Hz", "100 Hz", "2 kHz"],
+        damping_ratios=[0.0, 1.5, 0.01],
+        modal_masses=["1 mg", "2 mg", "3 mg"],
+        shapes={"foot": [1.0, 0.5, -0.2]},
+        modal_damping=["1 uN s/m", "0 N s/m", "0 N s/m"],
+        upward=[1.0, 0.0, 0.0],
+    )
+    matrices = modal.matrices()
+    omega = 2 * math.pi * np.array([0.0, 100.0, 2000.0])
+    mass = np.array([1e-6, 2e-6, 3e-6])
+    np.testing.assert_allclose(matrices.mass, np.diag(mass), rtol=1e-15)
+    np.testing.assert_allclose(matrices.stiffness, np.diag(mass * omega**2), rtol=1e-15)
+    np.testing.assert_allclose(matrices.damping, np.diag([1e-6, 2 * 1.5 * omega[1] * 2e-6, 0.02 * omega[2] * 3e-6]))
+    np.testing.assert_array_equal(modal.row("foot"), [1.0, 0.5, -0.2])
+    assert modal.points == ("foot",)
+    np.testing.assert_array_equal(modal.vertical(), [1.0, 0.0, 0.0])
+    with pytest.raises(KeyError):
+        modal.row("hand")
+
+
+def test_lumped_lists_are_diagonals() -> None:
+    lumped = Lumped(**TWO)
+    matrices = lumped.matrices()
+    np.testing.assert_array_equal(matrices.mass, np.diag([1e-6, 2e-6]))
+    np.testing.assert_array_equal(matrices.damping, np.zeros((2, 2)))
+    np.testing.assert_array_equal(matrices.stiffness, TWO["stiffness"])
+    np.testing.assert_array_equal(lumped.row("base"), [0.0, 1.0])
+    np.testing.assert_array_equal(lumped.vertical(), [1.0, 1.0])
+    assert Lumped(coordinates=["ball"], mass="1 g", stiffness=0.0).mass == ((1e-3,),)
+
+
+def test_lumped_damping_may_be_anything() -> None:
+    damping = [[1.0, 0.3], [-0.4, 0.1]]
+    np.testing.assert_array_equal(Lumped(**TWO, damping=damping).matrices().damping, damping)
+
+
+def test_masses_that_fly_free_are_not_damped_by_the_ratios() -> None:
+    """Rounding gave their common motion a frequency, 1e-8 of the other, and so 1e-7 of its damping."""
+    k = 0.019577375020848185
+    lumped = Lumped(
+        coordinates=["a", "b"],
+        mass=[1.6069108894771215e-07, 8.268313430810564e-07],
+        stiffness=[[k, -k], [-k, k]],
+        damping_ratios=[0.31742610245472225, 0.07343966248883413],
+    )
+    damping = lumped.matrices().damping
+    assert np.abs(damping.sum(axis=1)).max() <= 1e-15 * np.abs(damping).max()
+
+
+def test_lumped_modal_damping_gives_the_ratios() -> None:
+    mass = [[2.0, 0.3], [0.3, 1.0]]
+    lumped = Lumped(coordinates=["a", "b"], mass=mass, stiffness=[[3.0, -1.0], [-1.0, 4.0]], damping_ratios=[0.02, 1.7])
+    m, c, k = (getattr(lumped.matrices(), name) for name in ("mass", "damping", "stiffness"))
+    state = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(m, k), -np.linalg.solve(m, c)]])
+    values = np.linalg.eigvals(state)
+    slow = values[np.abs(values.imag) > 1e-9][0]
+    assert -slow.real / abs(slow) == pytest.approx(0.02, rel=1e-10)
+    real = np.sort(values[np.abs(values.imag) <= 1e-9].real)
+    assert len(real) == 2, "the second mode is overdamped"
+    assert -real.sum() / (2 * math.sqrt(real[0] * real[1])) == pytest.approx(1.7, rel=1e-10)
+
+
+def test_lumped_extra_points() -> None:
+    lumped = Lumped(**TWO, weights={"middle": [0.5, 0.5]})
+    assert lumped.points == ("tip", "base", "middle")
+    np.testing.assert_array_equal(lumped.row("middle"), [0.5, 0.5])
+
+
+def test_beam_of_the_source() -> None:
+    it = beam()
+    stiffness, mass_per_length = it.section()
+    assert stiffness == pytest.approx(1.139e-12, rel=1e-3)
+    assert mass_per_length == pytest.approx(3.52e-7, rel=1e-3)
+    assert it.static_compliance() == pytest.approx(164.0, rel=2e-3)
+    assert it.tip.mass == pytest.approx(3.495e-10, rel=1e-12)
+    np.testing.assert_allclose(it.modes().omega / (2 * math.pi), [623.0, 6424.0], rtol=1e-12)
+    matrices = it.matrices()
+    omega = np.sqrt(np.diag(matrices.stiffness) / np.diag(matrices.mass))
+    np.testing.assert_allclose(np.diag(matrices.damping), 0.04 * omega * np.diag(matrices.mass), rtol=1e-14)
+
+
+def test_beam_keeps_as_many_modes_as_damping_ratios() -> None:
+    assert beam(damping_ratios=[0.01] * 5).matrices().mass.shape == (5, 5)
+
+
+def test_beam_is_solved_with_little_work() -> None:
+    tried = iter(range(10))
+    assert calls(lambda: beam(frequencies=[600.0 + next(tried), 6424.0]).matrices()) < 40_000

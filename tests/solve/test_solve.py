@@ -1,18 +1,31 @@
-"""Runs and batches: what they return, and that a batch equals single runs."""
+"""Runs and batches: what they return and cost, codes of open accounts, and the versions that results depend on."""
 
 from __future__ import annotations
 
+import dataclasses
+import math
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import tarsus
 import tarsus as ts
+from scene_files import one_mode, pushed
 from tarsus.base.events import EventKind
+from tarsus.cli import main
 from tarsus.core import arrays as a
+from tarsus.files.toml import parse_scene, write_scene
+from tarsus.files.version import SHOWING, result_sources
 from tarsus.measure.windows import WindowedHistories
-from tarsus.solve import Accuracy, ResultCode
-from tarsus.solve.codes import structured_events
+from tarsus.model.scene import Scene
+from tarsus.solve import Accuracy
+from tarsus.solve.codes import CLOSED, ResultCode, structured_events
+from tarsus.solve.simulation import STEPS_PER_CYCLE, estimated_steps
+from tarsus.study.workunit import OUTCOMES
+from walking_scenes import block
 
 SCENES = Path(__file__).parent.parent / "scenes"
 
@@ -173,3 +186,104 @@ def test_devices_files_and_durations_are_taken_as_files_say_them(tmp_path):
     batch = ts.simulate_batch("cantilever", {"signals.pzt.amplitude": [8.0]}, "10 ms")
     assert batch.events(0)["time"] == pytest.approx(plain.events["time"], rel=1e-7)
     assert ts.Session("cantilever").run({}, "10 ms").events["time"][0] == pytest.approx(plain.events["time"][0])
+
+
+SCENE = """
+name = "two masses"
+duration = "1 s"
+[robot.structure]
+kind = "lumped"
+coordinates = ["a", "b"]
+mass = [1.0, 4.0]
+stiffness = [[{k}, 0.0], [0.0, {k}]]
+damping = [0.0, 0.0]
+[robot.feet.a]
+point = "a"
+gap = "1 m"
+[robot.drives.d]
+load = {{ kind = "point", weights = {{ a = 1.0 }} }}
+law = {{ kind = "linear", gain = 1.0 }}
+[signals.d]
+kind = "sine"
+amplitude = 1.0
+frequency = 3.0
+"""
+
+
+def test_the_fastest_motion_counts():
+    fast = parse_scene(SCENE.format(k=4.0e6))  # sqrt(4e6) rad/s = 318.3 Hz
+    assert estimated_steps(fast, 10.0) == pytest.approx(10.0 * 318.3099 * STEPS_PER_CYCLE, rel=1e-6)
+    slow = parse_scene(SCENE.format(k=0.0))  # a free mass: the drive's 3 Hz are faster
+    assert estimated_steps(slow, 10.0) == pytest.approx(10.0 * 3.0 * STEPS_PER_CYCLE)
+
+
+def swung(level: float = 1e-3) -> Scene:
+    """One mode under a force that swings: nothing happens without volts."""
+    return pushed(one_mode(1e4, 0.1, 1e-6), "A", 3.3e-4, {"kind": "sine", "amplitude": level, "frequency": 3e3})
+
+
+@pytest.fixture
+def strict(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rounding counts as open."""
+    monkeypatch.setattr("tarsus.solve.run.CLOSED", 0.0)
+
+
+def test_an_open_account_is_no_done(strict: None) -> None:
+    run = ts.simulate(swung())
+    assert 0.0 < run.ledger.closure < CLOSED
+    assert run.end_time == run.duration
+    assert run.code is ResultCode.LEDGER_OPEN and not run.ok
+    assert "energy account is open" in str(run.code)
+    assert ts.simulate(swung(0.0)).ok
+
+
+@pytest.mark.parametrize("scene", [swung(), block()], ids=["modes", "walker"])
+def test_an_account_that_is_no_number_is_open(scene: Scene) -> None:
+    run = ts.simulate(scene, duration=1e-4)
+    run.__dict__["ledger"] = dataclasses.replace(run.ledger, closure=math.nan)
+    assert run.code is ResultCode.LEDGER_OPEN
+
+
+def test_batches_report_it_where_they_are_asked_to(strict: None) -> None:
+    vary = {"signals.d.amplitude": [0.0, 1e-3]}
+    plain = ts.simulate_batch(swung(), vary)
+    kept = ts.simulate_batch(swung(), vary, ledger=True)
+    assert plain.codes == [ResultCode.DONE, ResultCode.DONE]
+    assert kept.codes == [ResultCode.DONE, ResultCode.LEDGER_OPEN]
+    assert kept.run(0).ok and not kept.run(1).ok
+    assert "LEDGER_OPEN" in OUTCOMES
+
+
+def test_the_command_line_says_it_and_exits_with_1(strict: None, tmp_path, capsys) -> None:
+    file = tmp_path / "pushed.toml"
+    write_scene(swung(), file)
+    assert main(["simulate", str(file)]) == 1
+    out, err = capsys.readouterr()
+    assert ResultCode.LEDGER_OPEN.value in out and ResultCode.LEDGER_OPEN.value in err
+
+
+def test_a_structure_without_feet_has_its_account_on_any_ground() -> None:
+    """The film has no foot to act on; what feet do for the account is asked of none."""
+    scene = swung()
+    ground = scene.ground.model_copy(update={"film": ts.Film(coefficient=1e-9, thickness=1e-3)})
+    run = ts.simulate(scene.model_copy(update={"ground": ground}))
+    assert run.ok and run.ledger.closure < CLOSED
+    assert run.ledger.work_in == pytest.approx(ts.simulate(scene).ledger.work_in, rel=1e-12)
+
+
+ROOT = Path(tarsus.__file__).parent
+
+
+def test_every_source_that_a_run_and_its_measures_load_is_in_the_hash() -> None:
+    """Of a process that simulates, sweeps, calibrates and designs: what it has loaded but rooms that show results."""
+    code = (
+        "import sys, tarsus as ts, tarsus.study, tarsus.calibrate, tarsus.design, tarsus.identify\n"
+        "ts.simulate('cantilever', '1 ms').measures; ts.simulate('millipede', '1 ms').measures\n"
+        "own = [m.__file__ for n, m in list(sys.modules.items()) if n.split('.')[0] == 'tarsus']\n"
+        "print(*filter(None, own), sep='\\n')"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = {Path(line).relative_to(ROOT) for line in done.stdout.splitlines()}
+    assert Path("model/drive/laws/prandtl_ishlinskii.py") in loaded and Path("solve/engine.py") in loaded
+    needed = {path for path in loaded if path.parts[0] not in SHOWING}
+    assert needed <= {path.relative_to(ROOT) for path in result_sources()}

@@ -1,4 +1,4 @@
-"""Walkers: initial velocities, laws that end at the ground, where slip begins, runs in a batch."""
+"""Walkers: initial velocities, laws that end at the ground, where slip begins, and the table of a foot's states."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ import pytest
 from scipy.linalg import expm
 
 import tarsus as ts
+from tarsus.base.events import EVENT_WORDS, TRANSITIONS, EventKind, FootState
 from tarsus.core import _native
 from tarsus.core.modes import NODES
 from tarsus.core.nodes import TAU
-from tarsus.model.laws import SmoothLaw
+from tarsus.model.laws import Friction, SmoothLaw
 from tarsus.model.scene import Initial, Standing
 from tarsus.model.structure import Walker
 from tarsus.solve.codes import ResultCode
@@ -184,3 +185,44 @@ def test_a_step_is_the_exact_motion(damping: float) -> None:
     exact = np.transpose([expm(motion * length * part) @ begin for part in TAU])[:2]
     for row, other in zip(found, exact, strict=True):
         np.testing.assert_allclose(row, other, atol=1e-9 * np.abs(other).max())
+
+
+def changes(run, foot):
+    """(state before, state after, event) of every event of a foot, the states sampled halfway to its neighbours."""
+    own = run.events[run.events["foot"] == foot]
+    edges = np.concatenate([[0.0], own["time"], [run.duration]])
+    series = run.at(0.5 * (edges[1:] + edges[:-1]))
+    held = np.where(series.slipping[foot], FootState.SLIPPING, FootState.STUCK)
+    state = np.where(series.state.held[foot], held, FootState.AIR)
+    apart = np.diff(edges) > 1e-12
+    # a rest is logged with the end of its accumulation, and held from its last bounce on
+    resting = np.concatenate([own["kind"] == EventKind.REST, [False]])
+    for n, event in enumerate(own):
+        if apart[n] and apart[n + 1] and not resting[n] and not resting[n + 1]:
+            yield int(state[n]), int(state[n + 1]), EVENT_WORDS[event["kind"]]
+
+
+def runs():
+    for friction in (0.02, 0.1, 0.6):
+        ground = sticky(friction=Friction(coefficient=friction), adhesion=ts.Adhesion(initial=2e-7, rate=1e-4))
+        yield ts.simulate(trotter(legs=4, ground=ground), duration=0.02)
+    yield ts.simulate(trotter(legs=4, ground=sticky(adhesion=None)), duration=0.005)
+    # friction ends with the contact's last newton: a foot is stuck until it leaves only where the drive jumps
+    yield ts.simulate(creeping_millipede(), duration=0.1)
+
+
+@pytest.fixture(scope="module")
+def seen():
+    return {change for run in runs() for foot in range(len(run.foot_names)) for change in changes(run, foot)}
+
+
+def test_every_change_is_in_the_table(seen):
+    found = {
+        (before, after, "slip begins" if name == "turns round" else name) for before, after, name, _ in TRANSITIONS
+    }
+    assert seen <= found
+
+
+def test_every_change_of_the_table_occurs(seen):
+    for before, after, name, _ in TRANSITIONS:
+        assert (before, after, "slip begins" if name == "turns round" else name) in seen, name

@@ -1,17 +1,25 @@
-"""Windows: runs from any moment and state, with outputs at any times."""
+"""Windows: runs from any moment and state, with outputs at any times, and their derivatives."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import tarsus as ts
+from scene_files import creeping
 from scene_files import scene as scene_of
+from sliding_scenes import cantilever as sliding
+from tarsus.base.spec import get_value, with_values
+from tarsus.model.scene import Scene
 from tarsus.orbits.returns import return_map
 from tarsus.plan.lowering import lower_scene
 from tarsus.plan.rows import rows_of
 from tarsus.solve.contacts import Contacts
-from tarsus.solve.window import WindowStart, simulate_windows
+from tarsus.solve.engine import Accuracy
+from tarsus.solve.window import WindowBatch, WindowGradients, WindowStart, simulate_windows
 from walking_scenes import sticky, trotter
 
 TIMES = {"p1_n2": 0.1, "three_feet": 0.03, "sticky_feet": 0.06, "ball": 4.0}
@@ -97,3 +105,197 @@ def test_a_window_from_the_start_is_the_run_to_the_last_bit():
     assert len(run.events) > 20
     assert np.array_equal(window.events["time"], run.events["time"])
     assert np.array_equal(window.events["energy"], run.events["energy"])
+
+
+FINE = Accuracy(gap=1e-13, drive=1e-13)
+FIELDS = ("x", "v", "gap", "rate", "resistive", "smooth", "pull")
+
+
+def starts_in(run: ts.Run, count: int, span: float, seed: int) -> list[WindowStart]:
+    """Windows of so long that begin at random times of a run, as the run has it there."""
+    random, out = np.random.default_rng(seed), []
+    for t0 in random.uniform(0.02 * run.duration, run.duration - span, count).tolist():
+        at = run.states(np.array([t0]))
+        begun = run.events[np.isin(run.events["kind"], (2, 4, 5)) & (run.events["time"] <= t0)]
+        held = [int(i) for i in np.flatnonzero(at.held[:, 0])]
+        contacts = Contacts(held, [float(begun["time"][begun["foot"] == i][-1]) for i in held])
+        times = t0 + span * np.sort(random.uniform(0.05, 1.0, 6))
+        out.append(WindowStart(np.concatenate([at.x[:, 0], at.v[:, 0]]), t0, times, contacts))
+    return out
+
+
+def difference(of: Callable[[float], WindowBatch], step: float) -> dict[str, np.ndarray]:
+    """Fourth-order difference of the states of windows."""
+    there = {k: of(k * step).states for k in (-2, -1, 1, 2)}
+    near, far = ({name: getattr(there[k], name) - getattr(there[-k], name) for name in FIELDS} for k in (1, 2))
+    return {name: (8.0 * near[name] - far[name]) / (12.0 * step) for name in FIELDS}
+
+
+def moved(starts: list[WindowStart], name: str, by: float) -> list[WindowStart]:
+    """The same windows with a number of their start otherwise."""
+    if name == "t0":
+        return [replace(one, t0=one.t0 + by) for one in starts]
+    unit = np.eye(len(np.asarray(starts[0].state)))[int(name.removeprefix("state."))]
+    return [replace(one, state=np.asarray(one.state) + by * unit) for one in starts]
+
+
+ROUGH = {"kind": "random", "seed": 3, "rms": 2e-7, "correlation_length": 3e-5, "spacing": 1e-5, "facets": 256}
+SLOW = pytest.mark.slow
+CASES = [
+    pytest.param(
+        lambda: scene_of("p1_n2"),
+        ("ground.film.coefficient", "signals.pull.amplitude"),
+        0.1,
+        0.008,
+        16,
+        True,
+        id="chain",
+    ),
+    pytest.param(
+        lambda: trotter(5, ground=sticky()),
+        ("ground.adhesion.initial", "ground.restitution.coefficient"),
+        None,
+        0.002,
+        12,
+        True,
+        marks=SLOW,
+        id="trotter",
+    ),
+    pytest.param(
+        lambda: with_values(trotter(3, ground=sticky()), {"ground.profile": ROUGH}),
+        ("ground.profile.rms", "ground.friction.coefficient"),
+        None,
+        0.002,
+        12,
+        True,
+        marks=SLOW,
+        id="rough ground",
+    ),
+    pytest.param(
+        lambda: ts.load_scene("turning-hexapod"),
+        ("ground.friction.coefficient", "robot.structure.body.mass"),
+        0.03,
+        0.004,
+        4,
+        False,
+        id="legs that move across",
+    ),
+    pytest.param(
+        sliding,
+        ("ground.friction.coefficient", "robot.structure.modal_masses.0"),
+        0.03,
+        0.004,
+        4,
+        False,
+        id="feet that slide",
+    ),
+    pytest.param(
+        creeping,
+        ("signals.pzt.amplitude", "robot.structure.frequencies.0"),
+        0.03,
+        0.004,
+        4,
+        False,
+        id="a drive that creeps",
+    ),
+    pytest.param(
+        lambda: with_values(
+            ts.load_scene("cantilever", wave="square"),
+            {"robot.drives.pzt.amplifier": {"bandwidth": 3000.0, "slew_rate": 2e5}},
+        ),
+        ("signals.pzt.amplitude", "robot.drives.pzt.amplifier.bandwidth"),
+        0.03,
+        0.004,
+        4,
+        False,
+        id="a slow amplifier",
+    ),
+]
+"""Scene, numbers, seconds of its run and of a window, windows, and whether their starts are varied as well."""
+
+
+@pytest.mark.parametrize(("make", "paths", "duration", "span", "count", "begins"), CASES)
+def test_windows_move_as_their_derivatives_say(
+    make: Callable[[], Scene], paths: tuple[str, ...], duration: float | None, span: float, count: int, begins: bool
+) -> None:
+    """By differences of windows that start otherwise, or of scenes that are lowered anew."""
+    scene = make()
+    run, plan = ts.simulate(scene, duration), lower_scene(scene)
+    starts = starts_in(run, count, span, 1 if begins else 2)
+    by = WindowGradients.of(scene, plan, paths, state=begins, t0=begins)
+    found = simulate_windows(plan, starts, gradients=by, accuracy=FINE)
+    assert found.slopes is not None and len(found.rows) > 1
+    assert not begins or sum(len(one.events) for one in found) >= count // 4
+    size = {name: np.abs(getattr(found.states, name)).max() for name in FIELDS}
+    speeds = np.abs(np.array([one.state for one in starts])).max(axis=0)
+    for p, name in enumerate(found.slopes.names):
+        own = float(get_value(scene, name)) if name in paths else 0.0
+
+        def of(step: float, name: str = name, own: float = own) -> WindowBatch:
+            if name not in paths:
+                return simulate_windows(plan, moved(starts, name, step), accuracy=FINE)
+            other = lower_scene(with_values(scene, {name: own + step}))
+            return simulate_windows(replace(other, length=plan.length, force=plan.force), starts, accuracy=FINE)
+
+        scale = own or (span if name == "t0" else speeds[int(name.removeprefix("state."))])
+        off, beyond = {}, {}
+        for part in (1e-4, 1e-5, 1e-6):  # the best of several steps: far ones cross events, near ones round
+            for field, value_ in difference(of, part * scale).items():
+                got, told = (getattr(of, field)[..., p] for of in (found.slopes.states, found.slopes.state_errors))
+                error = np.abs(value_ - got) * scale / size[field] if size[field] else np.abs(value_ - got)
+                more = np.abs(value_ - got) > 10.0 * told + 1e-5 * size[field] / scale
+                beyond[field] = beyond.get(field, True) & more
+                most = np.array(
+                    [error[:, a:b].max(initial=0.0) for a, b in zip(found.first, found.first[1:], strict=False)]
+                )
+                off[field] = np.minimum(off.get(field, np.inf), most)
+        for field, most in off.items():
+            assert np.nanmedian(most) < 1e-5, (name, field, most)
+            assert np.mean(most > 1e-4) <= 0.1, (name, field, most)
+            assert np.mean(beyond[field]) <= 5e-3, (name, field)  # where differences cross an event
+
+
+def test_one_window_is_that_of_many() -> None:
+    scene = scene_of("p1_n2")
+    plan, run = lower_scene(scene), ts.simulate(scene, 0.05)
+    starts = starts_in(run, 5, 0.004, 3)
+    by = WindowGradients.of(scene, plan, ["ground.film.coefficient"])
+    many = simulate_windows(plan, starts, gradients=by)
+    for one, start in zip(many, starts, strict=True):
+        alone = simulate_windows(plan, [WindowStart(start.state, start.t0, start.times, start.contacts)], gradients=by)[
+            0
+        ]
+        assert one.slopes is not None and alone.slopes is not None
+        np.testing.assert_allclose(one.states.x, alone.states.x, rtol=0, atol=1e-9 * plan.length)
+        off = 10.0 * (one.slopes.state_errors.x + alone.slopes.state_errors.x)
+        assert np.all(np.abs(one.slopes.states.x - alone.slopes.states.x) <= off)
+        assert len(one.events) == len(alone.events)
+
+
+def test_a_ball_lands_later_by_its_start_as_in_closed_form() -> None:
+    """t = t0 + (v + sqrt(v^2 + 2 a h)) / a: by v (1 + v / s) / a, by h 1 / s, by the start 1."""
+    scene = scene_of("ball")
+    plan = lower_scene(scene)
+    assert plan.initial.size == 2
+    start = simulate_windows(plan, [WindowStart(plan.initial, 0.25, [3.0])], gradients=WindowGradients())[0]
+    assert start.slopes is not None and start.slopes.names == ("state.0", "state.1", "t0")
+    event, slopes = start.events[0], start.event_slopes("time")[0]
+    fall = float(event["time"]) - 0.25
+    speed = float(event["speed_before"])
+    acceleration = (speed + float(plan.initial[1])) / fall
+    assert slopes == pytest.approx([1.0 / speed, (1.0 + plan.initial[1] / speed) / acceleration, 1.0], rel=1e-8)
+
+
+def test_a_window_has_its_own_flags_whatever_windows_lie_beside_it() -> None:
+    """An edge of the drive lies at the very start of some: with a larger phase it is there, with a smaller one not."""
+    scene = scene_of("p1_n2", {"signals.pull.phase": 0.0})
+    plan = lower_scene(scene)
+    paths = ("ground.film.coefficient", "signals.pull.phase")
+    gradients = WindowGradients.of(scene, plan, paths, state=False, t0=False)
+    state = np.zeros(2 * len(plan.system.mass))
+    starts = [WindowStart(state, t0, t0 + np.linspace(1e-4, 4e-4, 4), Contacts()) for t0 in (0.0, 0.0013, 0.0)]
+    every = simulate_windows(plan, starts, gradients=gradients)
+    alone = [simulate_windows(plan, [one], gradients=gradients)[0] for one in starts]
+    assert [dict(one.flags) for one in every] == [dict(one.flags) for one in alone]
+    assert [list(one.flags) for one in every] == [["signals.pull.phase"], [], ["signals.pull.phase"]]
+    assert [np.isnan(one.slopes.states.x[..., 1]).all() for one in every] == [True, False, True]
