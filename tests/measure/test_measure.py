@@ -114,18 +114,6 @@ def test_the_dwell_is_a_tenth_of_a_short_period():
     assert period_statistics(Hand(events, 2e-3, 2e-3), dwell=0.5e-3)["bounces"].value == 1.0
 
 
-def test_contact_is_shared_out_among_the_periods_it_spans():
-    events = table((0.5, CAPTURE, 1e-6, 0.1), (2.25, RELEASE, 0.0, 0.0), (3.5, CAPTURE, 2e-6, 0.1))
-    measures = period_statistics(Hand(events, 4.0, 1.0), skip=0)
-    assert measures["contact_duration"].n == 4
-    assert measures["contact_duration"].value == pytest.approx((0.5 + 1.0 + 0.25 + 0.5) / 4)
-    assert measures["contact_duration"].spread == pytest.approx(np.std([0.5, 1.0, 0.25, 0.5], ddof=1))
-    # an open contact lasts until the end; the first third (rounded up) of the periods is a transient
-    late = period_statistics(Hand(events, 4.0, 1.0))
-    assert late["contact_duration"].n == 2
-    assert late["contact_duration"].value == pytest.approx((0.25 + 0.5) / 2)
-
-
 def test_no_event_at_all():
     measures = period_statistics(Hand(table(), 1.0, 0.25))
     assert measures["contact_duration"].value == 0.0 and measures["bounces"].value == 0.0

@@ -9,10 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import tarsus as ts
 from drive_cases import FALLING, PRINTED, RISING
 from model.test_drive_lower import check_shape
-from tarsus.files.toml import parse_scene
 from tarsus.model.drive.laws import Creeping, fit_rates
 from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii, fit_branches
 from tarsus.model.drive.lower import evaluate, lower
@@ -193,35 +191,6 @@ def test_elements_far_faster_than_the_signal(lag: float, hz: float) -> None:
     left = np.exp(-t / lag) if 36.0 * lag > 1e-12 / hz else np.zeros(len(t))
     np.testing.assert_allclose(evaluate(force, t), 5e-6 + 2.5e-6 * (1.0 - left), rtol=1e-11)
     np.testing.assert_allclose(evaluate(force, np.array([0.3, 0.7]) / hz), [7.5e-6, -7.5e-6], rtol=1e-12)
-
-
-@pytest.mark.parametrize("lag", [1e-5, 1e-9])
-def test_a_robot_feels_elements_far_faster_than_the_signal(lag: float) -> None:
-    """It moves as under the force that they make at rest, but for an impulse of what they lag."""
-    creeping = f"""
-        kind = "creeping", instant = {{ kind = "prandtl_ishlinskii", linear = 1e-6 }},
-        thresholds = [0], weights = [5e-7], times = [{lag}]"""
-    found = []
-    for law in (creeping, 'kind = "linear", gain = 1.5e-6'):
-        scene = parse_scene(f"""
-            name = "fast"
-            duration = "2 s"
-            signals.d = {{ kind = "square", amplitude = 5.0, frequency = 1e-3 }}
-            [robot.structure]
-            kind = "lumped"
-            coordinates = ["x"]
-            mass = ["1 g"]
-            stiffness = ["1 N/m"]
-            damping_ratios = [0.05]
-            [robot.drives.d]
-            load = {{ kind = "point", weights = {{ x = 1.0 }} }}
-            law = {{ {" ".join(law.split())} }}
-        """)
-        run = ts.simulate(scene)
-        assert run.ok and run.ledger.closure < 1e-9
-        found.append(run.at(np.linspace(0.1, 2.0, 20)).state.x)
-    impulse, impedance = 2.5e-6 * lag, 1e-3 * math.sqrt(1.0 / 1e-3)
-    assert np.abs(found[0] - found[1]).max() < 1.01 * impulse / impedance + 1e-13
 
 
 def steady(t: float, amplitude: float, hz: float, r: float, lag: float) -> float:

@@ -44,13 +44,6 @@ def test_a_leg_with_phase_p_is_p_periods_late() -> None:
     assert first.volts(np.array([0.0, 0.299 * PERIOD, 0.301 * PERIOD])).tolist() == [14.0, 14.0, -2.0]
 
 
-@pytest.mark.parametrize("duty", [0.2, 0.5, 0.7])
-@pytest.mark.parametrize("kind", [Alternating, MetachronalGait, Ripple])
-def test_duty_is_the_share_of_high_volts(kind: type[Gait], duty: float) -> None:
-    for on in high(kind(**COMMON, duty=duty), rows(3, 3)).values():
-        assert np.mean(on) == pytest.approx(duty, abs=1.0 / len(MIDDLES))
-
-
 def test_alternating_neighbours_and_legs_across_differ() -> None:
     on = high(Alternating(**COMMON), rows(4, 4))
     for side in "LR":

@@ -71,16 +71,6 @@ def test_sugar_for_signals() -> None:
     assert by_path.signals["pzt"] == Sine(amplitude=3.0, frequency=50.0)
 
 
-def test_values_by_path_change_provenance() -> None:
-    it = load_scene("cantilever-1", **{"ground.film.thickness": "60 um", "ground.adhesion": None})
-    assert it.ground.film is not None and it.ground.film.thickness == 60e-6
-    assert it.ground.adhesion is None
-    origin = it.origin("ground.film.thickness")
-    assert origin is not None and origin.source is Source.ASSUMED
-    assert origin.note == "Set by the user; was 58 um (printed)."
-    assert it.origin("ground.adhesion.rate") is None
-
-
 def test_a_file_by_path(tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
     write_scene(load_scene("cantilever"), file)

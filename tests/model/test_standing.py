@@ -114,11 +114,6 @@ def test_an_unbalanced_push_along_the_way():
     assert refusals(it, driven=True) == said
 
 
-def test_only_walkers_stand():
-    said = ["only a walker stands on its feet; this structure is of kind 'beam'"]
-    assert refusals(ts.load_scene("cantilever")) == said
-
-
 def test_a_scene_that_starts_standing_does_so_for_every_payload():
     it = scene(PAIR)
     starts = ts.with_values(it, {"initial.standing": {"driven": False}})

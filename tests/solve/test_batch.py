@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import concurrent.futures
-import math
 import multiprocessing
 import os
 import pickle
@@ -78,27 +77,6 @@ def test_a_run_that_stopped_early_has_measures_all_the_same(name, steps):
     assert all(np.isnan(one.value).all() and (one.n == 0).all() for one in batch.measured().values())
     assert len(batch.to_dataset(["peak"]).attrs) and "STEP_LIMIT" in repr(batch)
     assert run._repr_html_() and batch._repr_html_()
-
-
-class Ends(ts.SmoothLaw):
-    """A force that is no number after 4 ms."""
-
-    strength: float = ts.quantity("N", "strength", ge=0.0)
-
-    @staticmethod
-    def force(gap: float, gap_rate: float, volts: float, time: float, strength: float) -> float:
-        return -strength * math.sqrt(4e-3 - time)
-
-
-@pytest.mark.parametrize("name", ["millipede", "hexapod"])
-def test_a_run_that_a_law_broke_has_measures_all_the_same(name):
-    base = ts.load_scene(name)
-    ground = base.ground.model_copy(update={"laws": {"ends": Ends(strength=1e-3)}})
-    run = ts.simulate(base.model_copy(update={"ground": ground}), 0.02)
-    assert run.ended not in (ResultCode.DONE, ResultCode.STEP_LIMIT) and run.end_time <= 4e-3
-    assert all(one.n == 0 or np.isfinite(one.value) for one in run.measures.values())
-    batch = ts.simulate_batch(run.scene, {}, 0.02)
-    assert np.isnan(batch.measure("peak")).all() and batch.measures(0).keys() == run.measures.keys()
 
 
 def test_what_is_printed_is_short(scene, grid):

@@ -14,11 +14,10 @@ from tarsus.core import _native
 from tarsus.core.modes import NODES
 from tarsus.core.nodes import TAU
 from tarsus.model.laws import Friction, SmoothLaw
-from tarsus.model.scene import Initial, Standing
 from tarsus.model.structure import Walker
 from tarsus.solve.codes import ResultCode
 from walking_devices import creeping_millipede
-from walking_scenes import GRAVITY, block, moving, sticky, trotter
+from walking_scenes import GRAVITY, block, sticky, trotter
 
 RELEASE, SLIP, STICK = 3, 7, 8
 MASS, MU = 1e-6, 0.3
@@ -65,18 +64,6 @@ def test_every_coordinate_starts_with_the_velocity_it_is_given() -> None:
     rising = tuple(walker.vertical())
     run = ts.simulate(ts.with_values(scene, {"initial.velocity": rising}), duration=1e-3)
     np.testing.assert_allclose(run.at(np.array([1e-3])).state.x[:, 0], 1e-3 * walker.vertical(), atol=1e-12)
-
-
-@pytest.mark.parametrize("driven", [True, False])
-def test_a_walker_that_stands_under_its_volts_stays_there(driven: bool) -> None:
-    """Where it stands without them it begins to move."""
-    volts = {f"signals.leg{i}": ts.Constant(level=0.05) for i in range(3)}
-    scene = ts.with_values(trotter(3, ground=sticky(adhesion=None)), volts)
-    scene = scene.model_copy(update={"initial": Initial(standing=Standing(driven=driven))})
-    run = ts.simulate(scene, duration=2e-3)
-    x = run.at(np.linspace(0.0, 2e-3, 21)).state.x
-    moved = np.ptp(x, axis=1).max() / np.abs(x).max()
-    assert moved < 1e-9 if driven else moved > 1e-3
 
 
 def test_a_law_that_ends_at_the_ground_lets_a_foot_land() -> None:
@@ -137,18 +124,6 @@ def test_a_millipede_leg_slips_once_before_it_leaves() -> None:
     # 86.1000087 ns: the same contact as an equation of motion with 2 bodies held, by an implicit Runge-Kutta to 1e-12
     assert raised["time"][0] == pytest.approx(8.61000087e-8, rel=1e-8)
     assert raised["pull"][0] == pytest.approx(raised["strength"][0], rel=1e-6)
-
-
-def test_a_sliding_block_is_pulled_off_where_the_ground_lets_go() -> None:
-    run = ts.simulate(
-        moving(block(signals={"upward": ts.waveforms.Ramp(stop=2.0 * MASS * GRAVITY, duration=0.02)}), block_x=0.1),
-        duration=0.011,
-    )
-    assert run.events["kind"][1:].tolist() == [RELEASE]
-    speed = 0.1 - 0.5 * MU * GRAVITY * 0.01  # friction falls evenly to nothing
-    assert run.at(np.array([0.01])).state.v[run.scene.robot.structure.row("block_x") != 0.0, 0] == pytest.approx(
-        speed, rel=1e-9
-    )
 
 
 def test_a_step_of_half_an_oscillation_still_feels_a_constant_force():
