@@ -214,9 +214,7 @@ WRONG: dict[str, tuple[wrong_inputs.Ask, wrong_inputs.Said]] = {
     ),
     "unit of a word": (batch_of(hz=["4 V"]), ("hz: ", "4 V")),
     "slopes by no numbers": (
-        lambda at: ts.simulate(
-            "cantilever", "1 ms", gradients=["ground.gravity", "ground.film", "robot.feet.tip.point"]
-        ),
+        lambda at: ts.simulate("cantilever", "1 ms", gradients=[*NO_NUMBERS]),
         (
             "ground.gravity: is not set here, so it has no value that could vary",
             "such as ground.film.coefficient",
