@@ -219,7 +219,10 @@ TEXT: Rows = {
     "commas": text("t [s],tip [m/s]\n0,000,1,5\n0,001,2,5\n0,002,4,5\n", "commas part cells and decimals alike"),
     "infinite": text("Time,A\n(ms),(mm/s)\n0,1\n1,\u221e\n2,3\n", "channel 'A' has 1 gap"),
     "overload": text("time (s),tip (m/s)\n0,1\n1,9.91E+37\n2,3\n", "channel 'tip' has 1 gap"),
-    "times of day": text("t,x\n12:00:00.00,1\n12:00:00.29,2\n", " where a number is expected; write times as seconds"),
+    "times of day": text(
+        "t,x\n" + "".join(f"12:00:{0.01 * i:.2f},{i % 7}\n" for i in range(30)),
+        "'12:00:0.29' where a number is expected; write times as seconds",
+    ),
     "unit of another case": text("time (s),tip (mhz)\n0,1\n1,2\n2,3\n", "what channel 'tip (mhz)' measures"),
     "last line of more": text(
         "time (s),tip (mm/s),drive (V)\n0.0,1,1\n0.1,2,2\n0.2,4,1\n0.3,3,\n0.4,1\n",
