@@ -195,6 +195,14 @@ def test_nothing_is_said_of_what_is_not_given(text: str, hidden: str) -> None:
     assert any("missing; " in one for one in said) and not any(hidden in one for one in said)
 
 
+def test_wrong_points_are_found_beside_other_errors() -> None:
+    text = BALL.replace('point = "ball"', 'point = "bal"').replace('duration = "3 s"', 'duration = "3 m"')
+    assert sorted(problems(text)) == [
+        "duration: expected a time (s), got '3 m', which is a length (time to simulate unless another is asked for)",
+        "robot.feet.ball.point: the structure has no point 'bal'; did you mean 'ball'?",
+    ]
+
+
 @pytest.mark.parametrize("text", ["", "name = 3", "robot = 3", "robot = []\nsignals = 3", "[robot]\nfeet = 'a'"])
 def test_nonsense_is_an_input_error(text: str) -> None:
     assert problems(text)

@@ -114,6 +114,13 @@ def test_a_run_comes_back_from_its_pickle_with_everything(name):
     assert repr(dict(back.measures)) == repr(dict(run.measures))
 
 
+def test_a_batch_comes_back_from_its_pickle(grid):
+    _ = grid.codes
+    back = pickle.loads(pickle.dumps(grid))
+    assert repr(back) == repr(grid) and np.array_equal(back.measure("mean_height"), grid.measure("mean_height"))
+    np.testing.assert_array_equal(back.events(3), grid.events(3))
+
+
 def test_runs_and_batches_go_to_other_processes_and_come_back(grid):
     run = ran("cantilever")
     context = multiprocessing.get_context("spawn")
