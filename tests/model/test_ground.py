@@ -28,7 +28,7 @@ from tarsus.plan.lowering import lower_scene, slot
 from tarsus.report.drawing import drawing_of
 from tarsus.report.motion import motion_of
 from tarsus.report.movie import movie
-from tarsus.report.player import payload, walk_section
+from tarsus.report.player import payload, walk_plate
 from tarsus.solve.outputs import Output
 from tarsus.solve.session import Session
 from tarsus.study.sweeping import run_sweep
@@ -325,7 +325,7 @@ def test_players_and_movies_draw_it(tmp_path: Path) -> None:
     lifted, level = drawing.seen(motion), drawing.seen(still)
     risen = np.broadcast_to(drawing.up * motion.moved[1], lifted[1].shape)
     np.testing.assert_allclose(lifted[1] - level[1], risen, atol=1e-12)
-    assert payload(motion, drawing)["moved"]["bits"] == 16 and "seen from the laboratory" in walk_section(motion)
+    assert payload(motion, drawing)["moved"]["bits"] == 16 and "seen from the laboratory" in walk_plate(motion).caption
     assert payload(still, drawing)["moved"] is None
     movie(run, tmp_path / "walk.gif", periods=1)
     assert (tmp_path / "walk.gif").stat().st_size > 1000
