@@ -3,9 +3,8 @@
 import sys
 
 import tarsus as ts
-from tarsus.report.movie import write_movie
 
 run = ts.simulate("millipede-30", "0.2 s")
-path = write_movie(run, sys.argv[1] if len(sys.argv) > 1 else "walk.gif", width=640, periods=1)
+path = ts.movie(run, sys.argv[1] if len(sys.argv) > 1 else "walk.gif", width=640, periods=1)
 speed = float(run.measures["mean_speed"].value)
 print(f"{path}: {path.stat().st_size // 1000} kB; the robot walks at {1e3 * speed:.2f} mm/s")

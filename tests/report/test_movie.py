@@ -8,14 +8,14 @@ from PIL import Image
 
 import tarsus as ts
 from example_files import load
-from tarsus.report.movie import CAPTION, write_movie
+from tarsus.report.movie import CAPTION
 
 
 @pytest.mark.slow
 def test_a_movie_shows_a_period_and_filled_feet_on_the_ground(tmp_path):
     walk = ts.simulate("millipede-printed", "30 ms")
     assert 0.0 < walk.variables()["contact"].values.mean() < 1.0
-    with Image.open(write_movie(walk, tmp_path / "walk.gif", width=240, periods=1)) as movie:
+    with Image.open(ts.movie(walk, tmp_path / "walk.gif", width=240, periods=1)) as movie:
         assert movie.size[0] == 240 and 40 <= movie.n_frames <= 49 and movie.info["loop"] == 0
         dark, seen = [], set()
         for frame in range(0, movie.n_frames, 4):
@@ -30,11 +30,11 @@ def test_a_movie_shows_a_period_and_filled_feet_on_the_ground(tmp_path):
 @pytest.mark.ffmpeg
 def test_a_webm_has_the_frames_of_the_gif(tmp_path):
     walk = ts.simulate("millipede-printed", "30 ms")
-    with Image.open(write_movie(walk, tmp_path / "walk.gif", width=240, periods=1)) as movie:
+    with Image.open(ts.movie(walk, tmp_path / "walk.gif", width=240, periods=1)) as movie:
         count, size = movie.n_frames, movie.size
         movie.seek(count // 2)
         wanted = np.asarray(movie.convert("L")).astype(float)
-    film = write_movie(walk, tmp_path / "walk.webm", width=240, periods=1)
+    film = ts.movie(walk, tmp_path / "walk.webm", width=240, periods=1)
     command = ["ffmpeg", "-loglevel", "error", "-i", film, "-f", "rawvideo", "-pix_fmt", "gray", "-"]
     raw = np.frombuffer(subprocess.run(command, capture_output=True, check=True).stdout, dtype=np.uint8)
     wide, high = (side + side % 2 for side in size)
@@ -47,12 +47,12 @@ def test_a_webm_has_the_frames_of_the_gif(tmp_path):
 def test_a_webm_without_ffmpeg_is_refused(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(ts.InputError, match="a WebM needs ffmpeg on the path"):
-        write_movie(ts.simulate("millipede-printed", "12 ms"), tmp_path / "walk.webm")
+        ts.movie(ts.simulate("millipede-printed", "12 ms"), tmp_path / "walk.webm")
 
 
 def test_what_cannot_be_shown_is_said(tmp_path):
     with pytest.raises(ts.InputError) as refused:
-        write_movie(ts.simulate("cantilever", "2 ms"), tmp_path / "walk.mp4", width=10)
+        ts.movie(ts.simulate("cantilever", "2 ms"), tmp_path / "walk.mp4", width=10)
     assert len(refused.value.problems) == 2 and not list(tmp_path.iterdir())
 
 

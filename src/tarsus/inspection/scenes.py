@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import groupby
 from typing import Any
 
+from tarsus.base.plausible import remarks
 from tarsus.base.spec import FloatInfo, float_paths
 from tarsus.base.units import format_quantity
 from tarsus.impacts.energy import directed
@@ -36,7 +37,10 @@ def scene_view(scene: Scene) -> View:
     notes = [AT_AN_END] * any(one.flagged for one in sections)
     notes += _of_ground(scene, impact) if impact else []
     parts = [*sections, Table("", (), (), notes)] if notes else sections
-    return View(data, Table(scene.name, (), (), parts=[*parts, Table("", (), (), scene.citations)]))
+    counts = {"drive": len(scene.robot.drives), "foot": len(scene.robot.feet), "value": len(rows)}
+    many = ", ".join(f"{n} {one}{'s' * (n != 1)}" for one, n in counts.items()).replace("foots", "feet")
+    shown = Table(f"{scene.name} ({many})", (), (), parts=[*parts, Table("", (), (), scene.citations)])
+    return View(data, shown, (*remarks(scene), *scene.signal_remarks))
 
 
 def _of_ground(scene: Scene, impact: dict[str, Any]) -> list[str]:

@@ -5,12 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import together
-from tarsus.base.plausible import remarks
-from tarsus.base.spec import float_paths
 from tarsus.files.installed import kind_of
 from tarsus.files.library import load_scene
 from tarsus.files.tables import FileKind
@@ -21,9 +19,6 @@ from tarsus.inspection.scenes import scene_view
 from tarsus.model.laws.userfile import laws_of
 from tarsus.tables.table import Table
 from tarsus.tables.view import View
-
-if TYPE_CHECKING:
-    from tarsus.model.scene import Scene
 
 Name = str | os.PathLike[str]
 
@@ -146,13 +141,10 @@ def check(name: Name, *, law: Sequence[Name] = ()) -> View:
     InputError
         With every problem.
     """
-    name, laws = os.fspath(name), laws_of(law)
+    name = os.fspath(name)
     kind = kind_of(name)
     noted: Sequence[str] = ()
     match kind:
-        case FileKind.DEVICE | FileKind.SCENE:
-            scene = load_scene(name, laws=laws)
-            contents, noted = _scene(scene), [*remarks(scene), *scene.signal_remarks]
         case FileKind.CAMPAIGN:
             contents, noted = _campaign(name)
         case FileKind.UNFINISHED:
@@ -164,15 +156,6 @@ def check(name: Name, *, law: Sequence[Name] = ()) -> View:
             contents, noted = found.shown.text().splitlines()[0].removeprefix(f"{name}: "), found.remarks
     data = {"name": name, "is": kind.word, "contents": contents, "remarks": list(noted)}
     return View(data, Table(f"{name} is a good {kind.word}: {contents}.", (), ()), tuple(noted))
-
-
-def _scene(scene: Scene) -> str:
-    counts = (
-        _count(len(scene.robot.drives), "drive"),
-        _count(len(scene.robot.feet), "foot", "feet"),
-        _count(len(float_paths(scene)), "value"),
-    )
-    return f"{scene.name} ({', '.join(counts)})"
 
 
 def _campaign(name: str) -> tuple[str, list[str]]:
@@ -189,5 +172,5 @@ def _campaign(name: str) -> tuple[str, list[str]]:
     return f"{opened.campaign.name} ({sets} of records, {files})", together([*notes, *found.remarks])
 
 
-def _count(number: int, one: str, many: str = "") -> str:
-    return f"{number} {one if number == 1 else many or one + 's'}"
+def _count(number: int, one: str) -> str:
+    return f"{number} {one}{'s' * (number != 1)}"

@@ -9,7 +9,7 @@ import subprocess
 from collections.abc import Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -100,40 +100,10 @@ def movie(
     Raises
     ------
     InputError
-        As `write_movie`, and for a duration of what is simulated already.
+        For a name of another format, a width or number of periods that is too small, a WebM where there is no ffmpeg or
+        it fails, and a duration of what is simulated already.
     """
-    found: Any = walk
-    if isinstance(walk, str | os.PathLike):
-        laws = laws_of(law)
-        found = load_run(walk, laws) if Path(walk).is_dir() else load_scene(walk, laws=laws)
-    if isinstance(found, Scene):
-        found = simulate(found, duration)
-    elif duration is not None:
-        raise InputError("a duration is for a device or scene: this run is over")
-    return write_movie(found, output, width=width, periods=periods)
-
-
-def write_movie(run: Run, path: str | Path, *, width: int = 720, periods: int = PERIODS) -> Path:
-    """Write the last drive periods of a run as a GIF that repeats or a WebM, and return its path.
-
-    Parameters
-    ----------
-    run
-        A run, or one read back from its folder.
-    path
-        The file, ending in .gif or .webm.
-    width
-        Of the picture [pixels].
-    periods
-        How many drive periods are shown; of drives that do not repeat the whole run is.
-
-    Raises
-    ------
-    InputError
-        For a name of another format, a width or number of periods that is too small, and for a WebM where there is no
-        ffmpeg or it fails.
-    """
-    target = Path(path)
+    target, found = Path(output), walk
     problems = []
     if target.suffix.lower() not in ENDINGS:
         problems.append(f"{target}: expected a name ending in {' or '.join(ENDINGS)}")
@@ -143,17 +113,25 @@ def write_movie(run: Run, path: str | Path, *, width: int = 720, periods: int = 
         problems.append(f"expected a width of 100 to {WIDEST} pixels and a period, got {width} and {periods}")
     if problems:
         raise InputError(problems)
-    motion = _shown(motion_of(run), periods)
+    if isinstance(found, str | os.PathLike):
+        laws = laws_of(law)
+        found = load_run(found, laws) if Path(found).is_dir() else load_scene(str(found), laws=laws)
+    if isinstance(found, Scene):
+        found = simulate(found, duration)
+    elif duration is not None:
+        raise InputError("a duration is for a device or scene: this run is over")
+    motion = _shown(motion_of(found), periods)
     frames = list(_frames(motion, drawing_of(motion), width))
-    if target.suffix.lower() == ".webm":
-        with written_whole(target) as part:
-            _film(frames, part)
-        return target
+    with written_whole(target) as part:
+        _film(frames, part) if target.suffix.lower() == ".webm" else _gif(frames, part)
+    return target
+
+
+def _gif(frames: list[Image.Image], file: Path) -> None:
+    """Write frames as a GIF that repeats, in colours that all share."""
     palette = _side_by_side(frames).quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
     small = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
-    with written_whole(target) as part:
-        small[0].save(part, save_all=True, append_images=small[1:], duration=PACE_MS, loop=0, optimize=True)
-    return target
+    small[0].save(file, save_all=True, append_images=small[1:], duration=PACE_MS, loop=0, optimize=True)
 
 
 def _film(frames: list[Image.Image], file: Path) -> None:
