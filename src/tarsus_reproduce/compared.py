@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -30,14 +30,9 @@ GOOD = 0.30
 HALF = 0.5
 """A number of bounces is right when it is less than half a bounce off; half a bounce a period is one that exists."""
 
-MINE, BARE, SOURCE, SOURCE_COLUMN = "ours", "without_small_forces", "source", "ours_against_source"
+MINE, SOURCE, SOURCE_COLUMN = "ours", "source", "ours_against_source"
 """Models of a row, by their names in files; the last is ours against the source's model instead of the measurement."""
-_MODELS = {
-    SOURCE: "source's model",
-    MINE: "Tarsus",
-    BARE: "Tarsus without small forces",
-    SOURCE_COLUMN: "Tarsus, against the source's model",
-}
+_MODELS = {SOURCE: "source's model", MINE: "Tarsus", SOURCE_COLUMN: "Tarsus, against the source's model"}
 
 
 @dataclass(frozen=True)
@@ -45,8 +40,7 @@ class TableComparison:
     """How a printed table is compared.
 
     study: the packaged study of the same conditions and measures; driven: a device under the conditions of a row;
-    sampling: windows and initial states of its runs; share: words for the share of windows with a bounce; bare: values
-    of the scene by path that leave small forces out, if that is asked.
+    sampling: windows and initial states of its runs; share: words for the share of windows with a bounce.
     """
 
     table: PrintedTable
@@ -54,7 +48,6 @@ class TableComparison:
     driven: Callable[[Scene, Mapping[str, Any]], Scene]
     sampling: TableSampling
     share: str
-    bare: Mapping[str, Any] = field(default_factory=dict)
 
     def ensemble(self, device: str | None, packaged: str) -> WeightedEnsemble:
         """That of a device by name or file; of the packaged experiment where no device is named."""
@@ -68,27 +61,17 @@ class TableComparison:
         (scene,) = ensemble.scenes([asked])
         if printed.freq_hz is not None and "freq_hz" not in conditions:
             asked |= {f"signals.{name}.frequency": printed.freq_hz for name in scene.signals}
-        models: dict[str, Mapping[str, Any]] = {MINE: {}} | ({BARE: self.bare} if self.bare else {})
-        found = ensemble.predict([{**asked, **own} for own in models.values()], sampling=self.sampling)
-        forecasts = {
-            name: {one.key: own[one.studied] for one in self.table.quantities}
-            for name, own in zip(models, found, strict=True)
-        }
+        (found,) = ensemble.predict([asked], sampling=self.sampling)
         period = next(iter(scene.signals.values())).period
-        ended = [max(one.failed for one in own.values()) for own in found]
-        early = tuple(
-            f"{_MODELS[name]}: {share:.0%} of the runs ended early"
-            for name, share in zip(models, ended, strict=True)
-            if share > 0.0
-        )
+        early = max(one.failed for one in found.values())
         fitted = printed.origin == "packaged" and printed.measured is not None and _calibrated(scene)
         return ComparedRow(
             printed,
             printed.freq_hz or (1.0 / period if period else math.nan),
-            forecasts,
-            found[0]["bounces"].p_bounce,
+            {one.key: found[one.studied] for one in self.table.quantities},
+            found["bounces"].p_bounce,
             CALIBRATED if fitted else PREDICTED,
-            early,
+            (f"{early:.0%} of the runs ended early",) if early else (),
         )
 
 
@@ -99,7 +82,7 @@ def _calibrated(scene: Scene) -> bool:
 
 @dataclass(frozen=True)
 class ComparedRow:
-    """A row, and predictions [SI] by model and key of the table's quantities.
+    """A row, and our predictions [SI] by key of the table's quantities.
 
     freq_hz: drive frequency [Hz] of the best member; p_bounce: probability of a bounce in a period or window; role:
     whether the device was calibrated on this row; problems: sentences of runs that did not reach their end.
@@ -107,15 +90,10 @@ class ComparedRow:
 
     printed: PrintedRow
     freq_hz: float
-    forecasts: Mapping[str, Mapping[str, Prediction]]
+    ours: Mapping[str, Prediction]
     p_bounce: float | None
     role: str
     problems: tuple[str, ...]
-
-    @property
-    def ours(self) -> Mapping[str, Prediction]:
-        """Predictions with the ground as described."""
-        return self.forecasts[MINE]
 
     @property
     def case(self) -> str:
@@ -128,13 +106,11 @@ class ComparedRow:
         measured, source = (self.printed.seen(who, one) for who in ("measured", "source"))
         if model == SOURCE:
             return measured, source
-        own = self.forecasts[MINE if model == SOURCE_COLUMN else model][one.key]
-        return source if model == SOURCE_COLUMN else measured, one.plain(own)["median"]
+        return source if model == SOURCE_COLUMN else measured, one.plain(self.ours[one.key])["median"]
 
     def to_dict(self, table: PrintedTable) -> dict[str, Any]:
         """Plain data, in the table's units."""
         printed, every = self.printed, table.quantities
-        models = (SOURCE, *self.forecasts, SOURCE_COLUMN)
         return {
             **printed.conditions,
             "freq_hz": self.freq_hz,
@@ -142,9 +118,9 @@ class ComparedRow:
             "role": self.role,
             "source": printed.source,
             "measured": printed.measured,
-            **{name: {one.key: one.plain(own[one.key]) for one in every} for name, own in self.forecasts.items()},
+            MINE: {one.key: one.plain(self.ours[one.key]) for one in every},
             "p_bounce": self.p_bounce,
-            "errors": {name: {one.key: one.error(*self.pair(one, name)) for one in every} for name in models},
+            "errors": {name: {one.key: one.error(*self.pair(one, name)) for one in every} for name in _MODELS},
             "problems": list(self.problems),
         }
 
@@ -154,14 +130,11 @@ class ComparedRow:
         for one in how.table.quantities:
             values = (self.printed.seen(who, one) for who in ("measured", "source"))
             measured, source = (None if value is None else value / one.factor for value in values)
-            ours, *bare = [_ends(part[one.key]) for part in self.forecasts.values()]
-            rows.append(NumberRow(self.case, self.role, one.words, one.unit, measured, source, ours, *bare))
+            ours = self.ours[one.key]
+            ends = ours.median, ours.low, ours.high
+            rows.append(NumberRow(self.case, self.role, one.words, one.unit, measured, source, ends))
         chance = math.nan if self.p_bounce is None else self.p_bounce
         return [*rows, NumberRow(self.case, self.role, how.share, "%", None, None, (chance, math.nan, math.nan))]
-
-
-def _ends(one: Prediction) -> tuple[float, float, float]:
-    return one.median, one.low, one.high
 
 
 def compared_rows(
@@ -254,7 +227,7 @@ def summary_of(table: PrintedTable, rows: Sequence[ComparedRow]) -> dict[str, An
                 | {"skill": skill_in(one, every, part, model)}
                 for one in table.quantities
             }
-            for model in (SOURCE, *part[0].forecasts, SOURCE_COLUMN)
+            for model in _MODELS
         }
     return out
 
@@ -297,7 +270,7 @@ def merits_table(table: PrintedTable, summary: Mapping[str, Any]) -> Table:
     keys = ("cases", "close", "existence_right", "mean_error", "mean_absolute_error", "skill")
     rows, units = [], []
     for words, part in summary.items():
-        for model in (one for one in _MODELS if one in part):
+        for model in _MODELS:
             for one in table.quantities:
                 found = part[model][one.key]
                 if found["cases"]:

@@ -43,8 +43,7 @@ class NumberRow:
     """One printed number beside ours: what was measured and the source's model [SI], None where nothing is printed.
 
     case: of which drive; role: `CALIBRATED` or `PREDICTED`; ours: median and ends of the 80 % interval, NaN where
-    nothing is predicted, as the ends of a probability (unit "%"); without: ours without small forces, where that is
-    asked.
+    nothing is predicted, as the ends of a probability (unit "%").
     """
 
     case: str
@@ -54,7 +53,6 @@ class NumberRow:
     measured: float | None
     source: float | None
     ours: tuple[float, float, float]
-    without: tuple[float, float, float] | None = None
 
     @property
     def held(self) -> bool | None:
@@ -75,7 +73,6 @@ class NumberRow:
 def numbers_table(title: str, rows: Sequence[NumberRow], notes: Iterable[str] = (), *, repeated: bool = False) -> Table:
     """Rows of numbers with the errors of the source's model and ours; the case is named where it begins, or repeated
     in every row."""
-    whole = any(row.without is not None for row in rows)
     columns = [
         Column("case"),
         Column("role"),
@@ -84,7 +81,6 @@ def numbers_table(title: str, rows: Sequence[NumberRow], notes: Iterable[str] = 
         Column("source's model", "row", 4),
         Column("Tarsus", "row", 3),
         Column("80 % interval", "row", 3),
-        *([Column("without small forces", "row", 3), Column("80 % of those", "row", 3)] if whole else ()),
         Column("source's error", "%", 3),
         Column("our error", "%", 3),
         Column("in the interval"),
@@ -92,7 +88,7 @@ def numbers_table(title: str, rows: Sequence[NumberRow], notes: Iterable[str] = 
     cells: list[tuple[Any, ...]] = []
     for number, row in enumerate(rows):
         first = repeated or number == 0 or rows[number - 1].case != row.case
-        ours, *bare = row.ours, *([row.without or (math.nan,) * 3] if whole else [])
+        median, *ends = row.ours
         cells.append(
             (
                 row.case if first else "",
@@ -100,9 +96,10 @@ def numbers_table(title: str, rows: Sequence[NumberRow], notes: Iterable[str] = 
                 row.quantity,
                 row.measured,
                 row.source,
-                *(cell for median, *ends in (ours, *bare) for cell in (median, tuple(ends))),
+                median,
+                tuple(ends),
                 relative_error(row.measured, row.source),
-                relative_error(row.measured, ours[0]),
+                relative_error(row.measured, median),
                 row.held,
             )
         )

@@ -78,13 +78,10 @@ def _heights(found: RobotRows) -> Section:
         f"of 20 suggest. There are {found.runs} runs from random initial states; the interval holds 80 % of the "
         f"windows. {SETTLE:g} s are dropped and {OBSERVED:g} s observed. Mean height is taken as {MEAN_HEIGHT}."
     ]
-    ground = found.scene.ground
-    if ground.film is None and ground.electrostatic is None and ground.leg_electrostatic is None:
-        notes.append("This device has no small forces: with and without them are the same.")
     caption = (
-        "Bounces, peak and mean height of the bouncing foot: measured, by the source's model, and simulated with and "
-        "without film and electrostatic forces. Marks are medians over the windows of all seeds, lines hold 80 % of "
-        "the windows; where a mark is missing nothing was measured."
+        "Bounces, peak and mean height of the bouncing foot: measured, by the source's model, and simulated. Marks are "
+        "medians over the windows of all seeds, lines hold 80 % of the windows; where a mark is missing nothing was "
+        "measured."
     )
     return compared_section(WINDOWS, "Table 3.2", found.rows, notes, found.calibration, caption)
 

@@ -1,4 +1,4 @@
-"""A bouncing robot against Table 3.2: heights and bounces of its foot, with and without small forces."""
+"""A bouncing robot against Table 3.2: heights and bounces of its foot."""
 
 from __future__ import annotations
 
@@ -140,6 +140,5 @@ WINDOWS = TableComparison(
     row_scene,
     TableSampling(settle=SETTLE, window=WINDOW, windows=round(OBSERVED / WINDOW), accuracy=1e-8),
     "windows with a bounce",
-    {"ground.near_field_forces": False},
 )
 """Table 3.2, by windows of runs from random initial states of every member."""

@@ -43,10 +43,9 @@ def test_json(written):
     assert [row["role"] for row in result["rows"]] == ["calibrated on"] * 2 + ["predicted"] * 2
     for row in result["rows"]:
         assert 0.0 <= row["p_bounce"] <= 1.0
-        for who in ("ours", "without_small_forces"):
-            assert set(row[who]) == {"bounces_per_s", "peak_um", "mean_um"}
-            for one in row[who].values():
-                assert one["median"] is None or 0.0 <= one["low"] <= one["median"] <= one["high"]
+        assert set(row["ours"]) == {"bounces_per_s", "peak_um", "mean_um"}
+        for one in row["ours"].values():
+            assert one["median"] is None or 0.0 <= one["low"] <= one["median"] <= one["high"]
     added = result["rows"][3]
     assert (added["freq_hz"], added["measured"]["mean_um"]) == (40.0, None)
     assert added["errors"]["ours"]["peak_um"] == pytest.approx((20.0 - added["ours"]["peak_um"]["median"]) / 20.0)

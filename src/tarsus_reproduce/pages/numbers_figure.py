@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from tarsus.report.pages import Plate
 from tarsus.report.rows_figure import RowMarks, RowPanel, rows_figure
-from tarsus.report.style import BLUE, INK, ORANGE, SKY
+from tarsus.report.style import BLUE, INK, ORANGE
 from tarsus_reproduce.reproduction import NumberRow
 
 
@@ -27,13 +27,9 @@ def _quantity(rows: Sequence[NumberRow], cases: Sequence[str]) -> RowPanel:
     def plain(who: str) -> list[tuple[int, float | None, None, None]]:
         return [(line, getattr(row, who), None, None) for line, row in zip(lines, rows, strict=True)]
 
-    def spread(found: Sequence[tuple[float, float, float] | None]) -> list[tuple[int, float, float, float]]:
-        return [(n, *one) for n, one in zip(lines, found, strict=True) if one]
-
     marks = [
         RowMarks("measured", INK, plain("measured")),
         RowMarks("source's model", ORANGE, plain("source")),
-        RowMarks("without small forces", SKY, spread([row.without for row in rows])),
-        RowMarks("Tarsus", BLUE, spread([row.ours for row in rows])),
+        RowMarks("Tarsus", BLUE, [(line, *row.ours) for line, row in zip(lines, rows, strict=True)]),
     ]
     return RowPanel(rows[0].quantity, rows[0].unit, marks)
