@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from cli_options import options_by_verb
-from tarsus.cli import app
+from tarsus.cli import app, former
 from tarsus.cli.declared import NO_DEFAULT
 from tarsus.cli.verbs import COMMANDS
 
@@ -149,3 +149,18 @@ def test_verbose_shows_where_a_defect_is(monkeypatch, capsys):
 def test_less_and_more_at_once_is_refused(tarsus):
     said = tarsus("-q", "devices", "-v")
     assert said.code == 2 and said.out == "" and "one of them" in said.sentences[0]
+
+
+@pytest.mark.parametrize(
+    ("words", "now"),
+    [
+        *((name, now) for name, now in former.COMMANDS.items()),
+        *former.OPTIONS.items(),
+        *((f"{verb or 'atlas'} {option} {value}", now) for verb, option, value, now in former.VALUES),
+    ],
+)
+def test_a_former_word_is_answered_with_the_present_one(tarsus, words, now):
+    said = tarsus(*words.split(), "x")
+    (sentence,) = said.sentences
+    assert (said.code, said.out) == (2, "")
+    assert words.split()[-1] in sentence and sentence.endswith(f" is gone: use {now}")

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from tarsus.cli import console, front
+from tarsus.cli import console, former, front
 from tarsus.cli.declared import Declaration
 from tarsus.cli.verbs import VERBS, declared, line_of
 
@@ -107,6 +107,10 @@ def _voice_of(argv: list[str]) -> tuple[console.Voice | None, list[str]]:
 
 def _run(argv: list[str]) -> int:
     """Run one command line without words for the voice."""
+    said = former.sentence(argv)
+    if said is not None:
+        console.complain([said])
+        return BAD_INPUT
     return exit_code(lambda: _page() if argv in ([], ["--help"], ["-h"]) else _done(argv), argv)
 
 
