@@ -90,8 +90,8 @@ def reproduce(
     asked = {option: value for option, value in given.items() if value is not None}
     problems = [f"there is no experiment '{name}'{nearest(name, known)}" for name in names if name not in known]
     problems += _together(experiment, all, output is None, asked if several else ())
-    if not several and not problems:
-        problems += _problems(known[names[0]].experiment, asked)
+    for name in () if several or problems else names:
+        problems += _problems(known[name].experiment, asked)
     if problems:
         raise InputError(problems)
     found: dict[str, Reproduction] = {}
@@ -102,10 +102,12 @@ def reproduce(
         found[name] = _reproduced(one, device, own, place, resume, threads, progress)
         if place is not None:
             found[name].write(place)
+    if not several:
+        return next(iter(found.values()))
     made = Reproductions(found)
-    if several and output is not None:
+    if output is not None:
         made.write_index(Path(output))
-    return made if several else found[names[0]]
+    return made
 
 
 def _reproduced(

@@ -78,7 +78,13 @@ def calibration_json(result: Calibration) -> dict[str, Any]:
         "constraints": [{"name": one.name, "reason": one.reason} for one in study.constraints],
         "rows": [
             *(
-                _row(result, number, cells.observed[n], training=solution.trained[n], left_out=left and left[n])
+                _row(
+                    result,
+                    number,
+                    cells.observed[n],
+                    training=solution.trained[n],
+                    left_out=None if left is None else left[n],
+                )
                 for n, number in enumerate(lowered.trained)
             ),
             *(
