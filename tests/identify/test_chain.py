@@ -158,14 +158,12 @@ def test_the_account_names_what_was_used():
 def test_every_number_has_a_verdict_and_correlations():
     told = summary_of(identified())
     numbers = {path: one for step in told["steps"].values() for path, one in step["parameters"].items()}
-    # of an even film: what its exponent leaves open is four times what flights of a known one do
     film = [f"ground.film.{name}" for name in ("coefficient", "thickness")]
     assert {path: one["verdict"] for path, one in numbers.items() if one["verdict"] != "determined"} == dict.fromkeys(
         film, "preferred"
     )
-    assert "may be wrong by " in numbers[film[1]]["sentence"]
     failed = [one["check"] for one in told["checks"] if not one["passed"]]
-    assert len(told["checks"]) == 9 and failed == ["shift of the film by other exponents, in standard deviations"]
+    assert len(told["checks"]) == 8 and failed == ["even film stated"]
     assert numbers["ground.adhesion.rate"]["sentence"].startswith("ground.adhesion.rate is determined: ")
     paths, matrix = told["correlation"]["paths"], np.array(told["correlation"]["matrix"])
     assert paths == list(identified().known.paths) and np.diag(matrix) == pytest.approx(1.0)
@@ -260,10 +258,8 @@ def test_what_is_open_says_why_and_what_to_record():
     half = assessed(identified())[path].range.half_width()
     found = loosened(path, 2.0 * WIDTH / half)
     open_ones = {row[0]: row[1:] for row in open_table(found).rows}
-    assert open_ones[path][1].startswith("4 times as many of 'ramps'") or open_ones[path][1].startswith("5 ")
-    assert open_ones[path][1].endswith(
-        "ramps-5hz-100 (ramped square 8 V 5 Hz: the longest contacts), displacement and velocity of tip and center"
-    )
+    assert open_ones[path][1].partition(" times as many: 'ramps'")[0] in ("4", "5")
+    assert open_ones[path][1].endswith("up to 8 V on drive pzt, displacement and velocity of tip and center")
     assert open_ones["landing rule"][0].startswith("undecided between")
     assert all(record for _, record in open_ones.values())
     assert "ground.film.coefficient" in open_table(found).notes[0]

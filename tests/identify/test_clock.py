@@ -32,7 +32,7 @@ def test_the_clock_is_found_and_taken_off(slow):
     found = clocks_of(sweeps).pace
     assert found is not None and found.value == pytest.approx(slow, abs=max(4.0 * found.error, 2.0 * slow**2))
     assert found.error < 0.05 * PACE
-    instruments = Instruments({}, STEP, pace=found)
+    instruments = Instruments(STEP, pace=found)
     assert "clock" in instruments.sentences()[0] and ("slow" if slow > 0.0 else "fast") in instruments.sentences()[0]
     taken = instruments.taken_off(sweeps[0][0], True)
     assert taken.step == pytest.approx(STEP * (1.0 + slow), rel=1e-9)
@@ -42,7 +42,7 @@ def test_the_clock_is_found_and_taken_off(slow):
 
 def test_one_clock_is_left_alone():
     found = clocks_of([(sweep(one, 0.0, k), one) for k, one in enumerate((UP, DOWN))]).pace
-    assert not Instruments({}, STEP, pace=found).differ
+    assert not Instruments(STEP, pace=found).differ
     assert clocks_of([(sweep(UP, 1e-4, k), UP) for k in (1, 2)]).pace.error == np.inf, (
         "all pass all frequencies at one time"
     )
@@ -66,7 +66,7 @@ def test_samples_that_were_lost_are_no_clock():
     moved = np.append(np.delete(record["x"], COUNT // 2), record["x"][-1])
     sweeps[1] = replace(record, values=np.array([moved, record["u"]])), signal
     found = clocks_of(sweeps)
-    (said,) = Instruments({}, STEP, pace=found.pace, starts=found.starts, lost=found.lost).sentences()
+    (said,) = Instruments(STEP, pace=found.pace, starts=found.starts, lost=found.lost).sentences()
     assert said.startswith("samples of the motion were lost in the sweeps")
 
 

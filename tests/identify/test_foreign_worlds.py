@@ -13,35 +13,37 @@ from tarsus.identify.chain import Identification, identify
 
 DEVICE = Device()
 DRIVE = "robot.drives.pzt"
-FURTHER = (
-    "spring that relaxes",
-    "foot that rocks",
-    "frequencies drift",
-    "adhesion drifts",
-    "restitution drifts",
-    "foot remounted",
-    "another device in one file",
-    "spot off the foot",
-    "adhesion that reaches",
-    "plays that lag",
-    "converter that holds",
-    "volts in the velocities",
-    "volts in the displacements",
-    "zeros that wander",
-    "coupled velocity",
-    "table that vibrates",
-    "gain of the velocities",
-    "light of the tip at the centre",
-    "colder in the sweeps",
-    "spot that roams",
-    "head that rings",
-    "samples lost on the way",
-    "clamp that creeps",
-    "bending along the ground",
-    "dust under the foot",
-    "amplifier that sags",
-    "cables swapped in one file",
-)
+NAMED = {
+    "displacement 20 us late": "us after their velocities",
+    "displacement 6 us late": "us after their velocities",
+    "anti-alias filter": "low-pass of order 4",
+    "creep of the drive": "the cause is unknown",
+    "cubic stiffness": "the cause is unknown",
+    "other thresholds": "the cause is unknown",
+    "third mode": "the cause is unknown",
+    "film exponent 2": "the film is taken for an even one",
+    "restitution falls with speed": "restitution may change with speed",
+    "compliant ground": "the level of the ground falls with the volts in a record",
+    "clock 100 ppm off": "the clock of the motion runs ",
+    "adhesion that ages": "ground.adhesion.rate falls with contact time",
+    "gain of a channel": "taken for the gain of its channel, and divided out",
+}
+"""What is said of differences on the device of the paper."""
+ALSO = "sound", "mains hum", "rebounds until slow", "ground drifts"
+DRAWN = {
+    "gains warm up": "the cause is unknown",
+    "coupled displacement": "the ground lies at different places from the rest",
+    "tip misstated": "the cause is unknown",
+    "attraction by the volts": "the cause is unknown",
+    "weak attraction": "the cause is unknown",
+    "trigger jitter": "as by a trigger with a varying delay",
+    "contacts scatter": "The scatter of e from impact to impact, beyond noise, is ",
+    "third mode, and restitution falls": "the cause is unknown",
+    "creep, and late": "us after their velocities",
+    "foot that rocks": "the step restitution leaves more than noise",
+}
+"""The same on a device that is not the paper's, with differences that no threshold was set by; of all others of the
+laboratory nothing is asked for but that no number is determined and wrong."""
 
 
 def truth_of(device: Device, world: World) -> dict[str, float]:
@@ -83,38 +85,16 @@ def said_of(found: Identification) -> list[str]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("world", "cause"),
-    [
-        ("sound", ""),
-        ("mains hum", ""),
-        ("displacement 20 us late", "us after their velocities"),
-        ("displacement 6 us late", "us after their velocities"),
-        ("anti-alias filter", "low-pass of order 4"),
-        ("creep of the drive", "the cause is unknown"),
-        ("cubic stiffness", "the cause is unknown"),
-        ("other thresholds", "the cause is unknown"),
-        ("third mode", "the cause is unknown"),
-        ("film exponent 2", "flights leave the exponent open"),
-        ("restitution falls with speed", "restitution may change with speed"),
-        ("compliant ground", "the level of the ground falls with the volts in a record"),
-        ("clock 100 ppm off", "the clock of the motion runs "),
-        ("adhesion that ages", "ground.adhesion.rate falls with contact time"),
-        ("rebounds until slow", ""),
-        ("ground drifts", ""),
-        ("gain of a channel", "taken for the gain of its channel, and divided out"),
-    ],
-)
-def test_nothing_is_determined_and_wrong(world: str, cause: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("world", [*ALSO, *NAMED])
+def test_nothing_is_determined_and_wrong(world: str, tmp_path: Path) -> None:
     found, words = identified(DEVICE, world, tmp_path)
     failed = [one for step in found.steps.values() for one in step.checks if not one.passed]
-    said = said_of(found)
+    said, cause = said_of(found), NAMED.get(world, "")
     if world == "sound":  # but for the constant of the drive's law: it counts from the gap, which states no interval
-        names = [one.name.partition(" (")[0].partition(",")[0] for one in failed]
-        assert names == ["gap uncertainty not stated", "shift of the film by other exponents"]
+        names = [one.name.partition(" (")[0] for one in failed]
+        assert names == ["gap uncertainty not stated", "even film stated"]
         assert words.count("determined") >= len(words) - 3
-    else:
-        assert any(cause.lower() in one.lower() for one in said), said
+    assert any(cause.lower() in one.lower() for one in said), said
     if world.startswith("clock"):
         (told,) = (one.partition(cause)[2].split()[0] for one in said if cause in one)
         assert float(told) == pytest.approx(1e6 * WORLDS[world].pace, abs=0.05)
@@ -123,44 +103,15 @@ def test_nothing_is_determined_and_wrong(world: str, cause: str, tmp_path: Path)
         assert float(told) == pytest.approx(1e6 * WORLDS[world].late, abs=0.15)
 
 
-# Differences that no threshold was looked at with, on a device that is not the paper's either.
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("world", "cause"),
-    [
-        ("gains warm up", "the cause is unknown"),
-        ("coupled displacement", "the ground lies at different places from the rest"),
-        ("lost fringes", ""),
-        ("coloured noise", ""),
-        ("coarse converter", ""),
-        ("tip misstated", "the cause is unknown"),
-        ("attraction by the volts", "the cause is unknown"),
-        ("weak attraction", "the cause is unknown"),
-        ("drag of the air", ""),
-        ("slow amplifier", ""),
-        ("trigger jitter", "as by a trigger with a varying delay"),
-        ("contacts scatter", "The scatter of e from impact to impact, beyond noise, is "),
-        ("no poling between", ""),
-        ("third mode, and restitution falls", "the cause is unknown"),
-        ("creep, and late", "us after their velocities"),
-    ],
-)
-def test_differences_without_an_alternative_leave_nothing_wrong(world: str, cause: str, tmp_path: Path) -> None:
-    device = DEVICE.drawn(0.1, 3)
+@pytest.mark.parametrize("world", [world for world in WORLDS if world not in {*ALSO, *NAMED}])
+def test_other_differences_leave_nothing_wrong(world: str, tmp_path: Path) -> None:
+    device, cause = DEVICE.drawn(0.1, 3), DRAWN.get(world, "")
     found, _ = identified(device, world, tmp_path)
     assert any(cause in one for one in said_of(found)), said_of(found)
     if world == "contacts scatter":
         (told,) = (one.rpartition(" ")[2] for one in said_of(found) if cause in one)
         assert float(told.rstrip(".")) == pytest.approx(WORLDS[world].scatter * device.restitution, rel=0.25)
-
-
-# Further ones: what is said of them is not asked for.
-@pytest.mark.slow
-@pytest.mark.parametrize("world", FURTHER)
-def test_further_differences_leave_nothing_wrong(world: str, tmp_path: Path) -> None:
-    found, _ = identified(DEVICE.drawn(0.1, 3), world, tmp_path)
-    if world == "foot that rocks":
-        assert any("the step restitution leaves more than noise" in one for one in said_of(found)), said_of(found)
 
 
 @pytest.mark.slow

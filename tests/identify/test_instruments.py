@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tarsus.identify.instruments import Instruments, Relation, relations_of
+from tarsus.identify.instruments import Instruments, compared
 from tarsus.identify.with_error import WithError
 from tarsus.records.measurement import Channel, Measurement, Quantity
 
@@ -35,11 +35,9 @@ def record(seed: int, lag: float = 0.0, gain: float = 1.0, noise: float = 1e-2) 
 @pytest.mark.parametrize("lag", [6e-6, 20e-6, -9e-6])
 def test_a_delay_is_found_to_a_fifth_of_a_microsecond_and_taken_off(lag):
     records = [record(seed, lag) for seed in range(6)]
-    found = Instruments(relations_of(records, POINTS), STEP)
-    for point in POINTS:
-        assert found.lag(point) == pytest.approx(lag, abs=2e-7)
-        assert abs(found.relations[point].lag.value - lag) < 3.0 * found.relations[point].lag.error
-        assert found.gain(point, Quantity.DISPLACEMENT) == 1.0
+    found = compared(records, POINTS)
+    assert found.lags == pytest.approx(lag, abs=2e-7) and abs(found.lag.value - lag) < 3.0 * found.lag.error
+    assert not found.wrong
     late, sound = record(7, lag, noise=0.0), record(7, 0.0, noise=0.0)
     off = found.taken_off(late, False).values - sound.values
     scale = np.abs(late.values - sound.values).max(axis=1)
@@ -56,13 +54,13 @@ def test_taking_off_adds_little_noise(lag):
     channels = (Channel("x", Quantity.DISPLACEMENT, "tip"), Channel("v", Quantity.VELOCITY, "tip"))
     speed = size * omega * np.cos(omega * time)
     late = Measurement(channels, np.array([size * np.sin(omega * (time - lag)) + own, speed]), STEP)
-    found = Instruments({"tip": Relation(WithError(1.0, 1e-4), WithError(lag, 5e-8))}, STEP)
+    found = Instruments(STEP, {"tip": WithError(1.0, 1e-4)}, WithError(lag, 5e-8))
     left = found.taken_off(late, False)["x"] - size * np.sin(omega * time)
     assert left[20:-20].std() < 1.03 * noise
 
 
 def test_the_other_channel_may_have_the_gain():
-    found = Instruments(relations_of([record(seed, gain=-1.0) for seed in range(6)], POINTS), STEP)
+    found = compared([record(seed, gain=-1.0) for seed in range(6)], POINTS)
     own, other = found.hypotheses()
     assert own.gain("tip", Quantity.DISPLACEMENT) == pytest.approx(-1.0, rel=1e-3)
     assert own.gain("tip", Quantity.VELOCITY) == other.gain("tip", Quantity.DISPLACEMENT) == 1.0
@@ -71,7 +69,7 @@ def test_the_other_channel_may_have_the_gain():
 
 def test_a_gain_is_found_and_divided_out():
     records = [record(seed, gain=1.03) for seed in range(6)]
-    found = Instruments(relations_of(records, POINTS), STEP)
+    found = compared(records, POINTS)
     assert found.gain("tip", Quantity.DISPLACEMENT) == pytest.approx(1.03, rel=1e-3)
     assert found.gain("center", Quantity.DISPLACEMENT) == 1.0
     late, sound = record(7, gain=1.03, noise=0.0), record(7, noise=0.0)
@@ -79,16 +77,15 @@ def test_a_gain_is_found_and_divided_out():
 
 
 def test_a_factor_that_all_points_have_is_an_error_of_all_gains():
-    sure, other = (Relation(WithError(gain, 1e-4), WithError(0.0, 1e-7)) for gain in (0.99, 1.03))
-    for second, shared in ((sure, 0.01), (other, 0.0), (Relation(WithError(1.0, 1e-4), sure.lag), 0.0)):
-        found = Instruments({"tip": sure, "center": second}, STEP)
+    for second, shared in ((0.99, 0.01), (1.03, 0.0), (1.0, 0.0)):
+        found = Instruments(STEP, {"tip": WithError(0.99, 1e-4), "center": WithError(second, 1e-4)})
         assert found.shared == pytest.approx(shared)
         assert any("no record shows which" in one for one in found.sentences()) is (shared > 0.0)
 
 
 def test_sound_records_stay_as_they_are():
     records = [record(seed) for seed in range(6)]
-    found = Instruments(relations_of(records, POINTS), STEP)
+    found = compared(records, POINTS)
     assert not found.differ and not found.sentences()
     assert found.taken_off(records[0], False) is records[0]
 
@@ -106,19 +103,17 @@ def test_slow_records_that_modes_alias_in_tell_no_delay() -> None:
     random = np.random.default_rng(5)
     slow = Measurement(channels, np.array([x, v]) + 1e-10 * random.standard_normal((2, len(time))), 1e-3)
     sweep = Measurement(channels[:1], random.standard_normal((1, 500)), STEP)
-    assert abs(relations_of([slow], POINTS)["tip"].lag.value) > 2e-6  # what it would be taken for
-    assert not relations_of([slow, sweep], POINTS)
+    assert abs(compared([slow], POINTS).lag.value) > 2e-6  # what it would be taken for
+    assert not compared([slow, sweep], POINTS).gains
 
 
-def test_what_is_taken_off_with_an_error_is_moved_by_it():
-    """A gain always; a delay only where its error does harm, which is 0.004 of a sample."""
-    late = {"tip": Relation(WithError(1.03, 2e-4), WithError(20e-6, 5e-8))}
-    (gain,) = Instruments(late, STEP).uncertain()
-    assert gain.gain("tip", Quantity.DISPLACEMENT) == pytest.approx(1.0302) and gain.lag("tip") == 20e-6
-    rough = {"tip": Relation(WithError(1.0, 2e-4), WithError(20e-6, 5e-7))}
-    (lag,) = Instruments(rough, STEP).uncertain()
-    assert lag.lag("tip") == pytest.approx(20.5e-6) and lag.gain("tip", Quantity.DISPLACEMENT) == 1.0
-    assert not Instruments({"tip": Relation(WithError(1.001, 2e-4), WithError(0.0, 5e-8))}, STEP).uncertain()
+def test_a_gain_is_corrected_with_an_error():
+    late = Instruments(STEP, {"tip": WithError(1.03, 2e-4)}, WithError(20e-6, 5e-8))
+    (gain,) = late.uncertain()
+    assert gain.gain("tip", Quantity.DISPLACEMENT) == pytest.approx(1.0302) and gain.lags == 20e-6
+    assert late.errors == (5e-8, 0.0)
+    sound = Instruments(STEP, {"tip": WithError(1.001, 2e-4)}, WithError(0.0, 5e-8))
+    assert not sound.uncertain() and sound.errors == (0.0, 0.0)
 
 
 def test_numbers_are_drawn_along_with_what_was_taken_off():

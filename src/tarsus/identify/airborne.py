@@ -1,9 +1,8 @@
 """What the motion in the air leaves unexplained by the identified device, linear in what may differ.
 
 From the rest up to the first contact a record is motion in the air from a known state. The device as identified
-*predicts* it, as late and behind the low-pass that were found of the instruments: a prediction can be delayed exactly,
-a record between its samples cannot. What that leaves, over the noise, is set beside the traces that changes of the
-identified numbers would leave (derivatives of runs).
+*predicts* it. What that leaves, over the noise, is compared with what changes of the identified numbers would leave
+(derivatives of runs), and what errors of the corrected delays do.
 """
 
 from __future__ import annotations
@@ -12,28 +11,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.events import IMPACTS
 from tarsus.base.spec import with_values
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.foot import FootModel, response
-from tarsus.identify.instruments import Instruments
+from tarsus.identify.foot import FootModel
 from tarsus.identify.traces import Trace, repeats_of
 from tarsus.impacts.detection import STILL
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.standing import rest_state
-from tarsus.records.measurement import Quantity
 from tarsus.records.purpose import IN_AIR
 from tarsus.solve import ResultCode, simulate
 
-_FINE = 4
-"""Places a sample at which slopes are delayed: of what a number changes, a percent is enough."""
-_FINER = 48
-"""Places a period of the fastest mode at which a prediction is delayed and filtered: straight lines between them are
-0.15 % of its motion off, and cubic ones far less."""
 _ROUNDED = 1e-6
 """Part of a sample by which the one at the beginning of the drive may be before it: rounding of its time."""
 _SHORTEST = 20
@@ -51,8 +42,8 @@ class AirRecord:
 
     set: its name; model: the device; time (nt,) [s]; predicted (2 np, nt): displacements before velocities; left (h, 2
     np, nt): measured less predicted, mean of every second repeat, or of the only one; white (h, 2 np): its noise;
-    slopes (p, 2 np, nt): of the prediction by the identified numbers; nudges (q, 2 np, nt): of the prediction, by a
-    standard error of each number of the instruments that delay it.
+    slopes (p, 2 np, nt): of the prediction by the identified numbers; delays (2, 2 np, nt): its changes by a standard
+    error of the delay of displacements alone, and of all channels.
     """
 
     set: str
@@ -62,7 +53,7 @@ class AirRecord:
     left: Floats
     white: Floats
     slopes: Floats
-    nudges: Floats
+    delays: Floats
 
     @property
     def points(self) -> int:
@@ -78,30 +69,12 @@ class AirRecord:
         return dict(zip(self.model.points, off.tolist(), strict=True))
 
 
-def shown(motion: Floats, step: float, points: Sequence[str], instruments: Instruments | None) -> Floats:
-    """Displacements and velocities of points (..., 2 np, nf), from the rest and a step [s] apart, as instruments show
-    them."""
-    if instruments is None:
-        return motion
-    out, time = motion.copy(), step * np.arange(motion.shape[-1])
-    for k, quantity in enumerate((Quantity.DISPLACEMENT, Quantity.VELOCITY)):
-        for j, point in enumerate(points, k * len(points)):
-            low, late = instruments.delays(point, quantity)
-            if low is not None:
-                poles, shares = low.parts()
-                for one in np.ndindex(motion.shape[:-2]):
-                    out[*one, j] = response(np.diag(poles), shares[:, None] * motion[*one, j], step).sum(axis=0)
-            if late:
-                out[..., j, :] = CubicSpline(time, out[..., j, :], axis=-1)(np.maximum(time - late, 0.0))
-    return out
-
-
 def air_records(
     known: Estimates,
     traces: Sequence[Trace],
     signals: Mapping[str, Waveform],
     level: float,
-    instruments: Instruments | None = None,
+    errors: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[list[AirRecord], list[str]]:
     """Every set that shows motion in the air, and sentences on those that cannot be simulated.
 
@@ -115,11 +88,9 @@ def air_records(
         Drive of each set; others are passed over.
     level
         Contact level from the rest [m].
-    instruments
-        Those that delay the records, if any do: the prediction is delayed as they are.
+    errors
+        Standard errors [s] of the delay of displacements behind velocities, and of all channels behind the drive.
     """
-    if instruments is not None and not instruments.delaying:
-        instruments = None
     out: list[AirRecord] = []
     said: list[str] = []
     for name, repeats in repeats_of([one for one in traces if one.set in signals]).items():
@@ -127,7 +98,7 @@ def air_records(
             said.append(f"{name}: its repeats are sampled at different rates")
             continue
         try:
-            found = _record(known, repeats, signals[name], level, instruments)
+            found = _record(known, repeats, signals[name], level, errors)
         except InputError as error:
             said += [f"{name}: {one}" for one in error.problems]
             continue
@@ -146,7 +117,7 @@ def moving(known: Estimates) -> list[int]:
 
 
 def _record(
-    known: Estimates, repeats: Sequence[Trace], signal: Waveform, level: float, instruments: Instruments | None
+    known: Estimates, repeats: Sequence[Trace], signal: Waveform, level: float, errors: tuple[float, float]
 ) -> AirRecord | None:
     model, first = known.model(), repeats[0]
     k, step = first.point(model.foot_point), first.step
@@ -160,33 +131,26 @@ def _record(
     if count < _SHORTEST:
         return None
 
-    def seen_by(values: Floats, finer: int, *those: Instruments | None) -> list[Floats]:
-        """Motion with some values of the numbers, as instruments show it that see so many places a sample."""
+    def motion(values: Floats) -> Floats:
+        """Displacements and velocities of the points from the rest with some values of the numbers."""
         there = known.model(values)
         scene = with_values(there.driven(signal), gaps)
         run = simulate(scene, count * step)
         if run.ended is not ResultCode.DONE:
             raise InputError(f"the identified device cannot be simulated with this drive: {run.ended}")
-        places = late + step / finer * np.arange(finer * (count - 1) + 1, dtype=np.float64)
-        states = run.states(places)
+        states = run.states(time)
         x = states.x - np.array(rest_state(scene))[:, None]
-        moved = np.concatenate([there.rows @ x, there.rows @ states.v])
-        return [shown(moved, step / finer, model.points, one)[..., ::finer] for one in those]
+        return np.concatenate([there.rows @ x, there.rows @ states.v])
 
-    finer, fine, more = 1, 1, tuple[Instruments, ...]()
-    if instruments is not None:
-        fastest = float(np.abs(np.linalg.eigvals(model.flow)).max()) / (2.0 * np.pi)
-        finer, fine, more = int(np.ceil(_FINER * step * fastest)), _FINE, instruments.nudged()
-    predicted, *others = seen_by(known.values, finer, instruments, *more)
-    base = predicted if fine == finer else seen_by(known.values, fine, instruments)[0]
-    slopes = []
+    time = late + step * np.arange(count, dtype=np.float64)
+    predicted, slopes = motion(known.values), []
     for number in moving(known):
         values = known.values.copy()
         size = _nudge(known, number)
         values[number] += size
-        slopes.append((seen_by(values, fine, instruments)[0] - base) / size)
-    time = late + step * np.arange(count, dtype=np.float64)
-    nudges = np.array([one - predicted for one in others]).reshape(-1, *predicted.shape)
+        slopes.append((motion(values) - predicted) / size)
+    by = np.repeat([[errors[0], 0.0], [errors[1], errors[1]]], len(model.points), axis=1)
+    delays = by[:, :, None] * np.gradient(predicted, step, axis=1)
     halves = [half for half in (repeats[::2], repeats[1::2]) if half]
     seen = [np.mean([np.concatenate([t.x, t.v])[:, begin : begin + count] for t in half], axis=0) for half in halves]
     white = [
@@ -194,7 +158,7 @@ def _record(
         for half in halves
     ]
     return AirRecord(
-        first.set, model, time, predicted, np.array(seen) - predicted, np.array(white), np.array(slopes), nudges
+        first.set, model, time, predicted, np.array(seen) - predicted, np.array(white), np.array(slopes), delays
     )
 
 

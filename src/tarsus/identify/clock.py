@@ -28,15 +28,11 @@ _MOST = 2e-3
 _FINE = 16
 """Places a sample between which a sweep is taken for a cubic: it reaches nearly to half the sampling rate."""
 _TURN = 0.2
-"""Part of a turn of the most turned line between the shares that are tried."""
-_ROUNDS = 3
-"""Linear steps to the best share, from within a fifth of a turn of it."""
+"""Part of a turn of the most turned line, at the largest share, from which on sweeps show a pace."""
 _GATHERED = 0.1
 """Part of a turn within which lines are taken together."""
 _LATEST = 4.0
 """Samples by which the start of a sweep may be off another's: a trigger is late by one or two."""
-_FIRST = 0.25
-"""Samples between the delays that are tried: an eighth of a turn at the highest frequency."""
 _TURNED = 0.1
 """Turn [rad], root mean square, that pace and starts may leave: of sound sweeps at 40 dB they leave 0.003, and where
 samples were lost on the way 0.27."""
@@ -62,16 +58,12 @@ class Clocks:
 
 @dataclass(frozen=True)
 class _Pair:
-    """A sweep beside the first: frequency (nb,) [Hz], the time apart (nb,) [s] at which they pass it, and the strength
-    and turn of its response over the first's (nb,)."""
+    """A sweep compared with the first: frequency (nb,) [Hz], the time between (nb,) [s] at which they pass it, and the
+    strength and turn of its response over the first's (nb,)."""
 
     frequency: Floats
     apart: Floats
     response: NDArray[np.complex128]
-
-    def turned(self, pace: float, late: float) -> NDArray[np.complex128]:
-        """The response without what a pace and a delay turn it by."""
-        return self.response * np.exp(-2.0j * np.pi * self.frequency * (pace * self.apart - late))
 
 
 def clocks_of(sweeps: Sequence[tuple[Measurement, SweptSine]]) -> Clocks:
@@ -79,51 +71,34 @@ def clocks_of(sweeps: Sequence[tuple[Measurement, SweptSine]]) -> Clocks:
     found = [(k, pair) for k in range(1, len(sweeps)) if (pair := _paired(sweeps[0], sweeps[k])) is not None]
     if not found:
         return Clocks()
-    pairs = [pair for _, pair in found]
-    apart = any(np.abs(one.apart * one.frequency).max() * _MOST > _TURN for one in pairs)
-    step = sweeps[0][0].step
-    pace, *_ = _fitted(pairs, apart, np.zeros(1))
-    freely, *late = _fitted(pairs, apart, np.arange(-_LATEST, _LATEST + 1e-9, _FIRST) * step)
-    off = [np.angle(one.turned(freely.value, its.value)) for one, its in zip(pairs, late, strict=True)]
-    weight = np.abs(np.concatenate([one.response for one in pairs]))
-    lost = bool(np.average(np.concatenate(off) ** 2, weights=weight) > _TURNED**2)
-    if not lost and not any(one.off(0.0, _STARTS * step) for one in late):
+    pairs, rows = [pair for _, pair in found], []
+    for k, one in enumerate(pairs):
+        late = -one.frequency[:, None] * np.eye(len(pairs))[k]
+        rows.append(2.0 * np.pi * np.column_stack([one.frequency * one.apart, late]))
+    design, weight = np.concatenate(rows), np.concatenate([np.abs(one.response) for one in pairs])
+    turned = np.concatenate([np.unwrap(np.angle(one.response)) for one in pairs])
+    if np.abs(design[:, 0]).max() * _MOST < 2.0 * np.pi * _TURN:
+        design[:, 0] = 0.0  # all pass all frequencies at the same times: they do not show a pace
+    (pace,), _ = _fitted(design[:, :1], turned, weight)
+    (freely, *late), left = _fitted(design, turned, weight)
+    lost = left > _TURNED
+    if not lost and not any(one.off(0.0, _STARTS * sweeps[0][0].step) for one in late):
         return Clocks(pace)
     values = dict(zip((0, *(k for k, _ in found)), (0.0, *(one.value for one in late)), strict=True))
     mean = sum(values.values()) / len(values)
-    starts = {sweeps[k][0].source: one - mean for k, one in values.items()}
-    return Clocks(freely, starts, lost)
+    return Clocks(freely, {sweeps[k][0].source: one - mean for k, one in values.items()}, lost)
 
 
-def _fitted(pairs: Sequence[_Pair], apart: bool, lates: Floats) -> list[WithError]:
-    """The pace, and how late each pair is [s]: the best of a search, and linear steps from there. Without times apart
-    the pace stays zero, and so do delays that are not searched: these are untold."""
-    most = max(float(np.abs(one.apart * one.frequency).max()) for one in pairs)
-    paces = np.arange(-_MOST, _MOST, _TURN / most) if apart else np.zeros(1)
-    fits, best = np.zeros(len(paces)), []
-    for one in pairs:
-        turned = one.response * np.exp(-2.0j * np.pi * np.outer(paces, one.frequency * one.apart))
-        size = (turned @ np.exp(2.0j * np.pi * np.outer(one.frequency, lates))).real
-        fits += size.max(axis=1)
-        best.append(lates[np.argmax(size, axis=1)])
-    at = int(np.argmax(fits))
-    values = np.array([paces[at], *(one[at] for one in best)])
-    free = np.array([apart, *[len(lates) > 1] * len(pairs)])
-    design = []
-    for k, one in enumerate(pairs):
-        rows = np.zeros((len(one.frequency), len(values)))
-        rows[:, 0], rows[:, 1 + k] = one.frequency * one.apart, -one.frequency
-        design.append(2.0 * np.pi * rows[:, free])
-    rows, weight = np.concatenate(design), np.concatenate([np.abs(one.response) for one in pairs])
-    inverse, off = np.linalg.pinv((rows.T * weight) @ rows), weight
-    for _ in range(_ROUNDS):
-        off = np.concatenate(
-            [np.angle(one.turned(values[0], late)) for one, late in zip(pairs, values[1:], strict=True)]
-        )
-        values[free] += inverse @ (rows.T @ (weight * off))
-    errors = np.full(len(values), np.inf)
-    errors[free] = np.sqrt(np.sum((inverse @ (rows.T * (weight * off))) ** 2, axis=1))
-    return [WithError(*one) for one in zip(values.tolist(), errors.tolist(), strict=True)]
+def _fitted(design: Floats, turned: Floats, weight: Floats) -> tuple[list[WithError], float]:
+    """Weighted least squares of turns (n,) by columns (n, p), a column of zeros having no value; and the root mean
+    square that is left."""
+    inverse = np.linalg.pinv((design.T * weight) @ design)
+    values = inverse @ (design.T @ (weight * turned))
+    left = turned - design @ values
+    errors = np.sqrt(np.sum((inverse @ (design.T * (weight * left))) ** 2, axis=1))
+    errors = np.where(design.any(axis=0), errors, np.inf)
+    pairs = zip(values.tolist(), errors.tolist(), strict=True)
+    return [WithError(*one) for one in pairs], float(np.sqrt(np.average(left**2, weights=weight)))
 
 
 def _paired(first: tuple[Measurement, SweptSine], other: tuple[Measurement, SweptSine]) -> _Pair | None:

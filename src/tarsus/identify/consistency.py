@@ -1,46 +1,45 @@
 """Whether the channels of a record, and the repeats of a set, belong together.
 
-A displacement is the integral of its velocity, whatever the structure: a wrong unit, scale or sign of one of them, and
-velocities that are swapped, show without any model. Repeats of the same drive show the same motion: one that does not,
-while the others agree, is the odd one out."""
+A displacement is the integral of the velocity of the same point, whatever the structure: their `Relation` shows a wrong
+unit, scale or sign of one of them, swapped velocities and late channels without any model. Repeats of the same drive
+show the same motion: one that does not, while the others agree, is the odd one out."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.ndimage import convolve1d
-from scipy.signal import firwin
+from scipy.ndimage import binary_dilation, convolve1d
 
 from tarsus.base.arrays import Floats
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import jumps_of
+from tarsus.identify.with_error import WithError, regressed
 from tarsus.records.excluded import Excluded
 
-_SPANS = (8, 32, 128, 512)
-"""Samples over which displacements are compared with the integral of the velocity; the span at which the two are most
-alike counts, for a velocity that belongs to a displacement is like it at some span, and any other at none."""
-_SLOW = np.asarray(firwin(33, 0.35), dtype=float)
-"""Low-pass for both: what is too quick for the sampling has no integral to compare."""
-_EDGE = len(_SLOW) // 2 + 2
-"""Samples on either side of a jump of the drive that are left out: the acceleration jumps with it, and the integral of
-samples is off by a twelfth of that jump times the squared step, edge by edge the same way."""
-_FEWEST = 6.0
-"""Independent spans between jumps of the drive that make a comparison; with fewer all are taken, and compared
-roughly."""
+_WIDTH = 3.0
+"""Samples (standard deviation) of the Gaussian through which both are compared: wide enough for velocities that jump at
+impacts, and narrow enough for a delay to turn what is left."""
+_REACH = 15
+"""Samples to either side that the Gaussian reaches, and around jumps of the drive that are not compared: the
+acceleration jumps with it, and a difference of samples is off."""
+_FEWEST = 200
+"""Samples that make a comparison."""
+_PLACE = np.arange(-_REACH, _REACH + 1)
+_SMOOTH = np.exp(-0.5 * (_PLACE / _WIDTH) ** 2) / np.sum(np.exp(-0.5 * (_PLACE / _WIDTH) ** 2))
+_SLOPE = -_PLACE / _WIDTH**2 * _SMOOTH
+"""Weights of the Gaussian and of its derivative."""
 _HEARD = 3.0
-"""Both must be so many times the noise: a weaker one has no size to compare. And what a displacement does not share
-with an integral must be so many times the noise to count."""
+"""Times by which what one does not share with the other must exceed their noise to count."""
 GAIN = 0.02
 """Largest deviation of the ratio of displacement and integrated velocity from one."""
 _SURE = 6.0
 """Standard errors that a ratio must be off to be reported."""
 _ROUGH = 5.0
-"""Factor that is left open where the drive jumps too often to look between: the integral has come out as 0.4 of the
-way there, for a point that the drive hardly moves. A wrong sign, and a wrong unit, still show."""
-_ALIKE = 0.9
+"""Factor that is left open where the drive jumps too often to look between: a wrong sign, and a wrong unit, still
+show."""
+ALIKE = 0.9
 """Least correlation of a displacement and the integral of its velocity, where noise does not hide it."""
 
 ODD = 0.02
@@ -50,14 +49,42 @@ _MORE = 4.0
 
 
 @dataclass(frozen=True)
-class _Ratio:
-    """Displacement over integrated velocity: gain, what that may be off, correlation, and whether noise is enough to
-    explain what the two leave of each other."""
+class Relation:
+    """Of a displacement and a velocity: gain of the one over the integral of the other; lag [s] of the one behind the
+    other; alike: their correlation; left [m/s]: root mean square of what neither gain nor lag explain; between: whether
+    they were compared between jumps of the drive alone."""
 
-    gain: float
-    open: float
+    gain: WithError
+    lag: WithError
     alike: float
-    hidden: bool
+    left: float
+    between: bool
+
+
+def relation_of(x: Floats, v: Floats, volts: Floats, step: float) -> Relation | None:
+    """The relation of a displacement [m] and a velocity [m/s] (ns,) under a drive [V]; None of too few samples."""
+    jumped = np.zeros(len(x), dtype=bool)
+    jumped[jumps_of(volts)] = True
+    used = np.logical_not(binary_dilation(jumped, iterations=2 * _REACH))
+    used[:_REACH] = used[-_REACH:] = False
+    between = bool(np.count_nonzero(used) >= _FEWEST)
+    if not between:
+        used[_REACH:-_REACH] = True
+    speed = (convolve1d(x, _SLOPE) / step)[used]
+    known, rising = convolve1d(v, _SMOOTH)[used], (convolve1d(v, _SLOPE) / step)[used]
+    found = None if len(speed) < _FEWEST else regressed(speed, np.column_stack([known, -rising, np.ones(len(known))]))
+    if found is None or not np.ptp(speed) > 0.0:
+        return None
+    # samples through a Gaussian are as many as lie its effective width apart
+    (gain, lag, rest), error = found[0], found[1] * np.sqrt(2.0 * np.sqrt(np.pi) * _WIDTH)
+    left = speed - gain * known + lag * rising - rest
+    return Relation(
+        WithError(float(gain), float(error[0])),
+        WithError(float(lag / gain), float(error[1] / abs(gain))),
+        float(np.corrcoef(speed, known)[0, 1]),
+        float(np.sqrt(np.mean(left**2))),
+        between,
+    )
 
 
 def not_together(trace: Trace) -> list[Excluded]:
@@ -65,76 +92,38 @@ def not_together(trace: Trace) -> list[Excluded]:
     out: list[Excluded] = []
     points = range(len(trace.points))
     for k in points:
-        found = _ratio(trace, k, k)
-        if found is None or (found.alike < _ALIKE and found.hidden):
+        found = _relation(trace, k, k)
+        if found is None:
             continue
-        name = trace.points[k]
-        if found.alike >= _ALIKE and abs(found.gain - 1.0) <= found.open:
-            continue
-        if found.alike < _ALIKE:
-            others = [(other, _ratio(trace, k, other)) for other in points if other != k]
-            swapped = [o for o, one in others if one is not None and one.alike > 0.97 and abs(one.gain - 1.0) < 0.1]
+        gain, noise = found.gain.value, (trace.noise_x[k], trace.noise_v[k])
+        if found.alike >= ALIKE:
+            off = abs(gain - 1.0) > max(GAIN, _SURE * found.gain.error) if found.between else False
+            if not (off or not 1.0 / _ROUGH < gain < _ROUGH):
+                continue
+            said = f"the displacement is {gain:.4g} times the integral of the velocity: are units and scales right?"
+        else:
+            by_noise = np.hypot(
+                noise[0] * np.linalg.norm(_SLOPE) / trace.step, gain * noise[1] * np.linalg.norm(_SMOOTH)
+            )
+            if found.alike > -ALIKE and found.left < _HEARD * by_noise:
+                continue
+            others = [(other, _relation(trace, k, other)) for other in points if other != k]
+            swapped = [
+                o for o, one in others if one is not None and one.alike > 0.97 and abs(one.gain.value - 1.0) < 0.1
+            ]
             if swapped:
                 said = f"its motion is the integral of the velocity of point '{trace.points[swapped[0]]}': "
                 said += "channels look swapped"
-            elif found.alike < -_ALIKE:
+            elif found.alike < -ALIKE:
                 said = "displacement and velocity have opposite signs"
             else:
                 said = f"the displacement is not the integral of the velocity (correlation {found.alike:.2f})"
-        else:
-            said = f"the displacement is {found.gain:.4g} times the integral of the velocity: "
-            said += "are units and scales right?"
-        out.append(Excluded(trace.file, name, said))
+        out.append(Excluded(trace.file, trace.points[k], said))
     return out
 
 
-def _ratio(trace: Trace, point: int, other: int) -> _Ratio | None:
-    """Displacement of one point over the integrated velocity of another; None where noise hides both."""
-    slow = convolve1d(np.stack([trace.x[point], trace.v[other]]), _SLOW, axis=1, mode="nearest")
-    whole = CubicSpline(trace.time, slow[1]).antiderivative()(trace.time)
-    jumped = np.zeros(len(trace.time))
-    jumped[jumps_of(trace.volts)] = 1.0
-    edges = np.cumsum(jumped)
-    between = _best(trace, (point, other), slow[0], whole, edges)
-    if between is not None or not edges[-1]:
-        return between
-    rough = _best(trace, (point, other), slow[0], whole, None)
-    if rough is None or not 1.0 / _ROUGH < abs(rough.gain) < _ROUGH:
-        return rough
-    return replace(rough, open=np.inf)
-
-
-def _best(trace: Trace, channels: tuple[int, int], moved: Floats, whole: Floats, edges: Floats | None) -> _Ratio | None:
-    """The comparison at the span at which displacement and integral (ns,) are most alike.
-
-    edges: number of jumps of the drive before each sample, none of which a span may come near; None for all spans.
-    """
-    best: _Ratio | None = None
-    for span in _SPANS:
-        if len(moved) < 8 * span:
-            break
-        x, integral = moved[span:] - moved[:-span], whole[span:] - whole[:-span]
-        if edges is not None:
-            count = len(x)
-            ends = np.arange(count) + span + _EDGE, np.arange(count) - _EDGE
-            clear = edges[np.clip(ends[0], 0, len(edges) - 1)] == edges[np.clip(ends[1], 0, len(edges) - 1)]
-            x, integral = x[clear], integral[clear]
-        if len(x) < _FEWEST * span:
-            continue
-        noise_x = np.sqrt(2.0) * float(trace.noise_x[channels[0]])
-        noise_v = np.sqrt(span) * trace.step * float(trace.noise_v[channels[1]])
-        size_x, size_v = float(np.sqrt(np.mean(x**2))), float(np.sqrt(np.mean(integral**2)))
-        if size_x <= _HEARD * noise_x or size_v <= _HEARD * noise_v:
-            continue
-        alike = float(np.mean(x * integral)) / (size_x * size_v)
-        gain = alike * size_x / size_v
-        left = np.sqrt(max(1.0 - alike**2, 0.0))
-        error = left / max(abs(alike), 1e-9) / np.sqrt(len(x) / span)
-        hidden = alike > -_ALIKE and left * size_x < _HEARD * np.hypot(noise_x, gain * noise_v)
-        one = _Ratio(gain, max(GAIN, _SURE * float(error)), alike, bool(hidden))
-        if best is None or abs(one.alike) > abs(best.alike):
-            best = one
-    return best
+def _relation(trace: Trace, point: int, other: int) -> Relation | None:
+    return relation_of(trace.x[point], trace.v[other], trace.volts, trace.step)
 
 
 def odd_ones(traces: Sequence[Trace]) -> list[Excluded]:

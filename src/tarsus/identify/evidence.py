@@ -12,7 +12,7 @@ from tarsus.identify.campaign import Opened, RecordFile, read_records
 from tarsus.identify.clock import clocks_of
 from tarsus.identify.consistency import not_together, odd_ones
 from tarsus.identify.influence import Influence, of_levels
-from tarsus.identify.instruments import Instruments, relations_of
+from tarsus.identify.instruments import Instruments, compared
 from tarsus.identify.traces import Trace, contact_level, misplaced, stands_of, trace_of
 from tarsus.model.drive.waveforms import SweptSine
 from tarsus.records.excluded import Excluded, excluded_of
@@ -59,15 +59,13 @@ class Evidence:
                 self.left_out += reading.problems
         records = [r.record for r in self.readings if r.record is not None]
         if records:
-            step = min(record.step for record in records)
             sweeps = [
                 (r.record, signal)
                 for r in self.readings
                 if r.record is not None and isinstance(signal := self.opened.campaign.records[r.set].signal, SweptSine)
             ]
-            relations = relations_of(records, self.opened.model.points)
-            clocks = clocks_of(sweeps)
-            self.take_off(Instruments(relations, step, pace=clocks.pace, starts=clocks.starts, lost=clocks.lost))
+            clocks, found = clocks_of(sweeps), compared(records, self.opened.model.points)
+            self.take_off(replace(found, pace=clocks.pace, starts=clocks.starts, lost=clocks.lost))
 
     def nudged(self) -> Iterator[Evidence]:
         """The same records with each number that was taken off them moved by its standard error."""
@@ -112,18 +110,6 @@ class Evidence:
             return reading.record
         swept = self.opened.campaign.records[reading.set].purpose is Purpose.MODAL
         return self.instruments.taken_off(reading.record, swept)
-
-    def as_shown(self, purposes: Sequence[Purpose]) -> list[Trace]:
-        """Traces of the files that are used, as late as their instruments show them: only gains are taken off."""
-        used = [trace for purpose in purposes for trace in self.traces.get(purpose, [])]
-        if self.instruments is None or not self.instruments.delaying:
-            return used
-        files, prompt = {one.file for one in used}, self.instruments.prompt
-        return [
-            self._traced(r, prompt.taken_off(r.record, False), 0.0)
-            for r in self.readings
-            if r.file in files and r.record is not None and r.record.drive is not None
-        ]
 
     def _trace(self, reading: RecordFile) -> list[Trace]:
         """The record of a file, if it has one whose channels belong together."""

@@ -13,13 +13,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.fft import next_fast_len
-from scipy.ndimage import binary_dilation, convolve1d
 
 from tarsus.base.arrays import Complexes, Floats
 from tarsus.identify.clock import PACE, stretched
+from tarsus.identify.consistency import ALIKE, relation_of
 from tarsus.identify.lateness import SAMPLES, Lateness, LowPass, lateness_of
-from tarsus.identify.volts import jumps_of
-from tarsus.identify.with_error import UNTOLD, WithError, regressed
+from tarsus.identify.with_error import UNTOLD, WithError
 from tarsus.modes.modal import ModalFit
 from tarsus.records.measurement import Measurement, Quantity
 
@@ -27,20 +26,10 @@ GAIN = 0.005
 """Part of a gain that is corrected at least: what vibrometers are calibrated to."""
 _MOST = 1.5
 """Factor of a gain beyond which it is no instrument's: a unit, a scale or another point's channel."""
-_WIDTH = 3.0
-"""Samples (standard deviation) of the Gaussian through which both are compared: wide enough for velocities that jump at
-impacts, and narrow enough for a delay to turn what is left."""
-_REACH = 15
-"""Samples to either side that the Gaussian reaches, and around jumps of the drive that are not compared: the
-acceleration jumps with it, and a difference of samples is off."""
-_FEWEST = 200
-"""Samples that make a comparison."""
 _COARSE = 4.0
 """Steps of the finest record from which on another is not compared: modes that the one shows lie between the samples of
 the other, whose differences are no velocities then. Slow loops at 1 kHz show center and tip a quarter of a sample apart
 where nothing is late."""
-_ALIKE = 0.9
-"""Least correlation of channels that are compared: others are not of one point."""
 _MIDDLE = 1.2533
 """Standard error of a median over that of a mean, of normal numbers."""
 _STRONGEST = 4.0
@@ -52,27 +41,20 @@ _PROMPT = Lateness(UNTOLD, None)
 
 
 @dataclass(frozen=True)
-class Relation:
-    """Of displacement and velocity of a point: gain of the one over the integral of the other, and lag [s] of the one
-    behind the other."""
-
-    gain: WithError
-    lag: WithError
-
-
-@dataclass(frozen=True)
 class Instruments:
-    """What is taken off records.
+    """What instruments add to records.
 
-    relations: by point, of those that can be compared; velocities: points of which the velocity, not the displacement,
-    has the gain; lateness: of the sweeps' channels behind the drive, as far as it is known; of: the quantity of
-    these channels; step [s]: between samples of the sweeps, or the finest of the other records; pace: share by which
-    the clock of the motion is slow beside that of the drive, as far as it is known; starts [s]: by source, how
-    much later than the others a sweep comes behind its drive; lost: samples of sweeps were, which both mend in part.
+    step [s]: between samples of the sweeps, or the finest of the other records; gains: by point, of its displacement
+    over the integral of its velocity; lag [s]: of displacements behind velocities; velocities: points of which the
+    velocity, not the displacement, has the gain; lateness: of the sweeps' channels behind the drive, as far as it is
+    known; of: the quantity of these channels; pace: share by which the clock of the motion is slow against that of the
+    drive, as far as it is known; starts [s]: by source, how much later than the others a sweep comes behind its drive;
+    lost: samples of sweeps were, which both correct in part.
     """
 
-    relations: dict[str, Relation]
     step: float
+    gains: Mapping[str, WithError] = field(default_factory=dict)
+    lag: WithError = UNTOLD
     velocities: frozenset[str] = frozenset()
     lateness: Lateness = _PROMPT
     of: Quantity = Quantity.DISPLACEMENT
@@ -80,22 +62,22 @@ class Instruments:
     starts: Mapping[str, float] = field(default_factory=dict)
     lost: bool = False
 
+    @property
+    def wrong(self) -> dict[str, WithError]:
+        """Gains that are an instrument's, by point."""
+        return {point: one for point, one in self.gains.items() if one.off(1.0, GAIN)}
+
     def gain(self, point: str, quantity: Quantity) -> float:
         """Factor that a channel of a point has too much."""
-        found = self.relations.get(point)
-        of = Quantity.VELOCITY if point in self.velocities else Quantity.DISPLACEMENT
-        gain = found.gain.beyond(1.0, GAIN) if found is not None and quantity is of else 1.0
-        return gain if of is Quantity.DISPLACEMENT else 1.0 / gain
-
-    def lag(self, point: str) -> float:
-        """Time [s] by which the displacement of a point comes behind its velocity."""
-        found = self.relations.get(point)
-        return found.lag.beyond(0.0, SAMPLES * self.step) if found is not None else 0.0
+        turned = point in self.velocities
+        if point not in self.wrong or turned is not (quantity is Quantity.VELOCITY):
+            return 1.0
+        return 1.0 / self.gains[point].value if turned else self.gains[point].value
 
     @property
-    def lags(self) -> bool:
-        """Whether any displacement comes behind its velocity, or before it."""
-        return any(self.lag(point) for point in self.relations)
+    def lags(self) -> float:
+        """Time [s] by which displacements come behind velocities."""
+        return self.lag.beyond(0.0, SAMPLES * self.step)
 
     @property
     def late(self) -> float:
@@ -114,8 +96,7 @@ class Instruments:
 
     def hypotheses(self) -> tuple[Instruments, ...]:
         """These, and where a gain was found the same with the other channel of its point at fault."""
-        turned = frozenset(p for p, one in self.relations.items() if one.gain.off(1.0, GAIN))
-        return (self, replace(self, velocities=turned)) if turned else (self,)
+        return (self, replace(self, velocities=frozenset(self.wrong))) if self.wrong else (self,)
 
     def behind(self, fit: ModalFit) -> Instruments | None:
         """The same with the lateness that modes show, None where they show none."""
@@ -125,71 +106,31 @@ class Instruments:
         late = replace(self, lateness=found, of=fit.frf.quantity)
         return late if found.off(late.step) else None
 
-    def delays(self, point: str, quantity: Quantity) -> tuple[LowPass | None, float]:
-        """Low-pass before a channel, and the time [s] by which it is late beside that of what passes this slowly."""
-        low = self.low(quantity)
-        late = self.late + (self.lag(point) if quantity is Quantity.DISPLACEMENT else 0.0)
-        return low, late - (0.0 if low is None else low.delay)
-
-    def nudged(self) -> tuple[Instruments, ...]:
-        """The same with each number that delays the records moved by its standard error."""
-        out = []
-        for lag in {one.lag for point, one in self.relations.items() if self.lag(point)}:
-            those = {p: replace(one, lag=lag.moved) for p, one in self.relations.items() if one.lag == lag}
-            out.append(replace(self, relations={**self.relations, **those}))
-        if self.lateness.off(self.step):
-            low = self.lateness.low
-            out.append(replace(self, lateness=replace(self.lateness, late=self.lateness.late.moved)))
-            if low is not None:
-                wider = replace(low, corner=low.corner * (1.0 + self.lateness.corner))
-                out.append(replace(self, lateness=replace(self.lateness, low=wider)))
-        return tuple(out)
-
     def uncertain(self) -> tuple[Instruments, ...]:
-        """The same with each number that was taken off moved by its standard error, but for delays and paces whose
-        errors are too small to do harm."""
-        harm, out = SAMPLES * self.step, []
-        for point, one in self.relations.items():
-            if one.gain.off(1.0, GAIN):
-                moved = {**self.relations, point: replace(one, gain=one.gain.moved)}
-                out.append(replace(self, relations=moved))
-        errors = [one.lag.error for point, one in self.relations.items() if self.lag(point)]
-        if self.lateness.off(self.step):
-            low = self.lateness.low
-            errors += [self.lateness.late.error, 0.0 if low is None else low.delay * self.lateness.corner]
-        if max(errors, default=0.0) > harm:
-            out += self.nudged()
-        if self.slow and self.pace.error > PACE:
-            out.append(replace(self, pace=self.pace.moved))
-        return tuple(out)
+        """The same with each gain that was corrected moved by its standard error; errors of delays and paces are too
+        small to change a number."""
+        moved = ({**self.gains, point: one.moved} for point, one in self.wrong.items())
+        return tuple(replace(self, gains=gains) for gains in moved)
+
+    @property
+    def errors(self) -> tuple[float, float]:
+        """Standard errors [s] of what was corrected: the delay of displacements behind velocities, and of all channels
+        behind the drive."""
+        return self.lag.error if self.lags else 0.0, self.lateness.late.error if self.late else 0.0
 
     @property
     def shared(self) -> float:
         """Part of itself by which the gain that all channels share is unknown: where all displacements are off their
         velocities by one factor, no shape tells which of both are wrong."""
-        gains = [one.gain for one in self.relations.values()]
-        if not gains or not all(one.off(1.0, GAIN) for one in gains):
+        if not self.wrong or len(self.wrong) < len(self.gains):
             return 0.0
-        mean = float(np.mean([one.value for one in gains]))
-        return 0.0 if any(one.off(mean, GAIN) for one in gains) else abs(mean - 1.0)
-
-    @property
-    def prompt(self) -> Instruments:
-        """The gains alone, as if no channel were late."""
-        still = {point: replace(one, lag=WithError(0.0, one.lag.error)) for point, one in self.relations.items()}
-        return replace(self, relations=still, lateness=_PROMPT)
-
-    @property
-    def delaying(self) -> bool:
-        """Whether any channel is late, or behind a low-pass."""
-        return bool(self.late or self.low(self.of) or self.lags)
+        mean = float(np.mean([one.value for one in self.gains.values()]))
+        return 0.0 if any(one.off(mean, GAIN) for one in self.gains.values()) else abs(mean - 1.0)
 
     @property
     def differ(self) -> bool:
-        """Whether there is anything to take off."""
-        quantities = Quantity.DISPLACEMENT, Quantity.VELOCITY
-        gains = (self.gain(point, one) for point in self.relations for one in quantities)
-        return self.delaying or bool(self.slow or self.starts) or any(gain != 1.0 for gain in gains)
+        """Whether there is anything to correct."""
+        return bool(self.wrong or self.lags or self.late or self.low(self.of) or self.slow or self.starts)
 
     def taken_off(self, record: Measurement, swept: bool) -> Measurement:
         """A record as if its instruments had neither gains nor lags nor a low-pass; ``swept``: nor a delay behind the
@@ -205,9 +146,8 @@ class Instruments:
         moving = {key: k for key, k in rows.items() if key[1] in (Quantity.DISPLACEMENT, Quantity.VELOCITY)}
         for (point, quantity), k in moving.items():
             values[k] /= self.gain(point, quantity)
-        for (point, quantity), k in moving.items():
-            if quantity is Quantity.DISPLACEMENT and (lag := self.lag(point)):
-                values[k] = _divided(values[k], record.step, lag, None)
+            if quantity is Quantity.DISPLACEMENT and self.lags:
+                values[k] = _divided(values[k], record.step, self.lags, None)
         for (_, quantity), k in moving.items():
             low, late = self.low(quantity), self.late + self.starts.get(record.source, 0.0) if swept else 0.0
             if low is not None or late:
@@ -234,24 +174,22 @@ class Instruments:
                 f"the sweeps begin up to {1e6 * apart:.3g} us apart from their drive, as by a trigger with a varying "
                 "delay: corrected for each; other records begin as late, by how much each is not known"
             )
-        for point, one in self.relations.items():
-            for quantity, other in ((Quantity.DISPLACEMENT, "velocity"), (Quantity.VELOCITY, "displacement")):
-                if (gain := self.gain(point, quantity)) != 1.0:
-                    out.append(
-                        f"the {quantity.name.lower()} of point '{point}' is {gain:.4g} +- {2.0 * one.gain.error:.1g} "
-                        f"times what its {other} makes it: taken for the gain of its channel, and divided out"
-                    )
+        for point, one in self.wrong.items():
+            which, other = ("velocity", "displacement") if point in self.velocities else ("displacement", "velocity")
+            gain = self.gain(point, Quantity[which.upper()])
+            out.append(
+                f"the {which} of point '{point}' is {gain:.4g} +- {2.0 * one.error:.1g} times what its {other} makes "
+                "it: taken for the gain of its channel, and divided out"
+            )
         if self.shared:
             out.append(
                 f"all displacements differ from their velocities by one factor, and no record shows which is wrong: "
                 f"{100.0 * self.shared:.2g} % of the gain that all channels share is in all intervals"
             )
-        lags = {one.lag for point, one in self.relations.items() if self.lag(point)}
-        for lag in sorted(lags, key=lambda one: one.value):
-            named = ", ".join(f"'{point}'" for point, one in self.relations.items() if one.lag == lag)
-            word = "after" if lag.value > 0.0 else "before"
+        if self.lags:
+            word = "after" if self.lags > 0.0 else "before"
             out.append(
-                f"displacements of {named} come {1e6 * abs(lag.value):.4g} +- {2e6 * lag.error:.1g} us {word} their "
+                f"displacements come {1e6 * abs(self.lags):.4g} +- {2e6 * self.lag.error:.1g} us {word} their "
                 "velocities: a delay of their channels, corrected"
             )
         if self.late or self.low(self.of) is not None:
@@ -265,42 +203,29 @@ class Instruments:
         return out
 
 
-def relations_of(records: Sequence[Measurement], points: Sequence[str]) -> dict[str, Relation]:
-    """Relations of displacements and velocities, by point: medians over records, weighted by what each tells. Lags that
-    agree are one."""
+def compared(records: Sequence[Measurement], points: Sequence[str]) -> Instruments:
+    """Gains and lag of displacements against velocities: medians over records, weighted by what each tells."""
     step = min(record.step for record in records)
     records = [record for record in records if record.step < _COARSE * step]
-    first = _relations(records, points)
-    if not first:
-        return first
-    rough = Instruments(first, step)
-    if not rough.differ:
+    first = _compared(records, points, step)
+    if not first.differ:
         return first
     # gains and lags are told apart once most of both is gone
-    second = _relations([rough.taken_off(record, False) for record in records], points)
-    out = {}
-    for point, one in first.items():
-        if (again := second.get(point)) is not None:
-            gain = one.gain.value if rough.gain(point, Quantity.DISPLACEMENT) != 1.0 else 1.0
-            one = Relation(
-                WithError(gain * again.gain.value, again.gain.error),
-                WithError(rough.lag(point) + again.lag.value, again.lag.error),
-            )
-        out[point] = one
-    return out
+    again = _compared([first.taken_off(record, False) for record in records], points, step)
+    gains = {
+        point: WithError(first.gain(point, Quantity.DISPLACEMENT) * one.value, one.error)
+        for point, one in again.gains.items()
+    }
+    return replace(again, gains=gains, lag=WithError(first.lags + again.lag.value, again.lag.error))
 
 
-def _relations(records: Sequence[Measurement], points: Sequence[str]) -> dict[str, Relation]:
-    found = {point: [one for r in records if (one := _compared(r, point)) is not None] for point in points}
+def _compared(records: Sequence[Measurement], points: Sequence[str], step: float) -> Instruments:
+    found = {point: [one for r in records if (one := _relation(r, point)) is not None] for point in points}
     tables = {point: np.array(one) for point, one in found.items() if one}
+    if not tables:
+        return Instruments(step)
     gains = {point: middle_of(one[:, 0], one[:, 1]) for point, one in tables.items()}
-    lags = {point: middle_of(one[:, 2], one[:, 3]) for point, one in tables.items()}
-    weight = np.array([one.error**-2.0 for one in lags.values()])
-    if len(lags):
-        mean = float(weight @ [one.value for one in lags.values()] / weight.sum())
-        if not any(one.off(mean, 0.0) for one in lags.values()):
-            lags = dict.fromkeys(lags, WithError(mean, float(weight.sum() ** -0.5)))
-    return {point: Relation(gains[point], lags[point]) for point in tables}
+    return Instruments(step, gains, middle_of(*np.concatenate(list(tables.values()))[:, 2:].T))
 
 
 def middle_of(values: Floats, errors: Floats) -> WithError:
@@ -312,35 +237,21 @@ def middle_of(values: Floats, errors: Floats) -> WithError:
     return WithError(middle, float(_MIDDLE * max(scatter, 1.0) * weight.sum() ** -0.5))
 
 
-def _compared(record: Measurement, point: str) -> tuple[float, float, float, float] | None:
-    """Gain and its error, lag and its error [s], of a point in a record."""
+def _relation(record: Measurement, point: str) -> tuple[float, float, float, float] | None:
+    """Gain and its error, lag and its error [s], of a point in a record; None where an instrument explains neither."""
     rows = {one.quantity: k for k, one in enumerate(record.channels) if one.at == point}
-    if not {Quantity.DISPLACEMENT, Quantity.VELOCITY} <= set(rows) or record.count < _FEWEST:
+    if not {Quantity.DISPLACEMENT, Quantity.VELOCITY} <= set(rows):
         return None
     x, v = record.values[rows[Quantity.DISPLACEMENT]], record.values[rows[Quantity.VELOCITY]]
-    place = np.arange(-_REACH, _REACH + 1)
-    smooth = np.exp(-0.5 * (place / _WIDTH) ** 2)
-    smooth /= smooth.sum()
-    slope = -place / _WIDTH**2 * smooth
-    used = np.ones(record.count, dtype=bool)
-    if record.drive is not None:
-        jumped = np.zeros(record.count, dtype=bool)
-        jumped[jumps_of(record[record.drive])] = True
-        used &= np.logical_not(binary_dilation(jumped, iterations=2 * _REACH))
-    used[:_REACH] = used[-_REACH:] = False
-    if np.count_nonzero(used) < _FEWEST:
+    found = relation_of(x, v, np.zeros(record.count) if record.drive is None else record[record.drive], record.step)
+    if (
+        found is None
+        or not found.between
+        or abs(found.alike) < ALIKE
+        or not 1.0 / _MOST < abs(found.gain.value) < _MOST
+    ):
         return None
-    speed = (convolve1d(x, slope) / record.step)[used]
-    known, rising = convolve1d(v, smooth)[used], (convolve1d(v, slope) / record.step)[used]
-    design = np.column_stack([known, -rising, np.ones(len(known))])
-    found = regressed(speed, design)
-    if found is None or abs(np.corrcoef(speed, known)[0, 1]) < _ALIKE:
-        return None
-    # samples through a Gaussian are as many as lie its effective width apart
-    (gain, lag, _), error = found[0], found[1] * np.sqrt(2.0 * np.sqrt(np.pi) * _WIDTH)
-    if not 1.0 / _MOST < abs(gain) < _MOST:
-        return None
-    return float(gain), float(error[0]), float(lag / gain), float(error[1] / abs(gain))
+    return found.gain.value, found.gain.error, found.lag.value, found.lag.error
 
 
 def _divided(values: Floats, step: float, late: float, low: LowPass | None) -> Floats:

@@ -54,12 +54,6 @@ class LowPass:
         """Delay [s] of what is slow."""
         return float(-np.sum(1.0 / self.poles).real / (2.0 * np.pi * self.corner))
 
-    def parts(self) -> tuple[Complexes, Complexes]:
-        """Poles [rad/s] and residues [rad/s] (n,): a low-pass is the sum of these parts."""
-        apart = self.poles[:, None] - self.poles
-        shares = np.prod(-self.poles) / np.prod(apart, axis=1, where=apart != 0.0)
-        return 2.0 * np.pi * self.corner * self.poles, 2.0 * np.pi * self.corner * shares
-
     def response(self, s: NDArray[np.complexfloating[Any, Any]]) -> Complexes:
         """At s (nf,) [rad/s]."""
         scaled = s / (2.0 * np.pi * self.corner)
@@ -69,11 +63,10 @@ class LowPass:
 @dataclass(frozen=True)
 class Lateness:
     """Of responses behind the drive: late [s] of what is slow, all together; low: the low-pass among it, None for a
-    pure delay; corner: standard error of the low-pass's, as a part of it."""
+    pure delay."""
 
     late: WithError
     low: LowPass | None
-    corner: float = 0.0
 
     def off(self, step: float) -> bool:
         """Whether it is more than what does no harm to records of a sampling step [s]."""
@@ -199,6 +192,4 @@ class _Lines:
             count = len(moves)
             error = np.sqrt(np.mean(moves**2, axis=0) / count) * student(float(count))
         m, turn = 2 * self.modes, 2.0 * np.pi * self.highest
-        return Lateness(
-            WithError(float(x[m]) / turn, float(error[m]) / turn), low, 0.0 if low is None else float(error[-1])
-        )
+        return Lateness(WithError(float(x[m]) / turn, float(error[m]) / turn), low)

@@ -1,8 +1,7 @@
 """Whether the identified device predicts the motion in the air, and what each number misses there.
 
-Loops and records in the air, repeats averaged in halves, stand beside their prediction (`tarsus.identify.airborne`).
-With the identified numbers and the records' zeros free, the best fit to every second repeat is judged by what it leaves
-of the others, both ways round. What it leaves has an unknown cause, and the record that shows it is named.
+Loops and records in the air are compared with their prediction (`tarsus.identify.airborne`). What the best fit with the
+identified numbers and the records' zeros free leaves has an unknown cause, and the record that shows it is named.
 """
 
 from __future__ import annotations
@@ -40,10 +39,10 @@ class AirFit:
     """What all records in the air say together.
 
     records: their number; values: of samples; predicted: root mean square over the noise that the prediction leaves,
-    the zeros free and the identified numbers within their draws; left: the same of every second repeat, the numbers
-    free to follow the others; apart: by how many standard deviations of their difference these records and all others
-    tell the numbers, along the direction in which they differ most; missed: by path, by how many of its standard
-    deviations each number that moves the device in the air may be off; cause: in words, with what to record for it.
+    the zeros free and the identified numbers within their draws; left: the same with the numbers free;
+    apart: by how many standard deviations of their difference these records and all others determine the numbers, along
+    the direction in which they differ most; missed: by path, by how many of its standard deviations each number that
+    moves the device in the air may be off; cause: in words, with what to record for it.
     """
 
     records: int
@@ -89,62 +88,52 @@ class AirFit:
 
 @dataclass(frozen=True)
 class _Sums:
-    """Columns of all records, each for what is believed possible, as sums by half.
+    """Columns of all records, each for what is believed possible, as sums.
 
-    square (2, P, P), cross (2, P), whole (2,): products of columns, of columns and what is left, and of that, over the
-    noise; count: of values; believed (p, q): standard deviations of the identified numbers along principal directions
-    of their draws; nudges: numbers of the instruments. Columns are these directions, then those numbers, then zeros.
+    square (P, P), cross (P,), whole: products of columns, of columns and what is left, and of that, over the noise;
+    count: of values; believed (p, q): standard deviations of the identified numbers along principal directions of
+    their draws. Columns are these directions, then delays, then zeros.
     """
 
     square: Floats
     cross: Floats
-    whole: Floats
+    whole: float
     count: int
     believed: Floats
-    nudges: int
 
     @classmethod
     def of(cls, records: Sequence[AirRecord], known: Estimates) -> _Sums:
-        off = (known.samples - known.samples.mean(axis=0))[:, moving(known)]
-        _, size, ways = np.linalg.svd(off / np.sqrt(len(off)), full_matrices=False)
+        deviations = (known.samples - known.samples.mean(axis=0))[:, moving(known)]
+        _, size, ways = np.linalg.svd(deviations / np.sqrt(len(deviations)), full_matrices=False)
         believed = size[:, None] * ways
-        nudges, own = len(records[0].nudges), len(believed)
-        zero, size = own + nudges, own + nudges + sum(air.points for air in records)
-        square, cross, whole, count = np.zeros((2, size, size)), np.zeros((2, size)), np.zeros(2), 0
+        own, delays = len(believed), len(records[0].delays)
+        zero, size = own + delays, own + delays + sum(air.points for air in records)
+        square, cross, whole, count = np.zeros((size, size)), np.zeros(size), 0.0, 0
         for air in records:
             x = np.zeros((size, 2 * air.points, len(air.time)))
             x[:own] = np.tensordot(believed, air.slopes, 1)
-            x[own : own + nudges] = air.nudges
+            x[own : own + delays] = air.delays
             for k in range(air.points):
                 x[zero, k] = _ZERO * air.white[0, k]
                 zero += 1
-            for h, (left, white) in enumerate(zip(air.left, air.white, strict=True)):
+            for left, white in zip(air.left, air.white, strict=True):
                 part, rest = (x / white[:, None]).reshape(len(x), -1), (left / white[:, None]).ravel()
-                square[h] += part @ part.T
-                cross[h] += part @ rest
-                whole[h] += rest @ rest
+                square += part @ part.T
+                cross += part @ rest
+                whole += float(rest @ rest)
                 count += len(rest)
-        return cls(square, cross, whole, count, believed, nudges)
+        return cls(square, cross, whole, count, believed)
 
-    def fitted(self, wide: float, halves: Sequence[int] = (0, 1)) -> Floats:
-        """Coefficients of the columns by some halves; identified numbers may move so many standard deviations."""
-        some, held = list(halves), np.ones(len(self.cross[0]))
-        held[: len(self.believed) + self.nudges] = wide**-2.0
-        return np.linalg.solve(self.square[some].sum(axis=0) + np.diag(held), self.cross[some].sum(axis=0))
-
-    def left(self, values: Floats, halves: Sequence[int] = (0, 1)) -> float:
-        """Sum of squares that the columns leave of some halves."""
-        some = list(halves)
-        square, cross = self.square[some].sum(axis=0), self.cross[some].sum(axis=0)
-        return float(self.whole[some].sum() - 2.0 * values @ cross + values @ square @ values)
-
-    def unseen(self) -> float:
-        """Sum of squares that the columns leave of both halves, each by the coefficients of the other."""
-        return sum(self.left(self.fitted(_WIDE, (1 - h,)), (h,)) for h in (0, 1))
+    def left(self, wide: float) -> float:
+        """Root mean square that the best columns leave; identified numbers may move so many standard deviations."""
+        held = np.ones(len(self.cross))
+        held[: len(self.believed)] = wide**-2.0
+        values = np.linalg.solve(self.square + np.diag(held), self.cross)
+        return float(np.sqrt((self.whole - 2.0 * values @ self.cross + values @ self.square @ values) / self.count))
 
     def told(self) -> tuple[Floats, Floats]:
         """Information (q, q) and score (q,) of these records about the identified numbers."""
-        own, square, cross = len(self.believed), self.square.sum(axis=0), self.cross.sum(axis=0)
+        own, square, cross = len(self.believed), self.square, self.cross
         beside = np.linalg.solve(square[own:, own:] + np.eye(len(cross) - own), square[own:, :own]).T
         return square[:own, :own] - beside @ square[own:, :own], cross[:own] - beside @ cross[own:]
 
@@ -169,16 +158,14 @@ def fit_air(records: Sequence[AirRecord], known: Estimates) -> AirFit | None:
     if not records or not own:
         return None
     sums = _Sums.of(records, known)
-    count = sums.count
-    predicted = float(np.sqrt(sums.left(sums.fitted(1.0)) / count))
-    left = float(np.sqrt(sums.unseen() / count))
+    predicted, left = sums.left(1.0), sums.left(_WIDE)
     apart, off, error = sums.apart(max(left**2, 1.0))
     # beside what is wrong anywhere, of which either reading may be off by as much as they differ
     beyond = np.hypot(_BOTH * off, max(apart, predicted))
     missed = {known.paths[k]: float(by) for k, by in zip(own, beyond, strict=True)}
     sure = dict(zip(missed, np.abs(off) / np.hypot(1.0, error), strict=True))
     cause, record = _where(records) if left > OVER_NOISE else _differently(sure)
-    return AirFit(len(records), count, predicted, left, apart, missed, cause, record)
+    return AirFit(len(records), sums.count, predicted, left, apart, missed, cause, record)
 
 
 def _differently(sure: Mapping[str, float]) -> tuple[str, str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from math import ceil, isfinite, isnan, nan
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ import numpy as np
 from tarsus.fit.verdict import WIDTH
 from tarsus.identify.assessment import law_slopes
 from tarsus.identify.readiness import TOLD_BY, serves
-from tarsus.identify.step import ASSUMED, PREFERRED, UNDECIDED, Check, StepResult, failures
+from tarsus.identify.step import ASSUMED, PREFERRED, UNDECIDED, Check, failures
 from tarsus.identify.verdict import Assessment, NumberVerdict
 from tarsus.records.purpose import Purpose
 from tarsus.tables.numbers import amount, number, path_end, percent
@@ -23,17 +23,13 @@ if TYPE_CHECKING:
 MOST_REPEATS = 50
 """Times as many records of the same kind that are worth asking for; beyond, only other records help."""
 
-_BEST: dict[str, tuple[Purpose, Callable[[RecordSet], float], str]] = {
-    "ground.adhesion.initial": (Purpose.RAMPS, lambda one: _hertz(one), "the shortest contacts"),
-    "ground.adhesion.rate": (Purpose.RAMPS, lambda one: -_hertz(one), "the longest contacts"),
-    "ground.film": (Purpose.RAMPS, lambda one: _hertz(one), "the most releases in a record"),
-    "ground.restitution": (Purpose.BOUNCES, lambda one: _volts(one), "the fastest impacts"),
-    "ground.electrostatic": (Purpose.CLOSE, lambda one: -(one.gap or 0.0), "the smallest gap"),
-    "robot.structure": (Purpose.MODAL, lambda one: -_volts(one), "the weakest drive, whose harmonics are least"),
-    "robot.drives": (Purpose.LOOPS, lambda one: _volts(one), "the widest loop"),
+_PURPOSES = {
+    "ground.restitution": Purpose.BOUNCES,
+    "ground.electrostatic": Purpose.CLOSE,
+    "robot.structure": Purpose.MODAL,
+    "robot.drives": Purpose.LOOPS,
 }
-"""By the beginning of a number's path: purpose of the records that tell it, by what a set of them tells it best, and
-that in words. Signals that the campaign has not are ranked by `tarsus recommend`."""
+"""By the beginning of a number's path: purpose of the records that determine it; of others ramps."""
 
 _LANDINGS = "bounces and ramps in which the foot lands slowly: at low volts, and at frequencies between those recorded"
 MOST_NAMED = 4
@@ -77,21 +73,21 @@ def open_questions(
 def _numbers(found: Identification, judged: Assessment | None, words: Mapping[str, str]) -> list[Question]:
     """Numbers that are undecided or assumed, those of one reason that the same record tells together: what decides the
     widest of them decides all."""
-    slopes, alike = law_slopes(found.known), dict[tuple[str, str], list[tuple[float, str, StepResult]]]()
-    for step in found.steps.values():
-        for path in step.paths:
-            if words[path] == ASSUMED:
-                half, why = nan, "no record shows it; its value goes with the others"
-            elif words[path] == UNDECIDED and judged is not None:
-                half, why = judged[path].range.half_width(slopes.get(path)), _why(judged[path])
-            else:
-                continue
-            alike.setdefault((why, _record(found, path)), []).append((half, path, step))
+    slopes, alike = law_slopes(found.known), dict[tuple[str, str], list[tuple[float, str]]]()
+    for path in (path for step in found.steps.values() for path in step.paths):
+        if words[path] == ASSUMED:
+            half, why = nan, "no record shows it; its value goes with the others"
+        elif words[path] == UNDECIDED and judged is not None:
+            half, why = judged[path].range.half_width(slopes.get(path)), _why(judged[path])
+        else:
+            continue
+        alike.setdefault((why, _record(found, path)), []).append((half, path))
     rows: list[Question] = []
-    for (why, record), those in alike.items():
-        half, path, step = max(those, key=lambda one: one[0])
-        names = ", ".join([those[0][1], *(path_end(one) for _, one, _ in those[1:])])
-        rows.append((names, why, record if isnan(half) else _more(found, step, path, half)))
+    for (why, _), those in alike.items():
+        half, path = max(those, key=lambda one: one[0])
+        rows.append(
+            (", ".join([those[0][1], *(path_end(one) for _, one in those[1:])]), why, _record(found, path, half))
+        )
     return rows
 
 
@@ -123,31 +119,15 @@ def _why(one: NumberVerdict) -> str:
     return f"half-width {percent(half, 2)}, {percent(WIDTH)} at most" if isfinite(half) else "an end is open"
 
 
-def _more(found: Identification, step: StepResult, path: str, half: float) -> str:
-    """How many more records of the same kind bring a half-width down to a determined number's, and which: intervals
-    shrink as the root of their count."""
-    times = ceil((half / WIDTH) ** 2) if isfinite(half) else MOST_REPEATS + 1
-    if times <= 1:
-        return _record(found, path)
-    if times > MOST_REPEATS:
-        return f"others than these of {_purposes(found, step)}: {_record(found, path)}"
-    return f"{number(times)} times as many of {_purposes(found, step)}, first of all {_record(found, path)}"
-
-
-def _record(found: Identification, path: str) -> str:
-    """The record that tells a number best: purpose, drive and channels; of those that the campaign has, where it has
-    any for this purpose."""
-    purpose, rank, most = next(
-        (one for start, one in _BEST.items() if path.startswith(start)), (Purpose.RAMPS, _hertz, "")
-    )
-    if not serves(purpose, found.opened):
-        return _GAITS
-    sets = [(rank(one), name, one) for name, one in found.opened.sets(purpose)]
-    if not sets:
-        return _wanted(found, purpose)
-    _, name, one = max(sets, key=lambda each: each[0])
-    drive = "" if one.signal is None else f" ({_drive(one)}: {most})"
-    return f"{name}{drive}, {_channels(found, purpose)}"
+def _record(found: Identification, path: str, half: float = nan) -> str:
+    """Records that determine a number, and how many times as many as there are bring a half-width down to a determined
+    number's: intervals shrink as the root of their count."""
+    purpose = next((one for start, one in _PURPOSES.items() if path.startswith(start)), Purpose.RAMPS)
+    wanted = _wanted(found, purpose) if serves(purpose, found.opened) else _GAITS
+    times = nan if isnan(half) else ceil((half / WIDTH) ** 2) if isfinite(half) else MOST_REPEATS + 1
+    if not times > 1 or not any(found.opened.sets(purpose)):
+        return wanted
+    return f"others than these: {wanted}" if times > MOST_REPEATS else f"{number(times)} times as many: {wanted}"
 
 
 def _wanted(found: Identification, purpose: Purpose) -> str:
@@ -183,24 +163,6 @@ def _channels(found: Identification, purpose: Purpose) -> str:
     return f"{kinds} of {' and '.join(found.model.points)}"
 
 
-def _drive(one: RecordSet) -> str:
-    """A signal in words: kind, amplitude, frequency."""
-    said = [str(getattr(one.signal, "kind", "")).replace("_", " ")]
-    said += [amount(v, unit, 3) for v, unit in ((_volts(one), "V"), (_hertz(one), "Hz")) if v]
-    return " ".join(said)
-
-
-def _hertz(one: RecordSet) -> float:
-    return float(getattr(one.signal, "frequency", 0.0))
-
-
 def _volts(one: RecordSet) -> float:
     levels = getattr(one.signal, "levels", ())
     return float(max(map(abs, levels), default=0.0) or getattr(one.signal, "amplitude", 0.0))
-
-
-def _purposes(found: Identification, step: StepResult) -> str:
-    """Purposes of the records that a step used, beside those that it left out."""
-    sets = dict.fromkeys(one.set for one in found.readings if one.file in step.files)
-    purposes = dict.fromkeys(found.opened.campaign.records[name].purpose for name in sets)
-    return ", ".join(f"'{one.value}'" for one in purposes if one is not Purpose.VALIDATION)
