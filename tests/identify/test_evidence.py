@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.campaigns import MAT, changed, copied, folder, grounded, modes_as_found, only, said, truth
+from identify.campaigns import copied, folder, grounded, modes_as_found, only, truth
 from laboratory import LABORATORY
 from tarsus.base.spec import float_paths
 from tarsus.files.library import load_scene
@@ -37,32 +37,6 @@ def loops_changed(folder: Path, files, column: int, change) -> None:
                 parts[column] = f"{change(float(parts[column])):.7E}"
                 lines[i] = "\t".join(parts)
         (folder / file).write_text("\n".join(lines), encoding="latin-1")
-
-
-@pytest.mark.parametrize(
-    ("name", "change", "words"),
-    [
-        ("tip_displacement", lambda x: 1.1 * x, "times the integral of the velocity: are units"),
-        ("tip_velocity", lambda v: -v, "displacement and velocity have opposite signs"),
-        ("center_velocity", lambda v: 1000.0 * v, "times the integral of the velocity: are units"),
-        ("tip_displacement", lambda x: x + 8.0 * (np.arange(len(x)) > 300), "8.12 um higher"),  # zeros wander
-    ],
-)
-def test_channels_that_do_not_belong_together(tmp_path, name, change, words):
-    folder = copied(tmp_path / "campaign", "ramps")
-    changed(folder, lambda content: content.update({name: change(content[name])}))
-    told = said(folder)
-    assert len(told) == 1 and told[0].startswith(f"{MAT}, channel '{name.split('_')[0]}'"), told
-    assert words in told[0]
-
-
-def test_the_odd_repeat_is_named(tmp_path):
-    """Both channels of a point scaled alike: only the other repeats show it."""
-    folder = copied(tmp_path / "campaign", "ramps")
-    names = "tip_displacement", "tip_velocity"
-    changed(folder, lambda content: content.update({name: 1.15 * content[name] for name in names}))
-    told = said(folder)
-    assert len(told) == 1 and told[0].startswith(MAT) and "1.15 times as much" in told[0]
 
 
 def test_a_calibration_moves_all_motion_by_its_standard_error(tmp_path):

@@ -121,9 +121,8 @@ def in_the_air(chain: StepRunner) -> list[AirRecord]:
     wide = {path for step in chain.steps.values() for path in step.taken}
     told = chain.opened.model.scene.ground.acting.film is None or _FILM in set(chain.known.paths) - wide
     purposes = (Purpose.LOOPS, Purpose.AIR) if told else (Purpose.AIR,)
-    errors = (0.0, 0.0) if chain.evidence.instruments is None else chain.evidence.instruments.errors
-    signals, level = chain.signals(*purposes), chain.ground()[0]
-    found, said = air_records(chain.known, chain.traces(*purposes), signals, level, errors)
+    signals, level, instruments = chain.signals(*purposes), chain.ground()[0], chain.evidence.instruments
+    found, said = air_records(chain.known, chain.traces(*purposes), signals, level, instruments)
     chain.evidence.remarks += said
     return found
 

@@ -18,13 +18,17 @@ from tarsus.base.events import IMPACTS
 from tarsus.base.spec import with_values
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
+from tarsus.identify.instruments import Instruments
 from tarsus.identify.traces import Trace, repeats_of
 from tarsus.impacts.detection import STILL
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.standing import rest_state
+from tarsus.records.measurement import Quantity
 from tarsus.records.purpose import IN_AIR
 from tarsus.solve import ResultCode, simulate
 
+_FINER = 8
+"""Places a sample at which a prediction goes through a low-pass: beyond lies a thousandth of the motion."""
 _ROUNDED = 1e-6
 """Part of a sample by which the one at the beginning of the drive may be before it: rounding of its time."""
 _SHORTEST = 20
@@ -74,7 +78,7 @@ def air_records(
     traces: Sequence[Trace],
     signals: Mapping[str, Waveform],
     level: float,
-    errors: tuple[float, float] = (0.0, 0.0),
+    instruments: Instruments | None = None,
 ) -> tuple[list[AirRecord], list[str]]:
     """Every set that shows motion in the air, and sentences on those that cannot be simulated.
 
@@ -88,9 +92,10 @@ def air_records(
         Drive of each set; others are passed over.
     level
         Contact level from the rest [m].
-    errors
-        Standard errors [s] of the delay of displacements behind velocities, and of all channels behind the drive.
+    instruments
+        What was corrected of the records: delays have errors, and a low-pass is in the prediction as well.
     """
+    seen_by = Instruments(1.0) if instruments is None else instruments
     out: list[AirRecord] = []
     said: list[str] = []
     for name, repeats in repeats_of([one for one in traces if one.set in signals]).items():
@@ -98,7 +103,7 @@ def air_records(
             said.append(f"{name}: its repeats are sampled at different rates")
             continue
         try:
-            found = _record(known, repeats, signals[name], level, errors)
+            found = _record(known, repeats, signals[name], level, seen_by)
         except InputError as error:
             said += [f"{name}: {one}" for one in error.problems]
             continue
@@ -117,7 +122,7 @@ def moving(known: Estimates) -> list[int]:
 
 
 def _record(
-    known: Estimates, repeats: Sequence[Trace], signal: Waveform, level: float, errors: tuple[float, float]
+    known: Estimates, repeats: Sequence[Trace], signal: Waveform, level: float, instruments: Instruments
 ) -> AirRecord | None:
     model, first = known.model(), repeats[0]
     k, step = first.point(model.foot_point), first.step
@@ -131,25 +136,29 @@ def _record(
     if count < _SHORTEST:
         return None
 
+    low = [instruments.low(quantity) for quantity in (Quantity.DISPLACEMENT, Quantity.VELOCITY)]
+    finer = _FINER if any(low) else 1
+
     def motion(values: Floats) -> Floats:
-        """Displacements and velocities of the points from the rest with some values of the numbers."""
+        """Displacements and velocities of the points from the rest, as seen with some values of the numbers."""
         there = known.model(values)
         scene = with_values(there.driven(signal), gaps)
         run = simulate(scene, count * step)
         if run.ended is not ResultCode.DONE:
             raise InputError(f"the identified device cannot be simulated with this drive: {run.ended}")
-        states = run.states(time)
+        states = run.states(late + step / finer * np.arange(finer * (count - 1) + 1, dtype=np.float64))
         x = states.x - np.array(rest_state(scene))[:, None]
-        return np.concatenate([there.rows @ x, there.rows @ states.v])
+        pairs = zip((there.rows @ x, there.rows @ states.v), low, strict=True)
+        return np.concatenate([one if by is None else by.seen(one, step / finer) for one, by in pairs])[:, ::finer]
 
-    time = late + step * np.arange(count, dtype=np.float64)
     predicted, slopes = motion(known.values), []
     for number in moving(known):
         values = known.values.copy()
         size = _nudge(known, number)
         values[number] += size
         slopes.append((motion(values) - predicted) / size)
-    by = np.repeat([[errors[0], 0.0], [errors[1], errors[1]]], len(model.points), axis=1)
+    lag, delay = instruments.errors
+    by = np.repeat([[lag, 0.0], [delay, delay]], len(model.points), axis=1)
     delays = by[:, :, None] * np.gradient(predicted, step, axis=1)
     halves = [half for half in (repeats[::2], repeats[1::2]) if half]
     seen = [np.mean([np.concatenate([t.x, t.v])[:, begin : begin + count] for t in half], axis=0) for half in halves]
@@ -157,6 +166,7 @@ def _record(
         np.sqrt(np.mean([np.concatenate([t.noise_x, t.noise_v]) ** 2 for t in half], axis=0) / len(half))
         for half in halves
     ]
+    time = late + step * np.arange(count, dtype=np.float64)
     return AirRecord(
         first.set, model, time, predicted, np.array(seen) - predicted, np.array(white), np.array(slopes), delays
     )

@@ -369,8 +369,8 @@ def _of_drive(file: str, said: InputProblem, one: RecordSet) -> Excluded:
 
 
 def checked_drive(record: Measurement, one: RecordSet) -> tuple[list[Excluded], Measurement]:
-    """What is wrong with a recorded drive that is missing or not the one that was meant; the record with remarks on one
-    that is used, and with the drive as it was before a recorder rounded it, where it was meant to the digit."""
+    """What is wrong with a recorded drive that is missing or not the one that was meant; the record with the drive as
+    it was before a recorder rounded it, where it was meant to the digit."""
     if record.drive is None:
         missing = "the drive is missing: no channel is known to be it; name it with drive"
         return [Excluded(record.source, "", missing)], record
@@ -379,15 +379,14 @@ def checked_drive(record: Measurement, one: RecordSet) -> tuple[list[Excluded], 
     volts = record[record.drive]
     fit = fit_drive(volts, record.step, one.rest, one.signal)
     lasts = record.count * record.step
-    short = cut_short(lasts * (1.0 if fit is None else fit.pace.value), one.rest, record.step, one.signal)
-    faults, notes = ([], []) if short is None else ([short], [])
+    short = cut_short(lasts * (1.0 if fit is None else fit.pace), one.rest, record.step, one.signal)
+    faults = [] if short is None else [short]
     if fit is not None and short is None:
-        faults, notes = drive_faults(fit, record.step, lasts, one.rest, one.purpose is not Purpose.MODAL)
+        faults = drive_faults(fit, record.step, lasts, one.rest, one.purpose is Purpose.MODAL)
         values = record.values.copy()
         values[record.index(record.drive)] = fit.unrounded(volts)
         record = replace(record, values=values)
-    noted, found = ([Excluded(record.source, str(record.drive), said) for said in some] for some in (notes, faults))
-    return found, replace(record, notes=(*record.notes, *map(str, noted)))
+    return [Excluded(record.source, str(record.drive), said) for said in faults], record
 
 
 def _clipped(record: Measurement, one: RecordSet) -> list[Excluded]:

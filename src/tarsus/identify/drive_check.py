@@ -1,4 +1,4 @@
-"""The recorded drive against the one that was meant: size, offset, delay and pace by least squares, with errors.
+"""The recorded drive against the one that was meant: size, offset, delay and pace by least squares.
 
 ``V(T) = offset + gain s(pace T - rest - late)`` at times T from the beginning of the record, with s the drive that was
 meant, 0 before it begins. A drive that jumps is compared through a running mean of a few samples, so that an edge
@@ -13,7 +13,6 @@ import numpy as np
 
 from tarsus.base.arrays import Floats
 from tarsus.identify.volts import jumps_of
-from tarsus.identify.with_error import WithError
 from tarsus.model.drive.waveforms import Waveform
 
 _GAIN = 0.03
@@ -22,7 +21,7 @@ _OFFSET = 0.03
 """Part of the amplitude, as for the size."""
 _LATE = 2.0
 """Samples: a trigger is off by one, and the recorder may round it once more."""
-_PACE = 1e-3
+_PACE = 2e-3
 """Pace off 1: clocks agree to 1e-5, and rates that are stated wrongly are off by percents."""
 _DRIFT = 1.0
 """Samples over the record by which the pace may be off besides: what a delay may be."""
@@ -31,8 +30,6 @@ _SHAPE = 0.15
 pace with samples over the record, part of its root mean square that nothing of these explains."""
 _SHAPE_OF_SWEEPS = 0.7
 """The same for a sweep, whose responses are divided by what was recorded: an amplifier may be slow."""
-_NOTED = 0.5
-"""Samples from which on a delay is noted, as half of one is what rounding explains."""
 _CUT = 0.005
 """Part of its length by which a record may end early: the last half percent of a period holds no event."""
 _WELL = 0.12
@@ -45,8 +42,6 @@ _STEPS = 15
 """Steps of the fit at most; one that leaves more than the last ends it before."""
 _FAST = 0.1
 """Part of its span that a drive moves by from one sample to the next where it is fast."""
-_FINE = 0.02
-"""Samples by which slopes of a fast drive are taken."""
 _SETTLED = 1e-3
 """Samples below which a step no longer matters: a steep ramp moves by a fortieth of itself then, less than a digit."""
 _FASTEST = 4.0
@@ -57,8 +52,6 @@ _ROUNDED = 0.6
 """Digits by which rounding takes volts from their fit: half of one, and what the fit itself may be off."""
 _DIGIT = 0.02
 """Digit over the amplitude above which volts do not show what they were rounded from."""
-_TOLD = 0.99
-"""Part of a unit of a number that columns must give back for them to tell it."""
 _SINGULAR = 1e-6
 """Share of the largest eigenvalue below which columns do not determine a direction: a thousandth of its size."""
 
@@ -72,10 +65,10 @@ class DriveFit:
     [V]: the drive that was meant, with all of these.
     """
 
-    gain: WithError
-    offset: WithError
-    late: WithError
-    pace: WithError
+    gain: float
+    offset: float
+    late: float
+    pace: float
     unexplained: float
     amplitude: float
     smooth: bool
@@ -83,8 +76,7 @@ class DriveFit:
 
     def meant(self, signal: Waveform, rest: float, time: Floats, step: float) -> Floats:
         """Volts (nt,) of the drive that was meant, with all of these, at times [s] of a record with this step."""
-        own = _meant(signal, rest, step, self.pace.value * time - self.late.value)
-        return self.gain.value * own + self.offset.value
+        return self.gain * _meant(signal, rest, step, self.pace * time - self.late) + self.offset
 
     def unrounded(self, volts: Floats) -> Floats:
         """Volts (ns,) that were recorded, or what they were before they were rounded, where the fit says no more and no
@@ -96,15 +88,14 @@ class DriveFit:
 
 @dataclass(frozen=True)
 class _Case:
-    """A record of volts (ns,) every ``step`` [s], the drive that was meant after ``rest`` [s], and how the two are
-    compared: samples of the running mean, 1 for none; fast: it moves far from one sample to the next."""
+    """A record of volts (ns,) every ``step`` [s], the drive that was meant after ``rest`` [s], and samples of the
+    running mean by which the two are compared, 1 for none."""
 
     volts: Floats
     step: float
     rest: float
     signal: Waveform
     running: int
-    fast: bool
 
     @property
     def time(self) -> Floats:
@@ -117,11 +108,9 @@ class _Case:
 
     def averaged(self, values: Floats) -> Floats:
         """Running means (ns,)."""
-        if self.running == 1:
-            return values
         half = self.running // 2
         summed = np.cumsum(np.concatenate([[0.0], np.pad(values, half, mode="edge")]))
-        return (summed[self.running :] - summed[: -self.running]) / self.running
+        return values if self.running == 1 else (summed[self.running :] - summed[: -self.running]) / self.running
 
 
 def _meant(signal: Waveform, rest: float, step: float, time: Floats) -> Floats:
@@ -144,17 +133,15 @@ def fit_drive(volts: Floats, step: float, rest: float, signal: Waveform) -> Driv
     signal
         The drive that was meant, from its beginning.
     """
-    plain = _Case(volts, step, rest, signal, 1, False)
-    meant = plain.meant(0.0, 1.0)
+    meant = _Case(volts, step, rest, signal, 1).meant(0.0, 1.0)
     span = float(np.ptp(meant))
     if span == 0.0:
         return None
     jumps = jumps_of(meant)
-    far = int(np.count_nonzero(np.abs(np.diff(meant)) > _FAST * span))
-    fast = far > 2 * len(jumps)
+    fast = int(np.count_nonzero(np.abs(np.diff(meant)) > _FAST * span)) > 2 * len(jumps)
     apart = int(np.min(np.diff(jumps), initial=len(volts)))
     running = max(2 * (min(_RUNNING, apart // 2) // 2) + 1, 1) if len(jumps) and not fast else 1
-    case = _Case(volts, step, rest, signal, running, fast)
+    case = _Case(volts, step, rest, signal, running)
     best = _refined(case, 0.0, 1.0)
     if best.unexplained <= _WELL:
         return best
@@ -167,17 +154,18 @@ def _refined(case: _Case, late: float, pace: float) -> DriveFit:
 
     Whole steps: where edges are compared what is left is no smooth function of their place, and the damped descent of
     `tarsus.fit` ends beside it (a slow square that is 2 % fast: 1.9 samples off)."""
-    recorded, length = case.averaged(case.volts), float(case.time[-1])
-    least, place, errors = np.inf, (late, pace), np.full(2, np.inf)
+    recorded, length, half = case.averaged(case.volts), float(case.time[-1]), 0.5 * case.step
+    least, place = np.inf, (late, pace)
     for _ in range(_STEPS):
         meant = case.averaged(case.meant(late, pace))
-        slope = _slope(case, late, pace, meant)
+        # a sample between both: a jump then moves by one in every case
+        slope = case.averaged(case.meant(late - half, pace) - case.meant(late + half, pace)) / case.step
         columns = np.column_stack([meant, np.ones_like(meant), -slope, slope * case.time / length])
-        found, own, left = _least_squares(columns, recorded, case.running)
+        found, own, seen = _least_squares(columns, recorded), meant - meant.mean(), recorded - recorded.mean()
+        left = float(seen @ seen - (own @ seen) ** 2 / max(float(own @ own), 1e-300))
         if left >= least or abs(found[0]) < 1e-9:
             break
         least, place = left, (late, pace)
-        errors = own[2:] / abs(found[0])
         move = found[2:] / found[0]
         late, pace = late + float(move[0]), pace + float(move[1]) / length
         if not 1.0 / _FASTEST < pace < _FASTEST:
@@ -185,36 +173,18 @@ def _refined(case: _Case, late: float, pace: float) -> DriveFit:
         if float(np.max(np.abs(move))) < _SETTLED * case.step:
             place = late, pace
             break
-    return _judged(case, *place, errors)
+    return _judged(case, *place)
 
 
-def _slope(case: _Case, late: float, pace: float, meant: Floats) -> Floats:
-    """Volts per second of the drive that was meant, at the samples."""
-    if not case.fast:
-        return np.gradient(meant, case.step)
-    h = _FINE * case.step
-    return (case.meant(late - h, pace) - case.meant(late + h, pace)) / (2.0 * h)
-
-
-def _least_squares(columns: Floats, values: Floats, running: int) -> tuple[Floats, Floats, float]:
-    """Solution, its standard errors, and the sum of squares that the first two columns leave; what the columns do not
-    tell is 0, with an infinite error."""
+def _least_squares(columns: Floats, values: Floats) -> Floats:
+    """Coefficients of columns (n, p) in values (n,); what the columns do not determine is 0."""
     size = np.linalg.norm(columns, axis=0)
     size = np.where(size > 0.0, size, 1.0)
     scaled = columns / size
-    gram = scaled.T @ scaled
-    inverse = np.linalg.pinv(gram, _SINGULAR, hermitian=True)
-    found = inverse @ (scaled.T @ values)
-    left = values - scaled @ found
-    variance = float(left @ left) / max(len(values) - len(found), 1) * running
-    errors = np.sqrt(variance * np.diag(inverse))
-    lost = np.diag(inverse @ gram) < _TOLD
-    two = scaled[:, :2]
-    plain = values - two @ np.linalg.lstsq(two, values, rcond=None)[0]
-    return found / size, np.where(lost, np.inf, errors) / size, float(plain @ plain)
+    return np.linalg.pinv(scaled.T @ scaled, _SINGULAR, hermitian=True) @ (scaled.T @ values) / size
 
 
-def _judged(case: _Case, late: float, pace: float, errors: Floats) -> DriveFit:
+def _judged(case: _Case, late: float, pace: float) -> DriveFit:
     """Size and offset at a place in time, and what is left, without the samples beside jumps."""
     meant = case.meant(late, pace)
     away = np.ones(len(meant), dtype=bool)
@@ -224,21 +194,11 @@ def _judged(case: _Case, late: float, pace: float, errors: Floats) -> DriveFit:
             away[max(jump - half + 1, 0) : jump + half + 1] = False
         away |= np.mean(away) < _AWAY
     m, v = meant[away], case.volts[away]
-    columns = np.column_stack([m, np.ones_like(m)])
-    (gain, offset), own, _ = _least_squares(columns, v, 1)
-    left = v - gain * m - offset
+    gain, offset = _least_squares(np.column_stack([m, np.ones_like(m)]), v).tolist()
     size = abs(gain) * float(np.std(m))
-    unexplained = float(np.std(left)) / size if size > 0.0 else np.inf
-    return DriveFit(
-        WithError(float(gain), float(own[0])),
-        WithError(float(offset), float(own[1])),
-        WithError(late, float(errors[0])),
-        WithError(pace, float(errors[1]) / float(case.time[-1])),
-        unexplained,
-        0.5 * float(np.ptp(meant)),
-        case.running == 1,
-        gain * meant + offset,
-    )
+    unexplained = float(np.std(v - gain * m)) / size if size > 0.0 else np.inf
+    smooth = case.running == 1
+    return DriveFit(gain, offset, late, pace, unexplained, 0.5 * float(np.ptp(meant)), smooth, gain * meant + offset)
 
 
 def _most_alike(case: _Case) -> float:
@@ -257,10 +217,8 @@ def stated_length(signal: Waveform) -> float:
     return float(track.start[-2 if held else -1])
 
 
-def drive_faults(
-    fit: DriveFit, step: float, length: float, rest: float, size_matters: bool
-) -> tuple[list[str], list[str]]:
-    """Sentences on a drive that is not the one that was meant: those that forbid its use, and those to note.
+def drive_faults(fit: DriveFit, step: float, length: float, rest: float, swept: bool) -> list[str]:
+    """Sentences on a drive that is not the one that was meant.
 
     Parameters
     ----------
@@ -268,43 +226,33 @@ def drive_faults(
         From `fit_drive`.
     step, length, rest
         Between samples, of the record, and before the drive begins [s].
-    size_matters
-        Whether a factor or an offset changes the result; in responses to a sweep it is divided out.
+    swept
+        Whether responses are divided by what was recorded, so that its size does not matter.
     """
-    if fit.unexplained > (_SHAPE if size_matters else _SHAPE_OF_SWEEPS):
+    if fit.unexplained > (_SHAPE_OF_SWEEPS if swept else _SHAPE):
         return [
             "the drive is not the one that the campaign states "
             f"({100.0 * min(fit.unexplained, 1.0):.0f} % of it differs, whatever its size and delay): is the sampling "
             f"rate of {1.0 / step:.6g} Hz right?"
-        ], []
-    faults, notes = [], []
-    sized = faults if size_matters else notes
-    gain, pace = fit.gain.value, fit.pace.value
-    if fit.unexplained > _SHAPE:
-        notes.append(
-            f"{100.0 * fit.unexplained:.0f} % of the drive is not as the campaign states; it is used as recorded"
-        )
-    if fit.gain.off(1.0, _GAIN):
-        word = "its sign, unit or scale" if gain < 0.0 else "its unit or scale"
-        sized.append(f"the drive is {gain:.3g} times the one that the campaign states: is {word} right?")
-    if fit.offset.off(0.0, _OFFSET * fit.amplitude):
-        sized.append(f"the drive is {fit.offset.value:+.3g} V off the one that the campaign states: is its zero right?")
-    if fit.pace.off(1.0, max(_PACE, _DRIFT * step / length)):
+        ]
+    faults = []
+    if not swept and abs(fit.gain - 1.0) > _GAIN:
+        word = "its sign, unit or scale" if fit.gain < 0.0 else "its unit or scale"
+        faults.append(f"the drive is {fit.gain:.3g} times the one that the campaign states: is {word} right?")
+    if not swept and abs(fit.offset) > _OFFSET * fit.amplitude:
+        faults.append(f"the drive is {fit.offset:+.3g} V off the one that the campaign states: is its zero right?")
+    if abs(fit.pace - 1.0) > max(_PACE, _DRIFT * step / length):
         faults.append(
-            f"the drive runs {pace:.5g} times as fast as the campaign states: is the sampling rate of "
-            f"{1.0 / step:.6g} Hz right, and not {1.0 / (step * pace):.5g} Hz?"
+            f"the drive runs {fit.pace:.5g} times as fast as the campaign states: is the sampling rate of "
+            f"{1.0 / step:.6g} Hz right, and not {1.0 / (step * fit.pace):.5g} Hz?"
         )
-    late = fit.late.value
-    if fit.late.off(0.0, _LATE * step):
-        word = "late" if late > 0.0 else "early"
+    if abs(fit.late) > _LATE * step:
+        word = "late" if fit.late > 0.0 else "early"
         faults.append(
-            f"the drive comes {1e3 * abs(late):.3g} ms {word} ({abs(late) / step:.3g} samples): is the rest of "
+            f"the drive comes {1e3 * abs(fit.late):.3g} ms {word} ({abs(fit.late) / step:.3g} samples): is the rest of "
             f"{1e3 * rest:.4g} ms before it stated rightly, and is its channel recorded together with the others?"
         )
-    elif fit.smooth and fit.late.off(0.0, _NOTED * step):
-        word = "late" if late > 0.0 else "early"
-        notes.append(f"the drive comes {abs(late) / step:.2g} samples {word}; it is used as recorded")
-    return faults, notes
+    return faults
 
 
 def cut_short(record: float, rest: float, step: float, signal: Waveform) -> str | None:

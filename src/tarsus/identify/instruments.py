@@ -8,16 +8,15 @@ which no difference is found leave their records as they are.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.fft import next_fast_len
 
 from tarsus.base.arrays import Complexes, Floats
 from tarsus.identify.clock import PACE, stretched
 from tarsus.identify.consistency import ALIKE, relation_of
-from tarsus.identify.lateness import SAMPLES, Lateness, LowPass, lateness_of
+from tarsus.identify.lateness import SAMPLES, Lateness, LowPass, lateness_of, passed
 from tarsus.identify.with_error import UNTOLD, WithError
 from tarsus.modes.modal import ModalFit
 from tarsus.records.measurement import Measurement, Quantity
@@ -34,8 +33,6 @@ _MIDDLE = 1.2533
 """Standard error of a median over that of a mean, of normal numbers."""
 _STRONGEST = 4.0
 """Factor at most by which what a low-pass has weakened is brought back: noise is, too."""
-_BLEND = 256
-"""Samples over which the end of a record is led back to its beginning for a transform."""
 _PROMPT = Lateness(UNTOLD, None)
 """Of channels that are not known to be late."""
 
@@ -133,8 +130,8 @@ class Instruments:
         return bool(self.wrong or self.lags or self.late or self.low(self.of) or self.slow or self.starts)
 
     def taken_off(self, record: Measurement, swept: bool) -> Measurement:
-        """A record as if its instruments had neither gains nor lags nor a low-pass; ``swept``: nor a delay behind the
-        drive, which other records keep."""
+        """A record as if its instruments had neither gains nor lags; ``swept``: nor a low-pass, nor a delay behind the
+        drive, which other records keep: what jumps there would ring."""
         if not self.differ:
             return record
         values = record.values.copy()
@@ -148,10 +145,9 @@ class Instruments:
             values[k] /= self.gain(point, quantity)
             if quantity is Quantity.DISPLACEMENT and self.lags:
                 values[k] = _divided(values[k], record.step, self.lags, None)
-        for (_, quantity), k in moving.items():
-            low, late = self.low(quantity), self.late + self.starts.get(record.source, 0.0) if swept else 0.0
-            if low is not None or late:
-                values[k] = _divided(values[k], record.step, late, low)
+        late = self.late + self.starts.get(record.source, 0.0)
+        for (_, quantity), k in moving.items() if swept and (late or self.low(self.of)) else ():
+            values[k] = _divided(values[k], record.step, late, self.low(quantity))
         return replace(record, values=values)
 
     def sentences(self) -> list[str]:
@@ -264,14 +260,4 @@ def _divided(values: Floats, step: float, late: float, low: LowPass | None) -> F
         response = low.response(s) * np.exp(s * low.delay)
         return np.exp(s * late) / (response * np.maximum(1.0, 1.0 / (_STRONGEST * np.abs(response))))
 
-    return _passed(values, step, factor)
-
-
-def _passed(values: Floats, step: float, factor: Callable[[Complexes], Complexes]) -> Floats:
-    """Values (ns,) with their transform multiplied by a factor of s [rad/s]; the end is led back to the beginning."""
-    count = len(values)
-    whole = int(next_fast_len(count + _BLEND, real=True) or count + _BLEND)
-    ends = np.linspace(0.0, np.pi, whole - count + 2)[1:-1]
-    led = values[0] + (values[-1] - values[0]) * 0.5 * (1.0 + np.cos(ends))
-    s = np.asarray(2.0j * np.pi * np.fft.rfftfreq(whole, step), dtype=np.complex128)
-    return np.fft.irfft(np.fft.rfft(np.concatenate([values, led])) * factor(s), whole)[:count]
+    return passed(values, step, factor)

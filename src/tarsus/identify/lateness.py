@@ -7,12 +7,13 @@ turns them as well, by one angle at all frequencies; it is fitted along.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import next_fast_len
 from scipy.optimize import least_squares
 from scipy.signal import bessel, butter
 
@@ -37,6 +38,8 @@ _STEP = 1e-6
 """Change of an unknown by which slopes are taken."""
 _ROUGH = 1.3
 """Squares over those of a free fit from which on a pure delay does not explain the responses."""
+_BLEND = 256
+"""Samples over which the end of a record is led back to its beginning for a transform."""
 _ORDERS = ((butter, (1, 2, 3, 4, 6, 8)), (bessel, (2, 4, 8)))
 """Low-passes that instruments have."""
 
@@ -58,6 +61,21 @@ class LowPass:
         """At s (nf,) [rad/s]."""
         scaled = s / (2.0 * np.pi * self.corner)
         return np.prod(1.0 / (1.0 - scaled[:, None] / self.poles), axis=1)
+
+    def seen(self, motion: Floats, step: float) -> Floats:
+        """Motion (np, nt) from the rest, samples a step [s] apart, behind the low-pass but for the delay of what is
+        slow."""
+        return np.array([passed(one, step, lambda s: self.response(s) * np.exp(s * self.delay)) for one in motion])
+
+
+def passed(values: Floats, step: float, factor: Callable[[Complexes], Complexes]) -> Floats:
+    """Values (ns,) with their transform multiplied by a factor of s [rad/s]; the end is led back to the beginning."""
+    count = len(values)
+    whole = int(next_fast_len(count + _BLEND, real=True) or count + _BLEND)
+    ends = np.linspace(0.0, np.pi, whole - count + 2)[1:-1]
+    led = values[0] + (values[-1] - values[0]) * 0.5 * (1.0 + np.cos(ends))
+    s = np.asarray(2.0j * np.pi * np.fft.rfftfreq(whole, step), dtype=np.complex128)
+    return np.fft.irfft(np.fft.rfft(np.concatenate([values, led])) * factor(s), whole)[:count]
 
 
 @dataclass(frozen=True)

@@ -236,12 +236,6 @@ def of_sweeps(found: Resonances, order: Mapping[str, int], volts: Mapping[str, f
     return Influence(paths, information, score, np.ones(len(paths)), {FILE: number}, covariates)
 
 
-def static_response(found: Resonances, foot: str) -> float:
-    """Displacement of a foot's point per volt [m/V] that the modes add up to at rest."""
-    omega = np.abs([mode.pole for mode in found.fit.modes])
-    return float(_parts(found.model, found.fit)[:, found.model.points.index(foot)] @ omega**-2.0)
-
-
 def rounding_of(records: Sequence[Measurement]) -> float:
     """Standard deviation of what rounding to a digit leaves of the drive over the drive's own, which is what it is in
     every line of a sweep: both are spread over all of them. Of several records the largest."""

@@ -21,14 +21,7 @@ from tarsus.identify.film import identify_film, wide_film
 from tarsus.identify.flight import ATTRACTION, FILM
 from tarsus.identify.hysteresis import Shares, identify_hysteresis
 from tarsus.identify.impact_column import Pair, from_pairs, identify_impact_column, map_from_pairs
-from tarsus.identify.resonance import (
-    Resonances,
-    identify_resonances,
-    of_sweeps,
-    rounding_of,
-    shape_mismatch,
-    static_response,
-)
+from tarsus.identify.resonance import Resonances, identify_resonances, of_sweeps, rounding_of, shape_mismatch
 from tarsus.identify.restitution import identify_restitution
 from tarsus.identify.step import UNSOLVED, StepResult, Used
 from tarsus.identify.straightened import straightened
@@ -123,7 +116,6 @@ def _hysteresis(chain: StepRunner) -> StepResult:
     slow = [] if traces else _static(chain, chain.traces(Purpose.RAMPS))
     if not traces and not slow:
         raise InputError(chain.nothing_for(Purpose.LOOPS, "static loops"))
-    compare_signs(chain, traces or slow)
     shares = Shares.none() if chain.resonances is None else chain.resonances.shares
     found = identify_hysteresis(chain.known, traces or slow, chain.evidence.level, shares, chain.seed + 1)
     if traces:
@@ -141,19 +133,6 @@ def _static(chain: StepRunner, traces: Sequence[Trace]) -> list[Trace]:
         if slope < _SLOW * span * first:
             out.append(trace)
     return out
-
-
-def compare_signs(chain: StepRunner, traces: Sequence[Trace]) -> None:
-    """Remark where the sweeps move the foot the other way than the loops do: participations, ratios, stay."""
-    if chain.resonances is None or "hysteresis" in chain.steps:  # said already
-        return
-    foot = chain.opened.model.foot_point
-    slow = sum(float(np.cov(t.volts, t.x[t.point(foot)])[0, 1]) for t in traces)
-    if slow * static_response(chain.resonances, foot) < 0.0:
-        chain.remark(
-            f"in the sweeps point '{foot}' moves the other way with the voltage than in the static loops: the sign "
-            "of their drive, or of all their channels, is flipped; no number depends on it"
-        )
 
 
 def _film(chain: StepRunner) -> StepResult:
