@@ -123,17 +123,6 @@ def test_held_out_records_are_met():
         assert one.off < 0.05 and one.over == pytest.approx(1.0, abs=0.5)
 
 
-def test_another_zero_changes_the_law_but_not_the_contact():
-    found = identified()
-    own = dict(zip(found.known.paths, found.known.values, strict=True))
-    far = found.shifts["gap of 90 um"]
-    path = "robot.drives.pzt.law.constant"
-    moved = (far[path] - own[path]) * found.model.static_load
-    assert moved == pytest.approx(-20e-6, rel=1e-6)
-    for name in ("ground.adhesion.initial", "ground.adhesion.rate", "ground.restitution.coefficient"):
-        assert far[name] == pytest.approx(own[name], rel=1e-3)
-
-
 def test_the_result_is_a_device_that_runs(tmp_path):
     found = identified()
     written = write_identification(found, tmp_path)

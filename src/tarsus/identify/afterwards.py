@@ -1,4 +1,4 @@
-"""What is asked of a device once all steps are done: its landing rule, what it predicts, and what another zero does."""
+"""What is asked of a device after all steps: its landing rule, what it predicts, errors of what is given."""
 
 from __future__ import annotations
 
@@ -12,16 +12,7 @@ from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths
 from tarsus.identify.airborne import AirRecord, air_records
-from tarsus.identify.checks import (
-    GROUND,
-    OFFSET,
-    air_checks,
-    gap_check,
-    held_out_check,
-    left_check,
-    smeared_check,
-    with_checks,
-)
+from tarsus.identify.checks import GROUND, air_checks, gap_check, held_out_check, left_check, smeared_check, with_checks
 from tarsus.identify.draws import DRAWS, NORMAL
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.evidence import Evidence
@@ -30,7 +21,7 @@ from tarsus.identify.heldout import Comparison, compare
 from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.prediction import fit_air
 from tarsus.identify.step import UNSOLVED, StepResult, failures
-from tarsus.identify.steps import CHECKS, GIVEN, IN_THE_AIR, LANDING_RULE, RESONANCES, SHIFTED, STEPS
+from tarsus.identify.steps import CHECKS, GIVEN, IN_THE_AIR, LANDING_RULE, RESONANCES, STEPS
 from tarsus.identify.surprises import with_surprises
 from tarsus.model.laws.landing import AnyLanding
 from tarsus.records.excluded import Excluded
@@ -194,33 +185,9 @@ def _along(step: StepResult, there: StepResult, drawn: Floats) -> StepResult:
     return replace(step, samples=samples, combinations={**step.combinations, **both})
 
 
-def shifted(chain: StepRunner) -> dict[str, dict[str, float]]:
-    """Numbers by path of the steps again with the campaign's other gap, without draws (Table 2.2), by what is taken to
-    be different: as if the foot had been that far from the ground, and with the drive's force alone moved by as much.
-    """
-    model = chain.opened.model
-    gap = chain.opened.campaign.other_gap
-    if gap is None or chain.evidence.level is None or not {"resonances", "film"} <= set(chain.steps):
-        return {}
-    chain.report(SHIFTED)
-    moved = model.changed({f"robot.feet.{model.foot}.gap": gap})
-    evidence = replace(chain.evidence, remarks=[])
-    offset = next((p for p in chain.known.paths if p.endswith(OFFSET)), None)
-    out = {f"gap of {1e6 * gap:.4g} um": _again(chain, moved, evidence)}
-    if offset is not None:
-        force = (model.gap - gap) / chain.known.model().static_load
-        out[f"force moved by {1e6 * (gap - model.gap):.4g} um"] = _again(chain, model, evidence, (offset, force))
-    return {
-        title: {path: step.value(path) for step in there.values() for path in step.paths}
-        for title, there in out.items()
-    }
-
-
-def _again(
-    chain: StepRunner, model: FootModel, evidence: Evidence, force: tuple[str, float] | None = None
-) -> dict[str, StepResult]:
-    """Results of the steps with another model, or with records without something else, and the drive's force at a path
-    moved after the loops; none with draws of what was before it."""
+def _again(chain: StepRunner, model: FootModel, evidence: Evidence) -> dict[str, StepResult]:
+    """Results of the steps with another model, or with records otherwise corrected, none with draws of what was before
+    it."""
     other = replace(
         chain,
         opened=replace(chain.opened, model=model),
@@ -241,10 +208,6 @@ def _again(
         if step.name not in chain.steps or step.name in ("resonances", "impact map"):
             continue
         other.take((step,))
-        if step.name == "hysteresis" and force is not None:
-            values = other.known.values.copy()
-            values[other.known.paths.index(force[0])] += force[1]
-            other.known = replace(other.known, values=values)
         other.known = other.known.certain()
     return {name: other.known.told(step) for name, step in other.steps.items()}
 

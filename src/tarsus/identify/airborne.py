@@ -64,14 +64,6 @@ class AirRecord:
         """Number of points."""
         return len(self.model.points)
 
-    @property
-    def off(self) -> dict[str, float]:
-        """By point, root mean square of the measured less the predicted displacement over that of the measured one."""
-        left = self.left[:, : self.points].mean(axis=0)
-        seen = self.predicted[: self.points] + left
-        off = np.sqrt(np.mean(left**2, axis=1) / np.mean(seen**2, axis=1))
-        return dict(zip(self.model.points, off.tolist(), strict=True))
-
 
 def air_records(
     known: Estimates,

@@ -110,9 +110,6 @@ class Campaign(Description):
     foot: str | None = Field(default=None, description="name of the foot; may be left out if there is one")
     drive: str | None = Field(default=None, description="name of the drive; may be left out if there is one")
     points: tuple[str, ...] = Field(default=(), description="points that were measured; all of the structure if empty")
-    other_gap: MaybeAmount = quantity(
-        "m", "a second gap at the neutral position, to see how the result depends on it", default=None, gt=0
-    )
     ground_by_foot: bool = Field(
         default=False,
         description="of a walker: whether the ground is known to differ from foot to foot, which is tried otherwise",

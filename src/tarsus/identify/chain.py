@@ -61,7 +61,7 @@ class StepRunner:
         return cls(opened, Evidence(opened), Estimates.nothing(opened.model), seed, progress)
 
     def run(self) -> Identification:
-        """All steps, the validation and the shifted zero."""
+        """All steps, and what is asked of the device as a whole."""
         from tarsus.identify import afterwards
 
         begun = time.perf_counter()
@@ -74,12 +74,11 @@ class StepRunner:
         comparisons = self.guarded("held-out records", lambda: afterwards.held_out(self), [])
         air = self.guarded("records in the air", lambda: afterwards.in_the_air(self), [])
         self.guarded("checks", lambda: afterwards.check(self, comparisons, air), None)
-        shifts = self.guarded("other zero position", lambda: afterwards.shifted(self), {})
         used = {file for step in self.steps.values() for file in step.files}
-        used |= {one.file for step in self.steps.values() for one in step.left_out}
-        in_air = {one.set: one.off for one in air if self.opened.campaign.records[one.set].purpose is Purpose.AIR}
-        seen = {r.file for r in self.evidence.readings if r.set in in_air and r.record is not None}
-        self.evidence.close(used | seen | {one.file for one in comparisons})
+        sets = {one.set for one in air}
+        used |= {r.file for r in self.evidence.readings if r.set in sets and r.record is not None}
+        used |= {one.file for one in comparisons}
+        self.evidence.close(used | {one.file for step in self.steps.values() for one in step.left_out})
         if not self.steps and not any(r.record is not None for r in self.evidence.readings):
             raise InputError(
                 [
@@ -100,8 +99,7 @@ class StepRunner:
             film=self.film,
             landing=landing,
             comparisons=tuple(comparisons),
-            in_air=in_air,
-            shifts=shifts,
+            files_used=len(used),
             remarks=tuple(self.evidence.remarks),
             seconds=time.perf_counter() - begun,
         )

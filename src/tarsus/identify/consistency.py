@@ -15,7 +15,7 @@ from scipy.ndimage import binary_dilation, convolve1d
 from tarsus.base.arrays import Floats
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import jumps_of
-from tarsus.identify.with_error import WithError, regressed
+from tarsus.identify.with_error import WithError
 from tarsus.records.excluded import Excluded
 
 _WIDTH = 3.0
@@ -72,17 +72,20 @@ def relation_of(x: Floats, v: Floats, volts: Floats, step: float) -> Relation | 
         used[_REACH:-_REACH] = True
     speed = (convolve1d(x, _SLOPE) / step)[used]
     known, rising = convolve1d(v, _SMOOTH)[used], (convolve1d(v, _SLOPE) / step)[used]
-    found = None if len(speed) < _FEWEST else regressed(speed, np.column_stack([known, -rising, np.ones(len(known))]))
-    if found is None or not np.ptp(speed) > 0.0:
+    design = np.column_stack([known, -rising, np.ones(len(known))])
+    size = np.linalg.norm(design, axis=0)
+    if len(speed) < _FEWEST or not size.all() or not np.ptp(speed) > 0.0:
         return None
+    inverse = np.linalg.pinv((design / size).T @ (design / size)) / np.outer(size, size)
+    gain, lag, _ = found = inverse @ (design.T @ speed)
+    left = float(np.sqrt(np.mean((speed - design @ found) ** 2)))
     # samples through a Gaussian are as many as lie its effective width apart
-    (gain, lag, rest), error = found[0], found[1] * np.sqrt(2.0 * np.sqrt(np.pi) * _WIDTH)
-    left = speed - gain * known + lag * rising - rest
+    error = left * np.sqrt(2.0 * np.sqrt(np.pi) * _WIDTH * np.diag(inverse))
     return Relation(
         WithError(float(gain), float(error[0])),
         WithError(float(lag / gain), float(error[1] / abs(gain))),
         float(np.corrcoef(speed, known)[0, 1]),
-        float(np.sqrt(np.mean(left**2))),
+        left,
         between,
     )
 

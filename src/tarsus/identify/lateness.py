@@ -34,8 +34,6 @@ _TURNS = (-2.0, 6.0, 0.1)
 """Turns of the highest line that delays are searched over: from, to, step."""
 _SCALE = 1e-3
 """Size of a change of an unknown."""
-_STEP = 1e-6
-"""Change of an unknown by which slopes are taken."""
 _ROUGH = 1.3
 """Squares over those of a free fit from which on a pure delay does not explain the responses."""
 _BLEND = 256
@@ -116,11 +114,17 @@ def _low_passes(corner: float) -> Iterator[LowPass]:
 
 @dataclass(frozen=True)
 class _Explained:
-    """Unknowns x of a fit, the low-pass at them, the squares that are left."""
+    """Unknowns x (p,) of a fit, the low-pass at them, what is left (n,) and its derivatives (n, p) by them."""
 
     x: Floats
     low: LowPass | None
-    cost: float
+    left: Floats
+    slopes: Floats
+
+    @property
+    def cost(self) -> float:
+        """Squares that are left."""
+        return float(self.left @ self.left)
 
 
 class _Lines:
@@ -164,14 +168,12 @@ class _Lines:
             through = through * low.response(s)
         return (through * np.exp(-s * late))[:, None] * np.concatenate([modes, beyond], axis=1)
 
-    def left(self, x: Floats, low: LowPass | None) -> tuple[Floats, Floats, Floats]:
-        """What the best amplitudes leave (no, 2 nf), these amplitudes (nm + 2, no) and their columns (2 nf, nm + 2)."""
+    def left(self, x: Floats, low: LowPass | None) -> Floats:
+        """What the best amplitudes leave (no 2 nf,)."""
         columns = self.columns(x, low)
-        scale = np.linalg.norm(columns, axis=0)
-        design = stacked(columns.T / scale[:, None], -1).T
+        design = stacked((columns / np.linalg.norm(columns, axis=0)).T, -1).T
         target = stacked(self.values, -1)
-        amplitudes = np.linalg.lstsq(design, target.T, rcond=None)[0]
-        return target - (design @ amplitudes).T, amplitudes / scale[:, None], design
+        return (target - (design @ np.linalg.lstsq(design, target.T, rcond=None)[0]).T).ravel()
 
     def searched(self, low: LowPass | None) -> Floats:
         """The best of many starts, by delay."""
@@ -179,35 +181,24 @@ class _Lines:
         for late in np.arange(*_TURNS):
             x = np.concatenate([self.start[:-2], [2.0 * np.pi * late, 0.0]])
             x = x if low is None else np.append(x, np.log(low.corner))
-            tried.append((float(np.sum(self.left(x, low)[0] ** 2)), x))
+            tried.append((float(np.sum(self.left(x, low) ** 2)), x))
         return min(tried, key=lambda one: one[0])[1]
 
     def fitted(self, low: LowPass | None, start: Floats) -> _Explained:
         """The best fit behind a low-pass, or a pure delay, from a start."""
-        found = least_squares(lambda x: self.left(x, low)[0].ravel(), start, method="lm", x_scale=_SCALE)
+        found = least_squares(lambda x: self.left(x, low), start, method="lm", x_scale=_SCALE)
         if low is not None:
             low = replace(low, corner=float(np.exp(found.x[-1])))
-        return _Explained(found.x, low, 2.0 * float(found.cost))
+        return _Explained(found.x, low, found.fun, found.jac)
 
     def judged(self, found: _Explained) -> Lateness:
         """Delay and angle with their errors: what single repeats differ by, or else what the fit leaves."""
-        x, low = found.x, found.low
-        left, amplitudes, design = self.left(x, low)
-        slopes = []
-        for k in range(len(x)):
-            moved = x.copy()
-            moved[k] += _STEP
-            change = stacked((self.columns(moved, low) - self.columns(x, low)).T, -1) / _STEP
-            change = amplitudes.T @ change
-            change -= (design @ np.linalg.lstsq(design, change.T, rcond=None)[0]).T
-            slopes.append(change.ravel())
-        inverse = np.linalg.pinv(np.array(slopes) @ np.array(slopes).T)
+        inverse = np.linalg.pinv(found.slopes.T @ found.slopes)
         if self.repeats is None or len(self.repeats) < 2:
-            error = np.sqrt(np.diag(inverse) * np.mean(left**2))
+            error = np.sqrt(np.diag(inverse) * np.mean(found.left**2))
         else:
             off = stacked(self.repeats - self.repeats.mean(axis=0), -1).reshape(len(self.repeats), -1)
-            moves = off @ np.array(slopes).T @ inverse
-            count = len(moves)
-            error = np.sqrt(np.mean(moves**2, axis=0) / count) * student(float(count))
+            count = len(off)
+            error = np.sqrt(np.mean((off @ found.slopes @ inverse) ** 2, axis=0) / count) * student(float(count))
         m, turn = 2 * self.modes, 2.0 * np.pi * self.highest
-        return Lateness(WithError(float(x[m]) / turn, float(error[m]) / turn), low)
+        return Lateness(WithError(float(found.x[m]) / turn, float(error[m]) / turn), found.low)

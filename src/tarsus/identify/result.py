@@ -43,8 +43,8 @@ class Identification(Tabled):
     opened: the campaign; readings: every file; left_out: data not used, with reasons; steps: results by name; not_done;
     known: all parameters, with draws; level: of the contact from the rest, with its standard error [m]; resonances:
     the modal fit; film: the detachments; landing: what records say of the landing rule, None where it is assumed;
-    comparisons: held-out records; in_air: by set of records in the air and by point, the share of the
-    measured motion by which structure and drive alone miss it; shifts of the zero; remarks; seconds."""
+    comparisons: held-out records; files_used: of how many files something was used; remarks; seconds.
+    """
 
     opened: Opened
     readings: tuple[RecordFile, ...]
@@ -57,8 +57,7 @@ class Identification(Tabled):
     film: FilmFit | None
     landing: LandingVerdict | None
     comparisons: tuple[Comparison, ...]
-    in_air: Mapping[str, Mapping[str, float]]
-    shifts: Mapping[str, Mapping[str, float]]
+    files_used: int
     remarks: tuple[str, ...]
     seconds: float
 
@@ -83,14 +82,6 @@ class Identification(Tabled):
     def reliance(self) -> Reliance:
         """How far its draws can be relied on."""
         return reliance_of(checks_of(self))
-
-    @property
-    def files_used(self) -> int:
-        """Number of files of which a step or a comparison used something."""
-        used = {file for step in self.steps.values() for file in step.files}
-        used |= {one.file for one in self.comparisons}
-        used |= {one.file for one in self.readings if one.set in self.in_air and one.record is not None}
-        return len(used)
 
     @property
     def all_left_out(self) -> tuple[Excluded, ...]:
@@ -157,8 +148,6 @@ def summary_of(found: Identification) -> dict[str, Any]:
         "validation": [
             {"name": one.name, "file": one.file, "off": one.off, "over_noise": one.over} for one in found.comparisons
         ],
-        "in_air": [{"name": name, "off": off} for name, off in found.in_air.items()],
-        "other_zero": found.shifts,
     }
 
 

@@ -383,11 +383,10 @@ GROUND_STEPS = (
 """All other steps in order; one without records in the campaign is not tried."""
 STEPS = (*SWEEP_STEPS, *GROUND_STEPS)
 """All steps in order."""
-AFTERWARDS = (LANDING_RULE, GIVEN, IN_THE_AIR, CHECKS, SHIFTED) = (
+AFTERWARDS = (LANDING_RULE, GIVEN, IN_THE_AIR, CHECKS) = (
     "landing rule",
     "errors of what is given",
     "in the air",
     "checks",
-    "with the other zero position",
 )
 """What is done with the device as a whole, in words of progress."""

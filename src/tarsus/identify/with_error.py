@@ -1,12 +1,10 @@
-"""A number of an instrument with its standard error, whether it is off what was stated, and regressions for such."""
+"""A number of an instrument with its standard error, and whether it is off what was stated."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from tarsus.base.arrays import Floats
 
 _SURE = 4.0
 """Standard errors that a difference must have."""
@@ -35,16 +33,3 @@ class WithError:
 
 UNTOLD = WithError(0.0, np.inf)
 """What no record tells: it is off nothing."""
-
-
-def regressed(seen: Floats, design: Floats) -> tuple[Floats, Floats] | None:
-    """Coefficients (p,) of columns (n, p) in values (n,), and their standard errors by what is left if that is white;
-    None where a column is zero."""
-    size = np.linalg.norm(design, axis=0)
-    if not size.all():
-        return None
-    scaled = design / size
-    inverse = np.linalg.pinv(scaled.T @ scaled)
-    values = inverse @ (scaled.T @ seen)
-    left = float(np.mean((seen - scaled @ values) ** 2))
-    return values / size, np.sqrt(left * np.diag(inverse)) / size

@@ -1,5 +1,5 @@
 """The report of an identification: what was found, what is open and what to record; then every step as its data say:
-numbers, figures, residuals, checks; held-out signals, the shifted zero and the account of the data."""
+numbers, figures, residuals, checks; held-out signals and the account of the data."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from tarsus.base.spec import float_paths
 from tarsus.identify import tables
 from tarsus.identify.assessment import assessed
 from tarsus.identify.heldout import Comparison
@@ -23,10 +22,7 @@ from tarsus.report.pages import Fold, Foldable, Markup, Plate, Section, bullets,
 from tarsus.report.sheet import QUARTER, few_ticks, name_axes
 from tarsus.report.style import BLUE, INK, decimate
 from tarsus.tables.numbers import amount, path_end
-from tarsus.tables.table import ROW, Column, Table
-
-NO_CHANGE = 1e-5
-"""Relative change by another zero position below which there is none: fits stop at some 1e-7."""
+from tarsus.tables.table import Column, Table
 
 _BESIDE = "Measured (points, bars two standard errors to either side) and fitted (lines)."
 
@@ -86,7 +82,6 @@ def _step(found: Identification, step: StepResult) -> Foldable:
 def _account(found: Identification) -> list[Any]:
     """What was checked and tried, and what became of every file and event, to be opened."""
     judged, checks = assessed(found), tables.checks_table(tables.checks_of(found)).bare()
-    zero = _zero(found)
     notes = sorted({note for one in found.readings if one.record is not None for note in one.record.notes})
     passed, files = (len(checks.rows) - len(checks.flagged), f"{found.files_used} of {len(found.readings)} files used")
     return [
@@ -101,14 +96,7 @@ def _account(found: Identification) -> list[Any]:
             bullets(notes) if notes else None,
             "identification.json lists every excluded file and event with its reason.",
         ),
-        Fold(f"Another zero position: {len(zero.rows)} numbers of the ground again", ZERO, zero)
-        if found.shifts
-        else None,
     ]
-
-
-ZERO = """The identification as if the zero position were another (Table 2.2 of the source). Heights count from the
-ground seen in the records, so only the constant of the drive's law should change."""
 
 
 def _held_out(comparisons: Sequence[Comparison]) -> Foldable:
@@ -120,24 +108,6 @@ def _held_out(comparisons: Sequence[Comparison]) -> Foldable:
         "measured less the simulated motion of the foot over that of the measured one."
     )
     return Foldable("Held-out signals", about, table, held_out(comparisons))
-
-
-def _zero(found: Identification) -> Table:
-    """The ground's numbers again, with the zero position elsewhere."""
-    known = float_paths(found.model.scene)
-    rows: list[list[Any]] = []
-    for path, value in zip(found.known.paths, found.known.values.tolist(), strict=True):
-        if not path.startswith("ground."):
-            continue
-        rows.append([path, value])
-        for shift in found.shifts.values():
-            other = shift.get(path)
-            change = other / value - 1.0 if value and other is not None else None
-            rows[-1] += [other, 0.0 if change is not None and abs(change) < NO_CHANGE else change]
-    columns = ["parameter", Column("as stated", ROW)]
-    for title in found.shifts:
-        columns += [Column("value", ROW, over=title), Column("change", "%", 2, over=title)]
-    return Table("", columns, rows, units=[known[row[0]].unit for row in rows])
 
 
 def step_panels(shown: Sequence[Panel], caption: str) -> Plate:

@@ -59,9 +59,6 @@ CAMPAIGN_FILES = (
 )
 """Everything that a campaign of all planned recordings writes, as glob patterns."""
 
-_ALTERED = 9.0 / 7.0
-"""The second gap over the first: 90 um against 70 um in Table 2.2."""
-
 _PLACEHOLDERS = {
     "frequencies": (600.0, 6000.0),
     "damping_ratios": 0.02,
@@ -214,7 +211,6 @@ def write_campaign(
         device="device.toml",
         foot=None if walks else foot,
         drive=None if walks else drive,
-        other_gap=None if walks else float(f"{_ALTERED * scene.robot.feet[foot].gap:.9g}"),
         records=sets,
     )
     write_text(folder / "campaign.toml", short_text(tomllib.loads(description_text(campaign))))
