@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.stats import binom, norm, truncnorm
+from scipy.stats import binom
 
 from tarsus.identify.draws import DRAWS, carried, newton_draws, within
 from tarsus.identify.step import StepResult
@@ -67,24 +67,21 @@ def test_a_line_over_few_events_is_covered_at_both_ends():
 
 
 @pytest.mark.parametrize("true", [0.0, 0.3, 1.0, 2.5, 9.0])
-def test_draws_within_bounds_cover_and_heap_up_nowhere(true):
-    """A number of unit error that is not negative, and one that goes with it. On the bound itself, where the draws know
-    half of the line only, the latter is covered by 90 % (269 of these 300)."""
+def test_draws_within_bounds_cover(true):
+    """A number of unit error that is not negative, and one that goes with it."""
     spread = np.array([[1.0, -0.8], [-0.8, 1.0]])
     random, covered, trials = np.random.default_rng(7), np.zeros(2), 300
-    bounds = ((0.0, np.inf), (-np.inf, np.inf))
     for _ in range(trials):
         free = random.multivariate_normal([true, 5.0], spread)
         drawn = random.multivariate_normal(free, spread, DRAWS)
         given = free - min(free[0], 0.0) * np.array([1.0, -0.8])
-        values, samples, ends = within(given, drawn, bounds)
-        assert np.all(samples[:, 0] >= 0.0) and len(np.unique(samples[:, 0])) > 0.99 * DRAWS
+        values, samples, ends = within(given, drawn, ((0.0, np.inf), (-np.inf, np.inf)))
+        assert np.all(samples[:, 0] >= 0.0)
         step = StepResult("one", ("a", "b"), values, samples, bounds={"a": ends[0]})
         for j, (path, truth) in enumerate((("a", true), ("b", 5.0))):
             low, high = step.interval(path)
             covered[j] += low <= truth <= high
-    assert covered[0] >= binom.ppf(1e-3, trials, 0.95)
-    assert covered[1] >= binom.ppf(1e-3, trials, 0.95 if true else 0.9)
+    assert np.all(covered >= binom.ppf(1e-3, trials, 0.95))
 
 
 def test_draws_inside_stay_and_an_estimate_far_outside_is_no_number():
@@ -98,16 +95,3 @@ def test_draws_inside_stay_and_an_estimate_far_outside_is_no_number():
     near, drawn, ends = within(np.array([1.01]), 1.01 + 0.02 * random.standard_normal((DRAWS, 1)), ((0.0, 1.0),))
     step = StepResult("one", ("e",), near, drawn, bounds={"e": ends[0]})
     assert step.value("e") == 1.0 == step.interval("e")[1] and step.unsound() == []
-
-
-def test_two_numbers_that_go_together_are_cut_off_once():
-    """Adhesion and its growth by a line with one degree of freedom: the quantiles are those of the normal distribution
-    that is cut off, for what moves along and leaves its own bounds by a little does not move the first again."""
-    along = norm.ppf((np.arange(DRAWS) + 0.5) / DRAWS)
-    drawn = np.column_stack([3e-9 + 3e-8 * along, 3.6e-6 - 1.6e-6 * along])
-    values, samples, _ = within(np.array([3e-9, 3.6e-6]), drawn, ((0.0, np.inf), (0.0, np.inf)))
-    low, high = truncnorm.ppf([0.025, 0.975], -0.1, np.inf)
-    assert np.quantile(samples[:, 0], 0.025) == pytest.approx(3e-9 + 3e-8 * low, abs=1e-9)
-    assert samples.min() >= 0.0 and np.quantile(samples[:, 0], 0.975) < 3e-9 + 3e-8 * high
-    step = StepResult("adhesion", ("a", "b"), values, samples)
-    assert step.unsound() == [] and step.interval("b")[1] == pytest.approx(3.6e-6 - 1.6e-6 * low, rel=0.02)

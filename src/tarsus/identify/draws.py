@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import norm, t, truncnorm
+from scipy.stats import t
 
 from tarsus.base.arrays import Floats
 
@@ -120,34 +119,19 @@ def _at_most(root: Floats, prior: Floats) -> Floats:
 def within(
     values: Floats, samples: Floats, bounds: ArrayLike
 ) -> tuple[Floats, Floats, tuple[tuple[float, float], ...]]:
-    """An estimate (p,) and its draws (draws, p) for numbers of which physics leaves a part: what a normal distribution
-    that is cut off at the bounds has at the same quantiles; and of each number the bounds that the data do not exclude,
-    beyond which 2.5 % of the draws were.
+    """An estimate (p,) and its draws (draws, p) for numbers of which physics leaves a part: draws beyond a bound lie on
+    it; and of each number the bounds that the data do not exclude, beyond which 2.5 % of the draws were.
 
-    Draw i stays draw i, and what goes with a number that is moved moves along by the regression on it. Where no draw
-    lies outside nothing changes. An estimate outside is set on the bound if its draws reach the other side of it with
-    2.5 %, and else stays where it is, beside all draws.
+    An estimate outside is set on the bound if its draws reach the other side of it with 2.5 %, and else stays where it
+    is, away from all draws.
     """
-    values, samples = np.array(values, dtype=float), np.array(samples, dtype=float)
-    ends, open_ends = np.reshape(np.asarray(bounds, dtype=float), (-1, 2)), []
-    for j, (low, high) in enumerate(ends.tolist()):
-        first, last = np.quantile(samples[:, j], [0.025, 0.975])
-        open_ends.append((low if first <= low else -np.inf, high if last >= high else np.inf))
-        if values[j] < low <= last or first <= high < values[j]:
-            values[j] = min(max(values[j], low), high)
-    for j, (low, high) in enumerate(ends.tolist()):
-        drawn = samples[:, j].copy()
-        if np.all((drawn >= low) & (drawn <= high)):
-            continue
-        middle, spread = float(drawn.mean()), float(drawn.std())
-        share = norm.cdf((drawn - middle) / spread)
-        inside: Any = truncnorm.ppf(share, (low - middle) / spread, (high - middle) / spread)
-        moved = (middle + spread * inside).clip(low, high)  # rounding
-        off = samples - samples.mean(axis=0)
-        samples += np.outer(moved - drawn, off[:, j] @ off / (off[:, j] @ off[:, j]))
-        samples[:, j] = moved
-    # what moved along by a little too much is no longer normal, and is not cut off again
-    return values, samples.clip(*ends.T), tuple(open_ends)
+    values, samples = np.asarray(values, dtype=float), np.asarray(samples, dtype=float)
+    low, high = np.reshape(np.asarray(bounds, dtype=float), (-1, 2)).T
+    first, last = np.quantile(samples, [0.025, 0.975], axis=0)
+    reached = ((values < low) & (low <= last)) | ((first <= high) & (high < values))
+    ends = np.column_stack([np.where(first <= low, low, -np.inf), np.where(last >= high, high, np.inf)])
+    values = np.where(reached, values.clip(low, high), values)
+    return values, samples.clip(low, high), tuple((a, b) for a, b in ends.tolist())
 
 
 def carried(estimate: Callable[[Floats], Floats], values: Floats, samples: Floats) -> Floats:
