@@ -113,7 +113,7 @@ def in_the_air(chain: StepRunner) -> list[AirRecord]:
     told = chain.opened.model.scene.ground.acting.film is None or _FILM in set(chain.known.paths) - wide
     purposes = (Purpose.LOOPS, Purpose.AIR) if told else (Purpose.AIR,)
     signals, level, instruments = chain.signals(*purposes), chain.ground()[0], chain.evidence.instruments
-    found, said = air_records(chain.known, chain.traces(*purposes), signals, level, instruments)
+    found, said = air_records(chain.known, chain.evidence.as_seen(purposes), signals, level, instruments)
     chain.evidence.remarks += said
     return found
 

@@ -28,7 +28,7 @@ from tarsus.records.purpose import IN_AIR
 from tarsus.solve import ResultCode, simulate
 
 _FINER = 8
-"""Places a sample at which a prediction goes through a low-pass: beyond lies a thousandth of the motion."""
+"""Places a sample at which a prediction is delayed: beyond lies a thousandth of the motion."""
 _ROUNDED = 1e-6
 """Part of a sample by which the one at the beginning of the drive may be before it: rounding of its time."""
 _SHORTEST = 20
@@ -85,7 +85,8 @@ def air_records(
     level
         Contact level from the rest [m].
     instruments
-        What was corrected of the records: delays have errors, and a low-pass is in the prediction as well.
+        Those of the records, whose delays and low-pass the prediction has as well: a prediction can be delayed exactly,
+        a record between its samples cannot.
     """
     seen_by = Instruments(1.0) if instruments is None else instruments
     out: list[AirRecord] = []
@@ -128,8 +129,7 @@ def _record(
     if count < _SHORTEST:
         return None
 
-    low = [instruments.low(quantity) for quantity in (Quantity.DISPLACEMENT, Quantity.VELOCITY)]
-    finer = _FINER if any(low) else 1
+    finer = _FINER if instruments.delaying else 1
 
     def motion(values: Floats) -> Floats:
         """Displacements and velocities of the points from the rest, as seen with some values of the numbers."""
@@ -140,8 +140,8 @@ def _record(
             raise InputError(f"the identified device cannot be simulated with this drive: {run.ended}")
         states = run.states(late + step / finer * np.arange(finer * (count - 1) + 1, dtype=np.float64))
         x = states.x - np.array(rest_state(scene))[:, None]
-        pairs = zip((there.rows @ x, there.rows @ states.v), low, strict=True)
-        return np.concatenate([one if by is None else by.seen(one, step / finer) for one, by in pairs])[:, ::finer]
+        pairs = (there.rows @ x, Quantity.DISPLACEMENT), (there.rows @ states.v, Quantity.VELOCITY)
+        return np.concatenate([instruments.seen(*one, step / finer) for one in pairs])[:, ::finer]
 
     predicted, slopes = motion(known.values), []
     for number in moving(known):

@@ -111,6 +111,18 @@ class Evidence:
         swept = self.opened.campaign.records[reading.set].purpose is Purpose.MODAL
         return self.instruments.taken_off(reading.record, swept)
 
+    def as_seen(self, purposes: Sequence[Purpose]) -> list[Trace]:
+        """Traces of the files that are used with the delays of their instruments: only gains are corrected."""
+        used = [trace for purpose in purposes for trace in self.traces.get(purpose, [])]
+        if self.instruments is None or not self.instruments.delaying:
+            return used
+        files, prompt = {one.file for one in used}, self.instruments.prompt
+        return [
+            self._traced(r, prompt.taken_off(r.record, False), 0.0)
+            for r in self.readings
+            if r.file in files and r.record is not None
+        ]
+
     def _trace(self, reading: RecordFile) -> list[Trace]:
         """The record of a file, if it has one whose channels belong together."""
         record = self.record(reading)

@@ -125,9 +125,31 @@ class Instruments:
         return 0.0 if any(one.off(mean, GAIN) for one in self.gains.values()) else abs(mean - 1.0)
 
     @property
+    def prompt(self) -> Instruments:
+        """The gains alone, as if no channel were late."""
+        return replace(self, lag=UNTOLD, lateness=_PROMPT)
+
+    @property
+    def delaying(self) -> bool:
+        """Whether any channel is late, or behind a low-pass."""
+        return bool(self.lags or self.late or self.low(self.of))
+
+    @property
     def differ(self) -> bool:
         """Whether there is anything to correct."""
-        return bool(self.wrong or self.lags or self.late or self.low(self.of) or self.slow or self.starts)
+        return bool(self.wrong or self.delaying or self.slow or self.starts)
+
+    def seen(self, motion: Floats, quantity: Quantity, step: float) -> Floats:
+        """Motion (np, nt) from the rest, samples a step [s] apart, as late and behind the low-pass as channels of a
+        quantity show it."""
+        low, late = self.low(quantity), self.late + (self.lags if quantity is Quantity.DISPLACEMENT else 0.0)
+        if low is None and not late:
+            return motion
+
+        def factor(s: Complexes) -> Complexes:
+            return np.exp(-s * late) * (1.0 if low is None else low.response(s) * np.exp(s * low.delay))
+
+        return np.array([passed(one, step, factor) for one in motion])
 
     def taken_off(self, record: Measurement, swept: bool) -> Measurement:
         """A record as if its instruments had neither gains nor lags; ``swept``: nor a low-pass, nor a delay behind the

@@ -60,11 +60,6 @@ class LowPass:
         scaled = s / (2.0 * np.pi * self.corner)
         return np.prod(1.0 / (1.0 - scaled[:, None] / self.poles), axis=1)
 
-    def seen(self, motion: Floats, step: float) -> Floats:
-        """Motion (np, nt) from the rest, samples a step [s] apart, behind the low-pass but for the delay of what is
-        slow."""
-        return np.array([passed(one, step, lambda s: self.response(s) * np.exp(s * self.delay)) for one in motion])
-
 
 def passed(values: Floats, step: float, factor: Callable[[Complexes], Complexes]) -> Floats:
     """Values (ns,) with their transform multiplied by a factor of s [rad/s]; the end is led back to the beginning."""
