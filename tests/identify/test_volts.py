@@ -18,7 +18,7 @@ def samples(wave, seconds: float = 0.1, start: float = 1.3e-5) -> tuple[np.ndarr
 
 
 @pytest.mark.parametrize(
-    "wave", [RampedSquare(amplitude=8.0, frequency=60.0, duty=1.0), Sine(amplitude=5.0, frequency=300.0)]
+    "wave", [RampedSquare(amplitude=8.0, frequency=60.0, duty=1.0), Sine(amplitude=5.0, frequency=100.0)]
 )
 def test_between_samples_the_volts_are_those_of_the_wave(wave):
     time, levels = samples(wave)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,8 +29,6 @@ from tarsus.records.purpose import Purpose
 
 if TYPE_CHECKING:
     from tarsus.identify.chain import StepRunner
-
-Kind = TypeVar("Kind")
 
 _FILM = "ground.film.coefficient"
 _ADHESION = next(one for one in STEPS if one.name == "adhesion")
@@ -197,8 +195,9 @@ def _again(chain: StepRunner, model: FootModel, evidence: Evidence) -> dict[str,
         bounces=None,
         steps=dict(chain.steps),
     )
+    # a gain that all channels share turns no shape
     shaped = model.scene.robot.structure != chain.opened.model.scene.robot.structure
-    if shaped or not _same_sweeps(chain, evidence):
+    if shaped or evidence.instruments is not chain.evidence.instruments:
         other.take((RESONANCES,))
     other.steps = {name: one for name, one in other.steps.items() if name == "resonances"}
     other.known = Estimates.nothing(model)
@@ -210,15 +209,3 @@ def _again(chain: StepRunner, model: FootModel, evidence: Evidence) -> dict[str,
         other.take((step,))
         other.known = other.known.certain()
     return {name: other.known.told(step) for name, step in other.steps.items()}
-
-
-def _same_sweeps(chain: StepRunner, evidence: Evidence) -> bool:
-    """Whether other evidence shows the sweeps as the chain's own does, in the channels that tell the structure."""
-    if chain.resonances is None:
-        return True
-    own, other = (
-        next(one for r in those.readings if r.file in chain.steps["resonances"].files and (one := those.record(r)))
-        for those in (chain.evidence, evidence)
-    )
-    rows = [k for k, one in enumerate(own.channels) if one.quantity is chain.resonances.fit.frf.quantity]
-    return own.step == other.step and np.array_equal(own.values[rows], other.values[rows])

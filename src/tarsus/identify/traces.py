@@ -193,14 +193,11 @@ def contact_level(traces: Sequence[Trace], foot: str, driven: bool = False) -> t
     mean, without those that disagree with most. A foot may hover above the ground as well; in records whose drive moves
     slowly (``driven``) it stands only where the drive moves it no more, which it still does where it turns in the
     air."""
-    found = [one for one in (_lowest_stand(trace, foot, driven) for trace in traces) if one is not None]
-    if not found:
+    found = stands_of(traces if driven else (), () if driven else traces, foot)
+    if found is None:
         return None
-    levels, own = np.array(found).T
-    middle = float(np.median(levels))
-    spread = 1.4826 * float(np.median(np.abs(levels - middle)))
-    same = np.abs(levels - middle) < STILL * np.hypot(own, spread)
-    levels, weight = levels[same], 1.0 / own[same] ** 2
+    same = np.abs(found.levels - np.median(found.levels)) < STILL * found.errors
+    levels, weight = found.levels[same], found.errors[same] ** -2.0
     value = float(np.sum(weight * levels) / weight.sum())
     scatter = float(np.sum(weight * (levels - value) ** 2) / max(len(levels) - 1, 1))
     return value, float(np.sqrt(max(scatter, 1.0) / weight.sum()))
@@ -246,16 +243,6 @@ def stands_of(slow: Sequence[Trace], fast: Sequence[Trace], foot: str) -> Stands
     spread = 1.4826 * float(np.median(np.abs(levels - np.median(levels))))
     of, share, off, volts = np.concatenate(rows).T
     return Stands(tuple(one for one, _ in seen), levels, np.hypot(own, spread), of.astype(np.intp), share, off, volts)
-
-
-def _lowest_stand(trace: Trace, foot: str, driven: bool) -> tuple[float, float] | None:
-    """Where the foot of one record stands still lowest [m], and its standard error."""
-    place, error, _ = _pieces(trace, foot, driven).T
-    if not len(place):
-        return None
-    weight = error**-2.0
-    own = np.hypot(weight.sum() ** -0.5, trace.zero[trace.point(foot)])
-    return float(weight @ place / weight.sum()), float(own)
 
 
 def _pieces(trace: Trace, foot: str, driven: bool) -> Floats:

@@ -5,8 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +13,6 @@ from tarsus.base.arrays import Floats
 from tarsus.model.drive.laws import PrandtlIshlinskii, VoltageLaw
 from tarsus.solve import SUBSTEPS
 
-_FEWEST = 5
-"""Samples of a stretch without a corner for it to be curved."""
-_SMOOTHED = 11
-"""Samples of the smoothing polynomial: volts are rounded to a digit, which moves a play where it should rest."""
-_END = 4
-"""Samples at the ends of a stretch that tell its ends."""
 _EDGE = 0.2
 """Part of the span in a sample from which on a drive is taken to jump."""
 _CORNER = 6.0
@@ -48,11 +40,8 @@ class Volts:
 
     @staticmethod
     def of(volts: Floats, substeps: int = SUBSTEPS) -> Volts:
-        """From the samples (ns,) [V].
-
-        Stretches without a corner are cubic splines, through samples that a running cubic over 11 of them has rid
-        of most of their rounding. A corner that lies between two samples is where the lines through its neighbours
-        meet. Volts that jump are joined by lines."""
+        """From the samples (ns,) [V], joined by lines: a corner between two of them is where the lines through its
+        neighbours meet, but of volts that jump."""
         place = np.arange(substeps * (len(volts) - 1) + 1) / substeps
         levels, corners, heights = _between(volts, place)
         where = np.concatenate([place, corners])
@@ -139,79 +128,24 @@ def moved(volts: Floats, samples: float, pace: float = 0.0, origin: float = 0.0)
 
 
 def _between(volts: Floats, place: Floats) -> tuple[Floats, Floats, Floats]:
-    """Volts at places [samples], and the places and heights of corners between samples; of a drive that jumps by
-    lines."""
-    if np.max(np.abs(np.diff(volts)), initial=0.0) > _EDGE * float(np.ptp(volts)):
-        return np.interp(place, np.arange(len(volts)), volts), np.zeros(0), np.zeros(0)
-    return _joined(volts, place)
+    """Volts at places [samples], and the places and heights of corners between samples."""
+    corners = heights = np.zeros(0)
+    if np.max(np.abs(np.diff(volts)), initial=0.0) <= _EDGE * float(np.ptp(volts)):
+        corners, heights = _corners(volts)
+    where = np.concatenate([np.arange(len(volts)), corners])
+    order = np.argsort(where)
+    return np.interp(place, where[order], np.concatenate([volts, heights])[order]), corners, heights
 
 
-def _joined(volts: Floats, place: Floats) -> tuple[Floats, Floats, Floats]:
-    """Volts at places [samples] of a drive that does not jump, and the places and heights of corners between
-    samples."""
-    from scipy.interpolate import CubicSpline
-
-    edges = _corners(volts)
-    out = np.empty(len(place))
-    corners: list[float] = []
-    heights: list[float] = []
-    for first, last in pairwise(edges):
-        x = np.arange(int(np.ceil(first)), int(np.floor(last)) + 1)
-        wanted = slice(int(np.searchsorted(place, first)), int(np.searchsorted(place, last, side="right")))
-        y = _smoothed(volts[x])
-        if len(x) < _FEWEST or float(np.max(y) - np.min(y)) == 0.0:
-            near = np.arange(int(first), int(np.ceil(last)) + 1)
-            out[wanted] = np.interp(place[wanted], near, volts[near])
-        else:
-            out[wanted] = CubicSpline(x, y)(np.clip(place[wanted], x[0], x[-1]))
-            out[wanted] += (y[1] - y[0]) * np.minimum(place[wanted] - x[0], 0.0)
-            out[wanted] += (y[-1] - y[-2]) * np.maximum(place[wanted] - x[-1], 0.0)
-        for end, inner in ((first, 0), (last, -1)):
-            if end != np.floor(end) and len(x) >= 2:
-                near = slice(0, _END) if inner == 0 else slice(-_END, None)
-                line = np.polyfit(x[near], y[near], 1)
-                corners.append(float(end))
-                heights.append(float(np.polyval(line, end)))
-    return out, *_averaged(np.array(corners), np.array(heights))
-
-
-def _smoothed(values: Floats) -> Floats:
-    if len(values) < _SMOOTHED:
-        return values
-    onto, half = _cubics(), _SMOOTHED // 2
-    inner = np.convolve(values, onto[half, ::-1], "valid")
-    return np.concatenate([onto[:half] @ values[:_SMOOTHED], inner, onto[-half:] @ values[-_SMOOTHED:]])
-
-
-@cache
-def _cubics() -> Floats:
-    """Least-squares cubics of as many samples as are smoothed over: their values by the samples (n, n). What
-    `scipy.signal.savgol_filter` applies, which solves for it again in each of the hundreds of pieces of a record."""
-    powers = np.vander(np.linspace(-1.0, 1.0, _SMOOTHED), 4)
-    return powers @ np.linalg.pinv(powers)
-
-
-def _averaged(places: Floats, heights: Floats) -> tuple[Floats, Floats]:
-    """One height for each place: the mean of those given for it."""
-    if not len(places):
-        return places, heights
-    single, which = np.unique(places, return_inverse=True)
-    return single, np.bincount(which, heights) / np.bincount(which)
-
-
-def _corners(volts: Floats) -> Floats:
-    """Places [samples] at which the volts have a corner, with both ends of the record."""
+def _corners(volts: Floats) -> tuple[Floats, Floats]:
+    """Places [samples] and heights [V] of corners between samples: two of these bend the same way there."""
+    slope = np.diff(volts)
     bend = np.zeros(len(volts))
-    bend[1:-1] = volts[2:] - 2.0 * volts[1:-1] + volts[:-2]
+    bend[1:-1] = np.diff(slope)
     size = np.abs(bend)
     around = np.array([np.roll(size, k) for k in (-4, -3, -2, 2, 3, 4)])
     corner = size > _CORNER * np.median(around, axis=0) + _LEAST_BEND * float(np.ptp(volts))
-    found = [0.0, len(volts) - 1.0]
-    for i in np.flatnonzero(corner[:-1]):
-        if corner[i + 1] and bend[i] * bend[i + 1] > 0.0 and 1 <= i < len(volts) - 2:
-            left, right = volts[i] - volts[i - 1], volts[i + 2] - volts[i + 1]
-            late = (volts[i + 1] - volts[i] - right) / (left - right)
-            found.append(i + float(np.clip(late, 0.0, 1.0)))
-        elif not (i and corner[i - 1]):
-            found.append(float(i))
-    return np.unique(found)
+    at = np.flatnonzero(corner[1:-2] & corner[2:-1] & (bend[1:-2] * bend[2:-1] > 0.0)) + 1
+    left, right = slope[at - 1], slope[at + 1]
+    late = np.clip((slope[at] - right) / (left - right), 0.0, 1.0)
+    return at + late, volts[at] + late * left
