@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -20,10 +20,9 @@ from tarsus.identify.foot import FootModel
 from tarsus.identify.heldout import Comparison, compare
 from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.prediction import fit_air
-from tarsus.identify.step import UNSOLVED, StepResult, failures
+from tarsus.identify.step import StepResult, failures
 from tarsus.identify.steps import CHECKS, GIVEN, IN_THE_AIR, LANDING_RULE, RESONANCES, STEPS
 from tarsus.identify.surprises import with_surprises
-from tarsus.model.laws.landing import AnyLanding
 from tarsus.records.excluded import Excluded
 from tarsus.records.purpose import Purpose
 
@@ -60,25 +59,7 @@ def landing_rule(chain: StepRunner) -> LandingVerdict | None:
         chain.opened = replace(chain.opened, model=chain.opened.model.changed({"ground.landing": found.chosen}))
         chain.known = replace(chain.known.without(chain.steps.pop("adhesion")), base=chain.opened.model)
         chain.attempt(_ADHESION)
-    if found is not None and not found.decided and "adhesion" in chain.steps:
-        _draw_over(chain, {one.kind: one for one in found.possible if one.kind != found.chosen.kind}.values())
     return found
-
-
-def _draw_over(chain: StepRunner, landings: Iterable[AnyLanding]) -> None:
-    """Adhesion's draws over other landing rules as well, which records do not rule out: as many of each."""
-    own, before = chain.steps["adhesion"], chain.known
-    drawn = [own.samples]
-    for one in landings:
-        try:
-            model = chain.opened.model.changed({"ground.landing": one})
-            chain.known = replace(before.without(own), base=model)
-            drawn.append(_ADHESION.find(chain).samples)
-        except UNSOLVED as error:
-            chain.remark(f"adhesion, landing by {one.kind}: {error}")
-    which = np.random.default_rng([chain.seed, 31]).integers(len(drawn), size=DRAWS)
-    chain.steps["adhesion"] = replace(own, samples=np.array(drawn)[which, np.arange(DRAWS)])
-    chain.known = before.redrawn(chain.steps["adhesion"])
 
 
 def held_out(chain: StepRunner) -> list[Comparison]:

@@ -2,7 +2,7 @@
 
 A check that fails takes the word "determined" from the numbers that depend on it: what a wrong model does to a number
 is not in its draws, which come from residuals under that model. Only what is a scatter widens intervals: the draws of
-every step are over groups of its data, and a landing rule that is undecided is drawn along.
+every step are over groups of its data.
 """
 
 from __future__ import annotations

@@ -69,12 +69,7 @@ class Resonances:
 
 
 def identify_resonances(
-    model: FootModel,
-    records: Sequence[Measurement],
-    band: tuple[float, float],
-    seed: int,
-    rounded: float = 0.0,
-    near: ModalFit | None = None,
+    model: FootModel, records: Sequence[Measurement], band: tuple[float, float], seed: int, near: ModalFit | None = None
 ) -> Resonances:
     """Frequencies and damping ratios of a beam or a modal structure, from sweeps in the air.
 
@@ -88,10 +83,6 @@ def identify_resonances(
         Lowest and highest frequency swept in all of them [Hz].
     seed
         Of the draws.
-    rounded
-        Part of the drive by which its record is off through rounding (`rounding_of`), in every line for itself. Repeats
-        of a drive share it, so that it is no scatter: a damping ratio is known as well as the lines within its mode's
-        half-power band average it out.
     near
         The modes found in nearly these records, to start from.
 
@@ -120,9 +111,6 @@ def identify_resonances(
     random = np.random.default_rng([seed, 3])
     numbers = [mode.frequency for mode in fit.modes][:known] + [mode.damping for mode in fit.modes]
     samples = np.column_stack([_drawn(number, random) for number in numbers])
-    dampings = slice(len(numbers) - len(fit.modes), None)
-    lines = np.maximum([mode.band for mode in fit.modes], fit.frf.line) / fit.frf.line
-    samples[:, dampings] *= 1.0 + rounded / np.sqrt(lines) * random.standard_normal((DRAWS, len(fit.modes)))
     step = StepResult(
         "resonances",
         tuple(changes),
@@ -234,18 +222,6 @@ def of_sweeps(found: Resonances, order: Mapping[str, int], volts: Mapping[str, f
     covariates = {name: np.array(one, dtype=np.float64) for name, one in along.items()}
     score = np.einsum("nab,nb->na", information, each - each.mean(axis=0))
     return Influence(paths, information, score, np.ones(len(paths)), {FILE: number}, covariates)
-
-
-def rounding_of(records: Sequence[Measurement]) -> float:
-    """Standard deviation of what rounding to a digit leaves of the drive over the drive's own, which is what it is in
-    every line of a sweep: both are spread over all of them. Of several records the largest."""
-    found = [0.0]
-    for record in records:
-        volts = record.values[record.index(record.drive)] if record.drive is not None else np.zeros(1)
-        digits = np.diff(np.unique(volts))
-        if len(digits) and np.std(volts) > 0.0:
-            found.append(float(digits.min() / np.sqrt(12.0) / np.std(volts)))
-    return max(found)
 
 
 def _drawn(number: Range, random: np.random.Generator) -> Floats:

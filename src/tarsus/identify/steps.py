@@ -21,7 +21,7 @@ from tarsus.identify.film import identify_film, wide_film
 from tarsus.identify.flight import ATTRACTION, FILM
 from tarsus.identify.hysteresis import Shares, identify_hysteresis
 from tarsus.identify.impact_column import Pair, from_pairs, identify_impact_column, map_from_pairs
-from tarsus.identify.resonance import Resonances, identify_resonances, of_sweeps, rounding_of, shape_mismatch
+from tarsus.identify.resonance import Resonances, identify_resonances, of_sweeps, shape_mismatch
 from tarsus.identify.restitution import identify_restitution
 from tarsus.identify.step import UNSOLVED, StepResult, Used
 from tarsus.identify.straightened import straightened
@@ -91,13 +91,12 @@ def _structure(chain: StepRunner, band: tuple[float, float]) -> Resonances:
         taken = replace(evidence, instruments=instruments)
         read = [(r, one) for r in chain.files_of(Purpose.MODAL) if (one := taken.record(r)) is not None]
         sets, records = [chain.opened.campaign.records[r.set] for r, _ in read], [one for _, one in read]
-        rounded = rounding_of(records)
         drives = [(one.rest, one.signal) for one in sets if one.signal is not None]
         if decided and len(drives) == len(records):
             records = straightened(records, drives, chain.known.model())
         try:
             near = None if chain.resonances is None else chain.resonances.seen
-            found = identify_resonances(chain.opened.model, records, band, chain.seed, rounded, near)
+            found = identify_resonances(chain.opened.model, records, band, chain.seed, near)
         except InputError as error:
             problems += error.problems
             continue
