@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
 from tarsus.fit.normal_equations import Descent, Minimum, NormalEquations
-from tarsus.identify.draws import DRAWS
 from tarsus.identify.flight import WORST, FlightProblem, FlightSide, Moment, equations_of, felt, known_law
 from tarsus.identify.foot import FootModel
 from tarsus.identify.traces import Trace
@@ -190,26 +189,11 @@ class Bounces(FlightProblem):
             every.append(np.concatenate([slope, common.reshape(len(common), -1)]))
         return equations_of(residuals, every, unknowns.shape[1])
 
-    def moved(self, model: FootModel, fitted: BounceFit) -> Floats:
-        """Departure and approach velocities (ni, 2) for a model near the fitted one, by one Gauss-Newton step."""
-        step = self.by(model).equations(fitted.unknowns, known_law(model)).step()[0]
+    def moved(self, model: FootModel, fitted: BounceFit, level: float | None = None) -> Floats:
+        """Departure and approach velocities (ni, 2) for a model, and above a ground [m], near the fitted ones, by one
+        Gauss-Newton step."""
+        step = self.by(model, level).equations(fitted.unknowns, known_law(model)).step()[0]
         return (fitted.unknowns + step)[:, [-1, -2]]
-
-
-@dataclass(frozen=True)
-class RecordOffsets:
-    """What is to be added to the displacements of each record's points.
-
-    by_offset (ni, 2, nr np): change of departure and approach velocity of each impact with it [1/s]; values (nr, np)
-    [m]; samples (draws, nr, np)."""
-
-    by_offset: Floats
-    values: Floats
-    samples: Floats
-
-    def moved(self, speeds: Floats, values: Floats) -> Floats:
-        """Departure and approach velocities (ni, 2) for offsets (nr, np)."""
-        return speeds + self.by_offset @ values.ravel()
 
 
 def known_offsets(bounces: Bounces, level_error: float) -> Floats:
@@ -221,16 +205,3 @@ def known_offsets(bounces: Bounces, level_error: float) -> Floats:
     own = np.concatenate([bounces.traces[int(name)].zero ** 2 for name in names])
     common = np.tile(shift, len(names)) * level_error
     return np.asarray(np.linalg.inv(np.diag(own) + np.outer(common, common)), dtype=np.float64)
-
-
-def offsets_of_records(bounces: Bounces, fitted: BounceFit, level_error: float, seed: int) -> RecordOffsets:
-    """Least squares of all records together: each record's offsets are known to the error of its rest, the ground to
-    that of the level, and the impacts tell the rest."""
-    equations = bounces.about(known_law(bounces.model), fitted.unknowns)
-    system = equations.gathered(0, known_offsets(bounces, level_error))
-    covariance, values = system.covariance()[0], system.step()[0][0]
-    random = np.random.default_rng([seed, 19])
-    drawn = random.multivariate_normal(values, 0.5 * (covariance + covariance.T), DRAWS, method="cholesky")
-    shape = -1, len(bounces.model.points)
-    by_offset = np.asarray(-np.linalg.solve(equations.own, equations.across)[:, [-1, -2]], dtype=np.float64)
-    return RecordOffsets(by_offset, values.reshape(shape), drawn.reshape(DRAWS, *values.reshape(shape).shape))

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.identify.bounce import FEWEST as FLIGHT
-from tarsus.identify.bounce import BounceFit, Bounces, find_bounces, offsets_of_records
+from tarsus.identify.bounce import BounceFit, Bounces, find_bounces
 from tarsus.identify.covariance import scattered
-from tarsus.identify.draws import carried, within
+from tarsus.identify.draws import carried, drawn_level, within
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.flight import WORST
 from tarsus.identify.foot import FootModel
@@ -199,28 +199,22 @@ def _result(
     seed: int,
 ) -> tuple[StepResult, NDArray[np.bool_]]:
     """The step, and which impacts are like the others."""
-    zeros = offsets_of_records(bounces, fitted, level_error, seed)
     covariance, events = fitted.covariance * TURN, _events(bounces)
 
     def ratio(speeds: Floats) -> RobustRatio:
         return robust_ratio(speeds[:, 0], -speeds[:, 1], covariance, events)
 
-    speeds = zeros.moved(fitted.speeds, zeros.values)
+    speeds = fitted.speeds
     found, departure, approach = ratio(speeds), speeds[:, 0], -speeds[:, 1]
 
-    def told(speeds: Floats) -> Floats:
-        return np.concatenate([[ratio(speeds).value], speeds @ np.array([1.0, found.value])])
-
     def again(values: Floats) -> Floats:
-        return told(zeros.moved(bounces.moved(known.model(values), fitted), zeros.values))
-
-    def shifted(values: Floats) -> Floats:
-        return told(zeros.moved(fitted.speeds, values))
+        moved = bounces.moved(known.model(values[:-1]), fitted, float(values[-1]))
+        return np.concatenate([[ratio(moved).value], moved @ np.array([1.0, found.value])])
 
     like = np.abs(found.off) < _OUTSIDE
     influence = _influence(bounces, events, found)
-    shared = carried(again, known.values, known.samples)
-    shared += carried(shifted, zeros.values.ravel(), zeros.samples.reshape(len(shared), -1))
+    level = drawn_level((bounces.level, level_error), seed - 3)  # the draws of the steps before
+    shared = carried(again, np.append(known.values, bounces.level), np.column_stack([known.samples, level]))
     samples = found.value + scattered(influence, seed) + shared[:, :1]
     values, samples, reached = within(np.array([found.value]), samples, (BOUNDS,))
     noise = np.sqrt(variance_of(covariance, found.value))
