@@ -27,14 +27,14 @@ def sweep(signal: SweptSine, slow: float, seed: int, late: float = 0.0) -> Measu
 
 
 @pytest.mark.parametrize("slow", [1e-4, -3e-5, 4e-6])
-def test_the_clock_is_found_and_taken_off(slow):
+def test_the_clock_is_found_and_corrected(slow):
     sweeps = [(sweep(one, slow, k), one) for k, one in enumerate((UP, DOWN, UP))]
     found = clocks_of(sweeps).pace
     assert found is not None and found.value == pytest.approx(slow, abs=max(4.0 * found.error, 2.0 * slow**2))
     assert found.error < 0.05 * PACE
     instruments = Instruments(STEP, pace=found)
     assert "clock" in instruments.sentences()[0] and ("slow" if slow > 0.0 else "fast") in instruments.sentences()[0]
-    taken = instruments.taken_off(sweeps[0][0], True)
+    taken = instruments.corrected(sweeps[0][0], True)
     assert taken.step == pytest.approx(STEP * (1.0 + slow), rel=1e-9)
     off = 1e-6 * taken["u"] - taken["x"]
     assert np.std(off[100:19000]) < 1.02e-2 * np.std(taken["x"][:20000]), "nothing is left but the noise"

@@ -1,4 +1,4 @@
-"""Gains and delays of channels, found from records alone and taken off."""
+"""Gains and delays of channels, found from records alone and corrected."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ def record(seed: int, lag: float = 0.0, gain: float = 1.0, noise: float = 1e-2) 
 
 
 @pytest.mark.parametrize("lag", [6e-6, 20e-6, -9e-6])
-def test_a_delay_is_found_to_a_fifth_of_a_microsecond_and_taken_off(lag):
+def test_a_delay_is_found_to_a_fifth_of_a_microsecond_and_corrected(lag):
     records = [record(seed, lag) for seed in range(6)]
     found = compared(records, POINTS)
     assert found.lags == pytest.approx(lag, abs=2e-7) and abs(found.lag.value - lag) < 3.0 * found.lag.error
     assert not found.wrong
     late, sound = record(7, lag, noise=0.0), record(7, 0.0, noise=0.0)
-    off = found.taken_off(late, False).values - sound.values
+    off = found.corrected(late, False).values - sound.values
     scale = np.abs(late.values - sound.values).max(axis=1)
     assert np.all(np.abs(off[[0, 2], 20:-20]).max(axis=1) < 0.06 * scale[[0, 2]])
     assert "us after" in found.sentences()[0] if lag > 0.0 else "us before" in found.sentences()[0]
@@ -55,7 +55,7 @@ def test_taking_off_adds_little_noise(lag):
     speed = size * omega * np.cos(omega * time)
     late = Measurement(channels, np.array([size * np.sin(omega * (time - lag)) + own, speed]), STEP)
     found = Instruments(STEP, {"tip": WithError(1.0, 1e-4)}, WithError(lag, 5e-8))
-    left = found.taken_off(late, False)["x"] - size * np.sin(omega * time)
+    left = found.corrected(late, False)["x"] - size * np.sin(omega * time)
     assert left[20:-20].std() < 1.03 * noise
 
 
@@ -73,7 +73,7 @@ def test_a_gain_is_found_and_divided_out():
     assert found.gain("tip", Quantity.DISPLACEMENT) == pytest.approx(1.03, rel=1e-3)
     assert found.gain("center", Quantity.DISPLACEMENT) == 1.0
     late, sound = record(7, gain=1.03, noise=0.0), record(7, noise=0.0)
-    assert np.allclose(found.taken_off(late, False).values[0], sound.values[0], rtol=1e-3)
+    assert np.allclose(found.corrected(late, False).values[0], sound.values[0], rtol=1e-3)
 
 
 def test_a_factor_that_all_points_have_is_an_error_of_all_gains():
@@ -87,7 +87,7 @@ def test_sound_records_stay_as_they_are():
     records = [record(seed) for seed in range(6)]
     found = compared(records, POINTS)
     assert not found.differ and not found.sentences()
-    assert found.taken_off(records[0], False) is records[0]
+    assert found.corrected(records[0], False) is records[0]
 
 
 def test_slow_records_that_modes_alias_in_tell_no_delay() -> None:
@@ -116,7 +116,7 @@ def test_a_gain_is_corrected_with_an_error():
     assert not sound.uncertain() and sound.errors == (0.0, 0.0)
 
 
-def test_numbers_are_drawn_along_with_what_was_taken_off():
+def test_numbers_are_drawn_along_with_what_was_corrected():
     from tarsus.identify.afterwards import _along
     from tarsus.identify.step import StepResult
 

@@ -121,7 +121,7 @@ def check(chain: StepRunner, comparisons: Sequence[Comparison], air: Sequence[Ai
 
 
 def draw_given(chain: StepRunner) -> None:
-    """Draw all numbers along with what was taken off the records, and with what the device file states with an
+    """Draw all numbers along with what was corrected of the records, and with what the device file states with an
     interval: each is moved by its standard error, and what the steps find with it tells how far the numbers go along;
     those of the ground go by factors."""
     for number, (model, evidence) in enumerate(_nudged(chain)):

@@ -109,7 +109,7 @@ class StepRunner:
         self.evidence.read(self.report)
 
     def find_ground(self) -> None:
-        """Find the ground that the records show, and report what was taken off them."""
+        """Find the ground that the records show, and report what was corrected of them."""
         if self.evidence.instruments is not None:
             for said in self.evidence.instruments.sentences():
                 self.remark(said)

@@ -22,7 +22,7 @@ from tarsus.model.drive.waveforms import SweptSine
 from tarsus.records.measurement import Measurement, Quantity
 
 PACE = 1e-6
-"""Share that is taken off at least: in a record of two seconds it moves the end by two microseconds."""
+"""Share that is corrected at least: in a record of two seconds it moves the end by two microseconds."""
 _MOST = 2e-3
 """Share beyond which it is no clock's, but a wrong sampling rate."""
 _FINE = 16
@@ -37,7 +37,7 @@ _TURNED = 0.1
 """Turn [rad], root mean square, that pace and starts may leave: of sound sweeps at 40 dB they leave 0.003, and where
 samples were lost on the way 0.27."""
 _STARTS = 0.02
-"""Samples by which starts are off at least to be taken off: less than a twentieth of the motion's noise at 40 dB, and
+"""Samples by which starts are off at least to be corrected: less than a twentieth of the motion's noise at 40 dB, and
 over several sweeps less again."""
 
 

@@ -39,7 +39,7 @@ class Evidence:
 
     opened: the campaign; readings: every file; left_out: data not used, with reasons; traces by purpose; level: of the
     contact from the rest, with its standard error [m]; remarks: what does not fit together, though it is used;
-    instruments: what of the records is theirs, and was taken off."""
+    instruments: what of the records is theirs, and was corrected."""
 
     opened: Opened
     readings: list[RecordFile] = field(default_factory=list)
@@ -65,10 +65,10 @@ class Evidence:
                 if r.record is not None and isinstance(signal := self.opened.campaign.records[r.set].signal, SweptSine)
             ]
             clocks, found = clocks_of(sweeps), compared(records, self.opened.model.points)
-            self.take_off(replace(found, pace=clocks.pace, starts=clocks.starts, lost=clocks.lost))
+            self.correct(replace(found, pace=clocks.pace, starts=clocks.starts, lost=clocks.lost))
 
     def nudged(self) -> Iterator[Evidence]:
-        """The same records with each number that was taken off them moved by its standard error."""
+        """The same records with each number that was corrected of them moved by its standard error."""
         if self.instruments is None:
             return
         for instruments in self.instruments.uncertain():
@@ -88,11 +88,11 @@ class Evidence:
 
     def _otherwise(self, instruments: Instruments, readings: list[RecordFile]) -> Evidence:
         out = replace(self, readings=readings, remarks=[])
-        out.take_off(instruments)
+        out.correct(instruments)
         out.find_ground()
         return out
 
-    def take_off(self, instruments: Instruments) -> None:
+    def correct(self, instruments: Instruments) -> None:
         """Trace all records without what is their instruments'; what was formed of the records before is dropped."""
         self.instruments, self.traces = instruments, {}
         self.left_out = [one for r in self.readings for one in r.problems]
@@ -109,7 +109,7 @@ class Evidence:
         if reading.record is None or self.instruments is None:
             return reading.record
         swept = self.opened.campaign.records[reading.set].purpose is Purpose.MODAL
-        return self.instruments.taken_off(reading.record, swept)
+        return self.instruments.corrected(reading.record, swept)
 
     def as_seen(self, purposes: Sequence[Purpose]) -> list[Trace]:
         """Traces of the files that are used with the delays of their instruments: only gains are corrected."""
@@ -118,7 +118,7 @@ class Evidence:
             return used
         files, prompt = {one.file for one in used}, self.instruments.prompt
         return [
-            self._traced(r, prompt.taken_off(r.record, False), 0.0)
+            self._traced(r, prompt.corrected(r.record, False), 0.0)
             for r in self.readings
             if r.file in files and r.record is not None
         ]

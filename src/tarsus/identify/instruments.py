@@ -151,7 +151,7 @@ class Instruments:
 
         return np.array([passed(one, step, factor) for one in motion])
 
-    def taken_off(self, record: Measurement, swept: bool) -> Measurement:
+    def corrected(self, record: Measurement, swept: bool) -> Measurement:
         """A record as if its instruments had neither gains nor lags; ``swept``: nor a low-pass, nor a delay behind the
         drive, which other records keep: what jumps there would ring."""
         if not self.differ:
@@ -229,7 +229,7 @@ def compared(records: Sequence[Measurement], points: Sequence[str]) -> Instrumen
     if not first.differ:
         return first
     # gains and lags are told apart once most of both is gone
-    again = _compared([first.taken_off(record, False) for record in records], points, step)
+    again = _compared([first.corrected(record, False) for record in records], points, step)
     gains = {
         point: WithError(first.gain(point, Quantity.DISPLACEMENT) * one.value, one.error)
         for point, one in again.gains.items()

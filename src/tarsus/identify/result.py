@@ -83,11 +83,6 @@ class Identification(Tabled):
         """How far its draws can be relied on."""
         return reliance_of(checks_of(self))
 
-    @property
-    def all_left_out(self) -> tuple[Excluded, ...]:
-        """Data that were not used anywhere, with reasons."""
-        return (*self.left_out, *(one for step in self.steps.values() for one in step.left_out))
-
 
 def identified_device(found: Identification) -> Scene:
     """The device with every number found, marked as calibrated, with its interval.

@@ -56,7 +56,7 @@ class ChainStep:
 
 
 def _resonances(chain: StepRunner) -> StepResult:
-    """Structure from the sweeps, whose delay behind the drive is taken off first."""
+    """Structure from the sweeps, whose delay behind the drive is corrected first."""
     sets = [one for _, one in chain.opened.sets(Purpose.MODAL)]
     if not any(r.record is not None for r in chain.files_of(Purpose.MODAL)):
         raise InputError(chain.nothing_for(Purpose.MODAL, "sweeps in the air"))
@@ -68,10 +68,10 @@ def _resonances(chain: StepRunner) -> StepResult:
     chain.resonances = _structure(chain, band)
     assert chain.evidence.instruments is not None  # there are records
     late = None
-    if "hysteresis" not in chain.steps:  # the second time it is taken off
+    if "hysteresis" not in chain.steps:  # the second time it is corrected
         late = chain.evidence.instruments.behind(chain.resonances.fit)
     if late is not None:
-        chain.evidence.take_off(late)
+        chain.evidence.correct(late)
         chain.resonances = _structure(chain, band)
     out = {one.file for one in chain.resonances.step.left_out}
     records = {r.file: r.record for r in chain.files_of(Purpose.MODAL) if r.record is not None}
@@ -105,7 +105,7 @@ def _structure(chain: StepRunner, band: tuple[float, float]) -> Resonances:
     if best is None:
         raise InputError(list(dict.fromkeys(problems)))
     if best[1] is not evidence.instruments:
-        evidence.take_off(best[1])
+        evidence.correct(best[1])
     return best[0]
 
 
