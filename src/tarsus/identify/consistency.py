@@ -36,9 +36,11 @@ GAIN = 0.02
 """Largest deviation of the ratio of displacement and integrated velocity from one."""
 _SURE = 6.0
 """Standard errors that a ratio must be off to be reported."""
+_AGAINST = 0.5
+"""Correlation that noise does not turn round: ringing that is half a period late has less."""
 _ROUGH = 5.0
-"""Factor that is left open where the drive jumps too often to look between: a wrong sign, and a wrong unit, still
-show."""
+"""Factor that is left open where the drive jumps too often to look between, and correlations that are less are no
+fault: a wrong sign, and a wrong unit, still show."""
 ALIKE = 0.9
 """Least correlation of a displacement and the integral of its velocity, where noise does not hide it."""
 
@@ -108,7 +110,8 @@ def not_together(trace: Trace) -> list[Excluded]:
             by_noise = np.hypot(
                 noise[0] * np.linalg.norm(_SLOPE) / trace.step, gain * noise[1] * np.linalg.norm(_SMOOTH)
             )
-            if found.alike > -ALIKE and found.left < _HEARD * by_noise:
+            hidden = found.alike > -_AGAINST and found.left < _HEARD * by_noise
+            if hidden or (abs(found.alike) < ALIKE and not found.between):
                 continue
             others = [(other, _relation(trace, k, other)) for other in points if other != k]
             swapped = [
