@@ -26,6 +26,10 @@ _REACH = 15
 acceleration jumps with it, and a difference of samples is off."""
 _FEWEST = 200
 """Samples that make a comparison."""
+COARSE = 4.0
+"""Steps of the finest record from which on another is not compared: modes that the one shows lie between the samples of
+the other, whose differences are no velocities then. Slow loops at 1 kHz show center and tip a quarter of a sample apart
+where nothing is late."""
 _PLACE = np.arange(-_REACH, _REACH + 1)
 _SMOOTH = np.exp(-0.5 * (_PLACE / _WIDTH) ** 2) / np.sum(np.exp(-0.5 * (_PLACE / _WIDTH) ** 2))
 _SLOPE = -_PLACE / _WIDTH**2 * _SMOOTH

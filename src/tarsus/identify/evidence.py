@@ -10,7 +10,7 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.identify.campaign import Opened, RecordFile, read_records
 from tarsus.identify.clock import clocks_of
-from tarsus.identify.consistency import not_together, odd_ones
+from tarsus.identify.consistency import COARSE, not_together, odd_ones
 from tarsus.identify.influence import Influence, of_levels
 from tarsus.identify.instruments import Instruments, compared
 from tarsus.identify.traces import Trace, contact_level, misplaced, stands_of, trace_of
@@ -133,7 +133,8 @@ class Evidence:
         except InputError as error:
             self.left_out += [excluded_of(reading.file, said) for said in error.problems]
             return []
-        return self._without([trace], not_together(trace))
+        coarse = self.instruments is not None and record.step >= COARSE * self.instruments.step
+        return [trace] if coarse else self._without([trace], not_together(trace))
 
     def _traced(self, reading: RecordFile, record: Measurement, late: float) -> Trace:
         """A record, so late [s] and by a clock as slow as its instruments', as a trace of its file."""

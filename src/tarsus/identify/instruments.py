@@ -15,7 +15,7 @@ import numpy as np
 
 from tarsus.base.arrays import Complexes, Floats
 from tarsus.identify.clock import PACE, stretched
-from tarsus.identify.consistency import ALIKE, relation_of
+from tarsus.identify.consistency import ALIKE, COARSE, relation_of
 from tarsus.identify.lateness import SAMPLES, Lateness, LowPass, lateness_of, passed
 from tarsus.identify.with_error import UNTOLD, WithError
 from tarsus.modes.modal import ModalFit
@@ -25,10 +25,6 @@ GAIN = 0.005
 """Part of a gain that is corrected at least: what vibrometers are calibrated to."""
 _MOST = 1.5
 """Factor of a gain beyond which it is no instrument's: a unit, a scale or another point's channel."""
-_COARSE = 4.0
-"""Steps of the finest record from which on another is not compared: modes that the one shows lie between the samples of
-the other, whose differences are no velocities then. Slow loops at 1 kHz show center and tip a quarter of a sample apart
-where nothing is late."""
 _MIDDLE = 1.2533
 """Standard error of a median over that of a mean, of normal numbers."""
 _STRONGEST = 4.0
@@ -224,7 +220,7 @@ class Instruments:
 def compared(records: Sequence[Measurement], points: Sequence[str]) -> Instruments:
     """Gains and lag of displacements against velocities: medians over records, weighted by what each tells."""
     step = min(record.step for record in records)
-    records = [record for record in records if record.step < _COARSE * step]
+    records = [record for record in records if record.step < COARSE * step]
     first = _compared(records, points, step)
     if not first.differ:
         return first
