@@ -143,7 +143,8 @@ class Instruments:
             return motion
 
         def factor(s: Complexes) -> Complexes:
-            return np.exp(-s * late) * (1.0 if low is None else low.response(s) * np.exp(s * low.delay))
+            delay = np.exp(-s * late)
+            return delay if low is None else delay * low.response(s) * np.exp(s * low.delay)
 
         return np.array([passed(one, step, factor) for one in motion])
 
