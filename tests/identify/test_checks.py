@@ -20,9 +20,10 @@ from tarsus.identify.afterwards import _nudged
 from tarsus.identify.airborne import air_records
 from tarsus.identify.campaign import Campaign, Opened
 from tarsus.identify.chain import StepRunner
-from tarsus.identify.checks import GAP, air_checks, film_check, gap_check, left_check
+from tarsus.identify.checks import GAP, air_checks, gap_check, left_check
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.estimates import Estimates
+from tarsus.identify.film_exponent import exponent_of
 from tarsus.identify.flight import FILM
 from tarsus.identify.foot import FootModel
 from tarsus.identify.prediction import AirFit, fit_air
@@ -185,8 +186,24 @@ def test_a_failed_check_takes_the_word_determined_and_names_its_cause():
     assert verdict_of((1.0, 9.0), doubted=True) is Verdict.UNDECIDED, "a wide number stays what it is"
 
 
+def test_the_exponent_of_the_film_is_found_and_what_it_leaves_open_takes_the_word():
+    chain = identified()
+    assert chain.film is not None
+    found = exponent_of(chain.film, 3)
+    assert found is not None and abs(found.value - 3.0) < 3.0 * found.error
+    step, (law, thickness) = chain.film.step, FILM
+    for value, error, far in ((3.0, 0.5, 0.5), (2.2, 0.6, 1.0), (3.0, 1e-3, 1e-3)):
+        is_three, holds = replace(found, value=value, error=error).checks(step)
+        assert is_three.passed and holds.passed == (far < 0.1)
+        assert holds.far[thickness] == pytest.approx(far * found.moves[1] * step.value(thickness), rel=1e-6)
+        assert holds.far[law] > 0.0
+    for value in (2.0, -78.0):
+        wrong, _ = replace(found, value=value, error=0.1).checks(step)
+        assert not wrong.passed and "not damped as by a film of exponent 3" in wrong.cause
+
+
 @pytest.mark.parametrize("even", [False, True])
-def test_a_film_is_taken_for_an_even_one_unless_it_is_stated_to_be(even: bool, monkeypatch: pytest.MonkeyPatch):
+def test_a_film_that_is_stated_to_be_even_is_not_asked_for_its_exponent(even: bool, monkeypatch: pytest.MonkeyPatch):
     found = identified()
     assert found.film is not None
     bare = replace(found.film, step=replace(found.film.step, checks=()))
@@ -194,11 +211,8 @@ def test_a_film_is_taken_for_an_even_one_unless_it_is_stated_to_be(even: bool, m
     campaign = found.opened.campaign.model_copy(update={"even_film": even})
     runner = StepRunner.of(replace(found.opened, campaign=campaign))
     runner.evidence.level, runner.evidence.traces = found.level, {Purpose.RAMPS: list(bare.offs.traces)}
-    checks = steps.FILM_STEP.find(runner).checks
-    assert [one.paths for one in checks if not one.passed] == ([] if even else [FILM])
-    assert not film_check(replace(bare.step, paths=(), values=np.zeros(0), samples=np.zeros((1, 0)))), (
-        "no film, no check"
-    )
+    assert runner.opened.campaign.even_film is even
+    assert len(steps.FILM_STEP.find(runner).checks) == (0 if even else 2)
 
 
 def test_what_the_device_file_states_with_an_interval_is_moved_by_its_standard_error():

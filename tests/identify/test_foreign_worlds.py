@@ -20,7 +20,7 @@ NAMED = {
     "cubic stiffness": "the cause is unknown",
     "other thresholds": "the cause is unknown",
     "third mode": "the cause is unknown",
-    "film exponent 2": "the film is taken for an even one",
+    "film exponent 2": "flights leave the exponent open",
     "restitution falls with speed": "restitution may change with speed",
     "compliant ground": "the level of the ground falls with the volts in a record",
     "clock 100 ppm off": "the clock of the motion runs ",

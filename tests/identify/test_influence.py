@@ -114,8 +114,9 @@ def test_a_line_that_bends_is_told_over_what_it_bends():
     assert (PATHS[0], CONTACT) not in {(this.path, this.along) for this in one.figures}
 
 
-def test_files_that_differ_widen_the_interval():
+def test_files_that_differ_are_told_and_widen_the_interval():
     random, covered, trials = np.random.default_rng(4), 0, 40
+    assert "file" in {one.along for one in surprises([line(random, by_file=3.0)], 1).found}
     alone, wide = (float(scattered(line(random, by_file=by), 1)[:, 0].std()) for by in (0.0, 3.0))
     assert wide > 2.0 * alone
     for seed in range(trials):
@@ -123,6 +124,17 @@ def test_files_that_differ_widen_the_interval():
         found = np.linalg.solve(one.information.sum(axis=0), rhs(random, one, 3.0))
         covered += bool(np.all(np.abs(found) <= np.quantile(np.abs(scattered(one, seed)), 0.95, axis=0)))
     assert covered >= binom.ppf(1e-3, trials, 0.85)  # both at once
+
+
+def test_a_file_that_says_nothing_of_a_number_is_no_group_of_it():
+    one = line(np.random.default_rng(4), by_file=3.0)
+    mute = one.levels[FILE] == one.levels[FILE][0]
+    mute = replace(
+        one,
+        information=np.where(mute[:, None, None], 0.0, one.information),
+        score=np.where(mute[:, None], 0.0, one.score),
+    )
+    assert "file" in {found.along for found in surprises([mute], 1).found}
 
 
 def test_known_noise_is_all_of_an_interval_unless_groups_scatter_more():

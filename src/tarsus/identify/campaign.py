@@ -110,6 +110,9 @@ class Campaign(Description):
     foot: str | None = Field(default=None, description="name of the foot; may be left out if there is one")
     drive: str | None = Field(default=None, description="name of the drive; may be left out if there is one")
     points: tuple[str, ...] = Field(default=(), description="points that were measured; all of the structure if empty")
+    other_gap: MaybeAmount = quantity(
+        "m", "of earlier versions, not used: the gap changes the constant of the drive's law alone", default=None, gt=0
+    )
     ground_by_foot: bool = Field(
         default=False,
         description="of a walker: whether the ground is known to differ from foot to foot, which is tried otherwise",

@@ -142,16 +142,6 @@ def held_out_check(comparisons: Sequence[Comparison], known: Estimates) -> tuple
     )
 
 
-def film_check(step: StepResult) -> tuple[Check, ...]:
-    """That the film is taken for an even one, unless it is stated: flights do not show its form. Of five films
-    that were 40 % thicker on one half of the foot the thickness of an even one was 10 to 14 standard deviations off."""
-    if not step.paths:
-        return ()
-    cause = "the film is taken for an even one, of exponent 3: an uneven one looks like a thinner even one"
-    record = "nothing: where its faces are known to be flat, state even_film = true in the campaign"
-    return (Check("even film stated", 0.0, 1.0, least=True, paths=step.paths, cause=cause, record=record),)
-
-
 def with_checks(step: StepResult, checks: Sequence[Check]) -> StepResult:
     """A step with further checks."""
     return replace(step, checks=(*step.checks, *checks))

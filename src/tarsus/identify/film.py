@@ -43,14 +43,15 @@ _LIMITS = (1e-8, 1e-2)
 
 @dataclass(frozen=True)
 class FilmFit:
-    """The step's result; the detachments it used, as fitted, with their pulls; and draws of these about the fitted
-    ones: what the film and earlier steps do not know (draws, nr)."""
+    """The step's result; the detachments it used, as fitted, with their pulls; draws of these about the fitted ones:
+    what the film and earlier steps do not know (draws, nr); and the standard error of the level [m]."""
 
     step: StepResult
     offs: Detachments
     fitted: FlightFit
     pulls: Pulls
     drawn: Floats
+    unsure: float
 
 
 def identify_film(
@@ -187,4 +188,4 @@ def _found(offs: Detachments, fitted: FlightFit, known: Estimates, unsure: float
     )
     count = len(fitted.place)
     step = fitted.step("film", fitted.place + own + before[:, :count], 0.0, panels)
-    return FilmFit(step, offs, fitted, pulls, before[:, count:] + own @ pulls.by_film.T)
+    return FilmFit(step, offs, fitted, pulls, before[:, count:] + own @ pulls.by_film.T, unsure)

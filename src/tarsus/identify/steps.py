@@ -14,10 +14,10 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.identify.adhesion import identify_adhesion
-from tarsus.identify.checks import film_check, with_checks
 from tarsus.identify.contact_film import film_by_impacts
 from tarsus.identify.electrostatics import identify_close, wide_attraction
 from tarsus.identify.film import identify_film, wide_film
+from tarsus.identify.film_exponent import film_checked
 from tarsus.identify.flight import ATTRACTION, FILM
 from tarsus.identify.hysteresis import Shares, identify_hysteresis
 from tarsus.identify.impact_column import Pair, from_pairs, identify_impact_column, map_from_pairs
@@ -142,9 +142,11 @@ def _film(chain: StepRunner) -> StepResult:
     if chain.evidence.level is None:
         raise InputError("no record of ramped squares shows a foot standing on the ground")
     model, seed = chain.known.model(), chain.seed + 2
-    chain.film = identify_film(model, chain.known, traces, chain.evidence.level, seed, chain.film)
-    step = chain.film.step
-    return step if chain.opened.campaign.even_film else with_checks(step, film_check(step))
+    film = identify_film(model, chain.known, traces, chain.evidence.level, seed, chain.film)
+    # the steps again: of hypotheses the first time
+    known = chain.film is not None or chain.opened.campaign.even_film
+    chain.film = film if known else film_checked(film, seed)
+    return chain.film.step
 
 
 def _electrostatics(chain: StepRunner) -> StepResult:

@@ -1,9 +1,9 @@
 """What varies with what: pulls of groups of data that are no chance.
 
 Where a model is right, the groups' pulls on a number are as often of one sign as of the other, whatever the groups
-differ by. Of every number there is the slope of its pulls over each covariate, formed again with the signs of events
-exchanged at random, many times; what nearly all of the times no figure of any number exceeds is the limit of all. What
-differs between files or sets along no covariate is in the intervals (`tarsus.identify.covariance`).
+differ by. Of every number there is the slope of its pulls over each covariate, and how far files and sets pull it
+apart. All of these are formed again with the signs of events exchanged at random, many times; what nearly all of the
+times no figure of any number exceeds is the limit of all.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from tarsus.base.arrays import Floats
 from tarsus.base.spec import float_paths
 from tarsus.identify.checks import GROUND, OFFSET, SHIFTED, touched
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.influence import CONTACT, EVENT, FILE, ORDER, REPEAT, SPEED, TIME, VOLTS, WITHIN, Influence
+from tarsus.identify.influence import CONTACT, EVENT, FILE, ORDER, REPEAT, SET, SPEED, TIME, VOLTS, WITHIN, Influence
 from tarsus.identify.step import Check, StepResult
 from tarsus.identify.traces import LEVEL
 from tarsus.tables.numbers import amount
@@ -31,7 +31,7 @@ _EXCHANGED = 4000
 _FEWEST = 8
 """Events that are needed: the signs of eight can be exchanged in 256 ways, of which one in a hundred is no rarity."""
 _PLACES = 3
-"""Values of a covariate that are needed: two tell no slope from a difference of two sets."""
+"""Values of a covariate, and groups of a level, that are needed: two tell no slope from a difference of two sets."""
 _FREEDOM = 3.0
 """Degrees of freedom that a slope must have, by what its events say of it: what one or two events say is no rule."""
 _SAME = 1e-9
@@ -54,6 +54,8 @@ _RECORD = {
     SPEED: "record bounces at further speeds of impact",
     CONTACT: "record contacts that last as long as those the number is used for",
     TIME: "record walks that last longer",
+    FILE: "repeat each set",
+    SET: "record four sets of each purpose, and the first again at the end",
 }
 """What tells more of it."""
 
@@ -62,9 +64,9 @@ _RECORD = {
 class Surprise:
     """A number that varies with something.
 
-    path; along: what it varies with; strength: over its own standard deviation where all is chance; slope, error: of
-    the number [SI] by a unit of what it varies with; half: what it moves the number by from the middle to an end of the
-    data [SI].
+    path; along: what it varies with, or the groups that differ by no covariate that is known; strength: over its own
+    standard deviation where all is chance; slope, error: of the number [SI] by a unit of what it varies with, NaN of
+    groups; half: what it moves the number by from the middle to an end of the data [SI].
     """
 
     path: str
@@ -81,6 +83,8 @@ class Surprise:
 
     def sentence(self, unit: str = "1") -> str:
         """In words, with a unit [SI] of the number."""
+        if np.isnan(self.slope):
+            return f"{self.path} differs from {self.along} to {self.along} by {amount(self.half, unit, 2)}"
         way = "rises" if self.slope > 0.0 else "falls"
         size, error = (amount(one, unit, 2) for one in (abs(self.slope), self.error))
         return f"{self.path} {way} with {self.along}: {size} (+- {error}) {_PER[self.along]}"
@@ -103,8 +107,9 @@ class Surprises:
         return tuple(one for one in self.figures if one.strength > self.limit)
 
     def of(self, path: str) -> Surprise | None:
-        """The strongest of what a number varies with."""
-        return next((one for one in self.found if one.path == path), None)
+        """What is said of a number: the strongest of what it varies with, else of the groups it differs between."""
+        own = [one for one in self.found if one.path == path]
+        return min(own, key=lambda one: (bool(np.isnan(one.slope)), -one.strength), default=None)
 
 
 def surprises(influences: Sequence[Influence], seed: int) -> Surprises:
@@ -125,62 +130,131 @@ def surprises(influences: Sequence[Influence], seed: int) -> Surprises:
     return Surprises(limit, tuple(figures))
 
 
-def _figures(one: Influence, events: NDArray[np.intp], signs: Floats) -> Iterator[tuple[Surprise, Floats]]:
-    """Every slope of an influence, with what it is where the signs (nd, ne) of events are exchanged (nd,)."""
-    covariates = [at for at in one.covariates.items() if _places(at[1]) >= _PLACES and np.isfinite(at[1]).all()]
-    # what the estimate of all numbers takes off the scores of each part by their sum
-    taken = one.information @ np.linalg.inv(one.information.sum(axis=0))
-    for j in range(len(one.paths)):
-        for along, at in covariates:
-            if (figure := _slope(one, j, along, at, taken, events, signs)) is not None:
-                yield figure
+@dataclass(frozen=True)
+class _Number:
+    """What the data say of number j of an influence being another one in some of their parts: score (n,) of it in each
+    part, told (n,): information; what the estimate of all numbers takes off the scores by their sum: taken (p, n, p),
+    of this number by (n, p); sums (ne, p) of the scores of events; events (n,)."""
 
+    one: Influence
+    j: int
+    score: Floats
+    told: Floats
+    taken: Floats
+    by: Floats
+    sums: Floats
+    events: NDArray[np.intp]
 
-def _slope(
-    one: Influence, j: int, along: str, at: Floats, taken: Floats, events: NDArray[np.intp], signs: Floats
-) -> tuple[Surprise, Floats] | None:
-    """Of number j over a covariate (n,); None where it would be another number of the same influence."""
+    @classmethod
+    def of(cls, one: Influence, j: int, events: NDArray[np.intp]) -> _Number:
+        taken = one.information @ np.linalg.inv(one.information.sum(axis=0))
+        sums = np.zeros((int(events.max()) + 1, len(one.paths)))
+        np.add.at(sums, events, one.score)
+        return cls(
+            one, j, one.score[:, j], one.information[:, j, j], taken.transpose(2, 0, 1), taken[:, j], sums, events
+        )
 
-    def by_event(rows: Floats) -> Floats:
-        out = np.zeros((signs.shape[1], *rows.shape[1:]))
-        np.add.at(out, events, rows)
+    def by_event(self, rows: Floats) -> Floats:
+        """Sums (ne, ...) of rows (n, ...) over the events."""
+        out = np.zeros((len(self.sums), *rows.shape[1:]))
+        np.add.at(out, self.events, rows)
         return out
 
-    known = one.information[:, j, j]
-    away = at - float(known @ at) / float(known.sum())
-    whole, moved, by = float(known @ away**2), one.information[:, j] * away[:, None], taken[:, j].T @ away
-    moved -= taken @ moved.sum(axis=0)  # by what the estimates of all numbers go along
-    left = by_event(away * one.score[:, j]) - by_event(one.score) @ by
-    told = by_event(away * moved[:, j]) - by_event(moved) @ by
-    size = float(left @ left)
-    if not (told.sum() > _SAME * whole and size > 0.0):
-        return None
-    freedom = float(told.sum() ** 2 / (told @ told)) - 1.0
-    if freedom < _FREEDOM:
-        return None
-    unknown = np.zeros(len(signs))
-    if one.shared is not None:
-        drawn = one.shared[:, :, j] @ away - one.shared.sum(axis=1) @ by
-        unknown = np.resize(drawn - drawn.mean(), len(signs))
+    def summed(self, weights: Floats, score: Floats, sums: Floats) -> Floats:
+        """Weighted sums (ne, k) of scores (n,) over each event, less what the estimate takes off them by the sums (ne,
+        p) of all numbers' scores; weights (n, k)."""
+        return self.by_event(weights * score[:, None]) - sums @ (self.by.T @ weights)
 
-    def normal(total: Floats, across: Floats) -> Floats:
-        """The normal deviations that are as rare as slopes over their errors by what they leave of the events, whose
-        distribution is Student's (Wallace 1959)."""
-        slope = total / told.sum()
-        rest = size - 2.0 * slope * across + slope**2 * float(told @ told)
-        square = total**2 / (np.maximum(rest, _SAME * size) + unknown.var())
-        shrunk = (8.0 * freedom + 1.0) / (8.0 * freedom + 3.0)
-        return np.asarray(shrunk * np.sqrt(freedom * np.log1p(square / freedom)), dtype=np.float64)
+    def pushed(self, weights: Floats) -> Floats:
+        """Weighted sums (nd, k) of what earlier steps do not know, as often as signs are exchanged; weights (n, k)."""
+        if self.one.shared is None:
+            return np.zeros((_EXCHANGED, weights.shape[1]))
+        out = self.one.shared[:, :, self.j] @ weights - self.one.shared.sum(axis=1) @ (self.by.T @ weights)
+        return np.resize(out - out.mean(axis=0), (_EXCHANGED, weights.shape[1]))
 
-    strength, slope = float(normal(left.sum(), left @ told)), float(left.sum() / told.sum())
-    # without the slope, which is no chance if it is one; an event that tells much of it has taken it along
-    rest = (left - told * slope) / (1.0 - told / told.sum())
-    unit = float(one.units[j])
-    error = unit * float(np.sqrt(float((left - slope * told) @ (left - slope * told)) + unknown.var()) / told.sum())
-    half = 0.5 * abs(slope * unit) * float(np.ptp(at))
-    size = float(rest @ rest)
-    found = Surprise(one.paths[j], along, strength, slope * unit, error, half)
-    return found, normal(signs @ rest + unknown, signs @ (rest * told))
+    def slope(self, along: str, signs: Floats) -> tuple[Surprise, Floats] | None:
+        """Over a covariate; None where it would be another number of the same influence."""
+        at = self.one.covariates[along]
+        away = (at - float(self.told @ at) / float(self.told.sum()))[:, None]
+        whole, moved = float(self.told @ away[:, 0] ** 2), self.one.information[:, self.j] * away
+        moved -= np.tensordot(moved.sum(axis=0), self.taken, 1)  # by what the estimates of all numbers go along
+        left, told = (
+            self.summed(away, self.score, self.sums),
+            self.summed(away, moved[:, self.j], self.by_event(moved)),
+        )
+        left, told = left[:, 0], told[:, 0]
+        size = float(np.sum(left**2))
+        if not (told.sum() > _SAME * whole and size > 0.0):
+            return None
+        freedom = float(told.sum() ** 2 / np.sum(told**2)) - 1.0
+        if freedom < _FREEDOM:
+            return None
+
+        unknown = self.pushed(away)[:, 0]
+
+        def student(total: Floats, across: Floats) -> Floats:
+            """Squares of slopes over their errors, by what they leave of the events."""
+            slope = total / told.sum()
+            rest = size - 2.0 * slope * across + slope**2 * float(np.sum(told**2))
+            return np.asarray(total**2 / (np.maximum(rest, _SAME * size) + unknown.var()), dtype=np.float64)
+
+        def normal(square: Floats) -> Floats:
+            """The normal deviation that is as rare as Student's (Wallace 1959)."""
+            shrunk = (8.0 * freedom + 1.0) / (8.0 * freedom + 3.0)
+            return np.asarray(shrunk * np.sqrt(freedom * np.log1p(square / freedom)), dtype=np.float64)
+
+        square = student(left.sum(), left @ told)
+        slope = float(left.sum()) * float(self.one.units[self.j]) / float(told.sum())
+        error = abs(slope) / float(np.sqrt(square)) if square > 0.0 else np.inf
+        half = 0.5 * abs(slope) * float(np.ptp(at))
+        found = Surprise(self.one.paths[self.j], along, float(normal(square)), slope, error, half)
+        # without the slope, which is no chance if it is one; an event that tells much of it has taken it along
+        left = (left - told * float(left.sum()) / float(told.sum())) / (1.0 - told / told.sum())
+        size = float(np.sum(left**2))
+        return found, normal(student(signs @ left + unknown, signs @ (left * told)))
+
+    def apart(self, level: str, signs: Floats) -> tuple[Surprise, Floats] | None:
+        """From group to group of a level; None where no exchange of signs moves them."""
+        weights = np.equal.outer(self.one.levels[level], np.unique(self.one.levels[level])).astype(np.float64)
+        weights = weights[:, self.told @ weights > 0.0]  # groups that say something of the number
+        if weights.shape[1] < 2:
+            return None
+        own, left = self.by_event(weights * self.told[:, None]), self.summed(weights, self.score, self.sums)
+        told, seen = own.sum(axis=0), own > 0.0
+        whole = float(np.sum(left[seen] ** 2 / own[seen]))  # of events, in groups and between them
+        freedom = len(told) - 1.0, float(np.count_nonzero(seen)) - len(told)
+        if not freedom[1] >= _FREEDOM:
+            return None
+
+        def normal(between: Floats) -> Floats:
+            """The normal deviation that is as rare as a variance ratio (Paulson 1942)."""
+            ratio = between / freedom[0] / np.maximum(whole - between, _SAME * whole) * freedom[1]
+            shrunk = [2.0 / (9.0 * one) for one in freedom]
+            top = (1.0 - shrunk[1]) * np.cbrt(ratio) - (1.0 - shrunk[0])
+            return np.asarray(top / np.sqrt(shrunk[0] + shrunk[1] * np.cbrt(ratio) ** 2), dtype=np.float64)
+
+        between = np.sum(left.sum(axis=0) ** 2 / told)
+        strength = normal(between)
+        by_chance = np.sum((signs @ left + self.pushed(weights)) ** 2 / told, axis=1)
+        chance = normal(by_chance)
+        if not chance.std() > _SAME:
+            return None
+        beyond = max(float(between - by_chance.mean()), 0.0) / float(told.sum() - np.sum(told**2) / told.sum())
+        half = float(np.sqrt(beyond) * self.one.units[self.j])
+        found = Surprise(
+            self.one.paths[self.j], level, float((strength - chance.mean()) / chance.std()), np.nan, np.nan, half
+        )
+        return found, (chance - chance.mean()) / chance.std()
+
+
+def _figures(one: Influence, events: NDArray[np.intp], signs: Floats) -> Iterator[tuple[Surprise, Floats]]:
+    """Every figure of an influence, with what it is where the signs (nd, ne) of events are exchanged (nd,)."""
+    for j in range(len(one.paths)):
+        number = _Number.of(one, j, events)
+        along = (name for name, at in one.covariates.items() if _places(at) >= _PLACES and np.isfinite(at).all())
+        levels = (name for name in (FILE, SET) if name in one.levels and _places(one.levels[name]) >= _PLACES)
+        tried = (*(number.slope(name, signs) for name in along), *(number.apart(name, signs) for name in levels))
+        yield from (figure for figure in tried if figure is not None)
 
 
 def _places(values: NDArray[np.generic]) -> int:
@@ -214,9 +288,11 @@ def with_surprises(
             k = step.paths.index(one.path)
             if not one.moves(float(step.std[k])):
                 continue
-            samples[:, k] += one.half * random.uniform(-1.0, 1.0, len(samples))
-            # all numbers of a fit depend on what varies
-            checks.append(_check(one, told.limit, units[one.path].unit, influence.paths))
+            if not np.isnan(one.slope):
+                samples[:, k] += one.half * random.uniform(-1.0, 1.0, len(samples))
+            # what differs from file to file is in the interval, and all numbers of a fit hang on what varies
+            paths = () if one.along == FILE else influence.paths
+            checks.append(_check(one, told.limit, units[one.path].unit, paths))
         out[name] = replace(step, samples=samples, checks=tuple(checks))
     level = told.of(LEVEL)
     if ground is not None and level is not None and out:
@@ -228,13 +304,6 @@ def with_surprises(
 
 
 def _check(one: Surprise, limit: float, unit: str, paths: tuple[str, ...]) -> Check:
+    name = f"{one.path} over {one.along}" if one.along in _PER else f"{one.path} from {one.along} to {one.along}"
     far = {one.path: one.half} if one.path in paths else {}
-    return Check(
-        f"{one.path} over {one.along}",
-        one.strength,
-        limit,
-        paths=paths,
-        cause=one.sentence(unit),
-        record=one.record,
-        far=far,
-    )
+    return Check(name, one.strength, limit, paths=paths, cause=one.sentence(unit), record=one.record, far=far)
