@@ -105,7 +105,7 @@ def test_no_start_finds_a_better_centre_and_the_body_hardly_moves(example):
     assert (shapes[:, 2] / shapes.max(axis=1)).max() < 0.2
 
 
-@pytest.mark.full
+@pytest.mark.slow
 def test_only_one_reading_of_the_asymmetric_pair_is_ever_reached(example):
     counts = example.readings_held(starts=8)
     assert counts[3.27e8] >= 4

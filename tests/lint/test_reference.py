@@ -25,6 +25,8 @@ UNIT = re.compile(r"\[[^\]]+\]|\bunit|\bSI\b|\bshares?\b|\bdimensionless\b|\bsam
 REFERENCE = load_file(DOCS / "reference.py")
 found = cache(REFERENCE.object_of)
 EXAMPLES = REFERENCE.examples()
+SLOW = {"tarsus.synthesize": pytest.mark.slow}
+"""Examples whose lines the commands of a page are as well, here those of identify.md."""
 
 
 def test_every_name_on_the_page_exists_once():
@@ -109,7 +111,11 @@ def test_examples_of_docstrings_run(name, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "example", [pytest.param(one, id=one.names[0], marks=[pytest.mark.full] * one.slow) for one in EXAMPLES]
+    "example",
+    [
+        pytest.param(one, id=one.names[0], marks=[SLOW.get(one.names[0], pytest.mark.full)] * one.slow)
+        for one in EXAMPLES
+    ],
 )
 def test_examples_of_the_reference_run(example, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

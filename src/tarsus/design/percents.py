@@ -34,9 +34,9 @@ COARSE = PERCENT * np.array([-1.0, 1.0])
 FINE = PERCENT * np.array([-0.01, 0.01, -1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0])
 """Where it is varied of a periodic motion: a hundredth of a percent for the slope, and quarters, for a speed that is
 the root of an energy has its kink within the percent."""
-BOX = {True: 512, False: 32}
+BOX = {True: 128, False: 32}
 """Places where all numbers are off at once, of a periodic motion and of others: what none of so many is, is less than
-0.6 % and 9 % of the box (95 %)."""
+2.3 % and 9 % of the box (95 %)."""
 _ONE_OF_MANY = re.compile(
     r"^(robot\.structure\.legs|robot\.drives|robot\.feet|signals)\.[^.]+|(?<=\.load\.weights)\.[^.]+"
 )

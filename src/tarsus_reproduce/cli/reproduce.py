@@ -1,4 +1,5 @@
-"""`tarsus reproduce`: the dissertation's experiments row by row: its model, the measurement, ours."""
+"""`tarsus reproduce`: compare with experiments of the dissertation row by row, then summarise; of several, write pages
+with an index."""
 
 from tarsus.cli.line import line_of
 from tarsus.cli.verb import Verb

@@ -111,6 +111,7 @@ def _gauss() -> tuple[Array, Array]:
     return 0.5 * (nodes + 1.0), 0.5 * weights
 
 
+@lru_cache(maxsize=4096)
 def _frequency_ratio(mu: float, delta: float, kappa: float) -> float:
     first, second = _wave_numbers(2, mu, delta, kappa)
     return (second / first) ** 2
