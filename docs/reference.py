@@ -1,7 +1,7 @@
 """Examples of the reference: doctests in `docs/reference/*.txt`, each shown on the pages of the names that it uses.
 
-A section begins with `## ` and full names, one for each object, ` # slow` behind them where it takes long; the lines
-below it are one doctest, run by a test.
+A section begins with `## ` and full names, one for each object, and where it takes long ` # full` or ` # slow` behind
+them, the lane that runs it; the lines below it are one doctest, run by a test.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ PLACE = Path(__file__).resolve().parent / "reference"
 
 class Example(NamedTuple):
     """names: full names that it shows; text: a doctest; line: where it begins in `file`, from 1;
-    slow: it takes more than a second or two."""
+    lane: of what takes more than a second or two, else empty."""
 
     names: tuple[str, ...]
     text: str
     file: Path
     line: int
-    slow: bool
+    lane: str
 
 
 def examples() -> list[Example]:
@@ -32,8 +32,8 @@ def examples() -> list[Example]:
         text = file.read_text(encoding="utf-8")
         for section in re.finditer(r"^## (.+)\n((?:(?!## ).*\n?)*)", text, re.MULTILINE):
             line = text.count("\n", 0, section.start(2)) + 1
-            names, _, mark = section[1].partition(" # ")
-            found.append(Example(tuple(names.split()), section[2].strip() + "\n", file, line, mark == "slow"))
+            names, _, lane = section[1].partition(" # ")
+            found.append(Example(tuple(names.split()), section[2].strip() + "\n", file, line, lane))
     return found
 
 

@@ -25,8 +25,6 @@ UNIT = re.compile(r"\[[^\]]+\]|\bunit|\bSI\b|\bshares?\b|\bdimensionless\b|\bsam
 REFERENCE = load_file(DOCS / "reference.py")
 found = cache(REFERENCE.object_of)
 EXAMPLES = REFERENCE.examples()
-SLOW = {"tarsus.synthesize": pytest.mark.slow}
-"""Examples whose lines the commands of a page are as well, here those of identify.md."""
 
 
 def test_every_name_on_the_page_exists_once():
@@ -113,7 +111,7 @@ def test_examples_of_docstrings_run(name, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     "example",
     [
-        pytest.param(one, id=one.names[0], marks=[SLOW.get(one.names[0], pytest.mark.full)] * one.slow)
+        pytest.param(one, id=one.names[0], marks=[getattr(pytest.mark, one.lane)] if one.lane else [])
         for one in EXAMPLES
     ],
 )

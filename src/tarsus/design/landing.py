@@ -19,7 +19,7 @@ from tarsus.design.grounds import Grounds
 from tarsus.design.judge import NOMINAL
 from tarsus.design.landing_design import LandingDesign
 from tarsus.design.learning import Sensor, learn
-from tarsus.design.problem import DesignProblem, DesignSettings, problem_of
+from tarsus.design.problem import LOOK, DesignProblem, DesignSettings, problem_of
 from tarsus.design.pulse_train import SHORTEST, Pulses
 from tarsus.design.request import OVER, SEED, Given, Seed, Settings, setting, settings_of
 from tarsus.design.runs import Runs
@@ -34,8 +34,8 @@ MOST_PAIRS = 6
 """More pairs than this have more unknowns than a search of a minute can tell apart."""
 CANDIDATES = 24000
 """That are tried at effort 1. From 0.4 on valleys are followed down to their floors; less is for a first look."""
-LOOKED_AT = (4, 48)
-"""Grounds that an attack on the box looks at, at least and at effort 1."""
+LEAST_LOOK = 4
+"""Grounds that an attack on the box looks at, however little the effort."""
 KNOWN = 0.01
 """Share to either side of a frequency that states no interval: structures of one drawing differ by that, and so does
 one from day to day; a landing that is soft for 0.2 % to either side is soft on no bench."""
@@ -156,7 +156,7 @@ def landing_problem(scene: Scene, options: LandingSettings) -> tuple[DesignProbl
         over=borne(scene, options),
         risk=options.risk,
         candidates=max(int(CANDIDATES * options.effort), 1),
-        look=int(np.clip(LOOKED_AT[1] * options.effort, *LOOKED_AT)),
+        look=int(np.clip(LOOK * options.effort, LEAST_LOOK, LOOK)),
         seed=options.seed,
     )
     return problem_of(scene, words, words.risk), words

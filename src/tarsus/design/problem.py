@@ -45,6 +45,8 @@ REST = (
     "robot that does not walk the scene's own duration unless anything else is asked for"
 )
 PERIODS = "judge the last of so many drive periods from the scene's own start; of pulses as many as they take to settle"
+LOOK = 48
+"""Grounds of an attack unless a number is given."""
 SEARCHED = 0.3
 """Share of their duration that runs of a settled motion have in the search: 0.3 s of `millipede`, after which the mean
 of five starts is off by 0.2 mm/s (root of the mean square of 40 gaits) of up to 4 mm/s."""
@@ -82,7 +84,7 @@ class DesignSettings(SearchSettings):
     )
     risk: Any = setting(None, RISK)
     scene: str | None = setting(None, SCENE)
-    look: Count = setting(48, "grounds that an attack between rounds looks at before it climbs; the last at more")
+    look: Count = setting(LOOK, "grounds that an attack between rounds looks at before it climbs; the last at more")
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
+from tarsus.tables.numbers import how_many
 
 SETTLED = 1e-6
 """Difference of phases, and of speeds as part of the fastest, below which events repeat: a thousand times what steps of
@@ -36,7 +37,7 @@ class Settled:
 
     def __str__(self) -> str:
         if self.multiple is None:
-            few = f"it lasts {self.periods} drive period{'s' * (self.periods != 1)}, and {FEWEST + 1} are needed"
+            few = f"it lasts {how_many(self.periods, 'drive period')}, and {FEWEST + 1} are needed"
             why = few if self.periods <= FEWEST else "in the last drive periods no contact begins or ends"
             return f"Whether it has settled is not known: {why}."
         if not self.multiple:

@@ -12,6 +12,7 @@ from tarsus.impacts.energy import directed
 from tarsus.model.laws import MassWeighted
 from tarsus.model.scene import Scene
 from tarsus.model.values import ValueRow, grouped, value_rows
+from tarsus.tables.numbers import how_many
 from tarsus.tables.table import Table
 from tarsus.tables.view import View
 
@@ -38,7 +39,7 @@ def scene_view(scene: Scene) -> View:
     notes += _of_ground(scene, impact) if impact else []
     parts = [*sections, Table("", (), (), notes)] if notes else sections
     counts = {"drive": len(scene.robot.drives), "foot": len(scene.robot.feet), "value": len(rows)}
-    many = ", ".join(f"{n} {one}{'s' * (n != 1)}" for one, n in counts.items()).replace("foots", "feet")
+    many = ", ".join(how_many(n, one) for one, n in counts.items()).replace("foots", "feet")
     shown = Table(f"{scene.name} ({many})", (), (), parts=[*parts, Table("", (), (), scene.citations)])
     return View(data, shown, (*remarks(scene), *scene.signal_remarks))
 

@@ -17,6 +17,7 @@ from tarsus.inspection.folders import result_view
 from tarsus.inspection.runs import run_data
 from tarsus.inspection.scenes import scene_view
 from tarsus.model.laws.userfile import laws_of
+from tarsus.tables.numbers import how_many
 from tarsus.tables.table import Table
 from tarsus.tables.view import View
 
@@ -168,9 +169,5 @@ def _campaign(name: str) -> tuple[str, list[str]]:
     if found.problems:
         raise InputError(together([*found.problems, *found.remarks]))
     notes = [note for one in found.readings if one.record is not None for note in one.record.notes]
-    sets, files = _count(len(opened.campaign.records), "set"), _count(len(found.readings), "file")
+    sets, files = how_many(len(opened.campaign.records), "set"), how_many(len(found.readings), "file")
     return f"{opened.campaign.name} ({sets} of records, {files})", together([*notes, *found.remarks])
-
-
-def _count(number: int, one: str) -> str:
-    return f"{number} {one}{'s' * (number != 1)}"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from tarsus.base.plausible import remarks
 from tarsus.files.library import load_scene
+from tarsus.tables.numbers import how_many
 from tarsus.tables.table import Column, Table
 from tarsus.tables.view import View
 
@@ -78,8 +79,8 @@ def campaign_view(opened: Opened) -> View:
         "sets": {name: {"purpose": why, "files": count, "gap_m": gap} for name, why, count, gap in rows},
     }
     columns = ("records", "purpose", "files", Column("gap", "m"))
-    sets = f"{len(rows)} set{'s' * (len(rows) != 1)} of records"
-    return View(data, Table(f"{campaign.name}: {campaign.device}, {sets}", columns, rows))
+    title = f"{campaign.name}: {campaign.device}, {how_many(len(rows), 'set')} of records"
+    return View(data, Table(title, columns, rows))
 
 
 def experiment_view(one: PublishedExperiment) -> View:

@@ -27,7 +27,7 @@ from tarsus.orbits.orbit import Orbit, orbit_after
 from tarsus.orbits.settling import ALIKE, SETTLED, Settling
 from tarsus.orbits.starts import Box
 from tarsus.solve import Accuracy, simulate
-from tarsus.tables.numbers import amount
+from tarsus.tables.numbers import amount, how_many
 from tarsus.tables.table import Column, Table
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ class Attractor:
     @property
     def kind(self) -> str:
         """In words, as "period 1, 8 impacts, travels 1.539 µm"."""
-        parts = [f"period {self.multiple}", f"{self.impacts} impact{'s' * (self.impacts != 1)}"]
+        parts = [f"period {self.multiple}", how_many(self.impacts, "impact")]
         if isinstance(self.scene.robot.structure, Walker):
             parts.append(f"travels {amount(self.travel, 'm')}")
         return ", ".join(parts)

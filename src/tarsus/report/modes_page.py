@@ -14,6 +14,7 @@ from tarsus.records.measurement import Quantity
 from tarsus.report.pages import Plate, Section, bullets, marked, sections_page
 from tarsus.report.sheet import QUARTER, few_ticks, name_axes, panel, panels
 from tarsus.report.style import BLUE, INK, MUTED, ON_DARK, ON_LIGHT, ORANGE, VERMILION, decimate
+from tarsus.tables.numbers import how_many
 
 MOST_NUMBERED = 12
 """Modes up to which the fields of their MAC have room for a number."""
@@ -44,10 +45,10 @@ models, windows and methods."""
 def _about(fit: ModalFit, sources: Sequence[str]) -> str:
     """How many modes are determined, and from what."""
     determined = sum(mode.verdict is ModeVerdict.DETERMINED for mode in fit.modes)
-    points, drives = len(fit.frf.outputs), len(fit.frf.inputs)
+    points, drives = how_many(len(fit.frf.outputs), "point"), how_many(len(fit.frf.inputs), "drive")
     return (
-        f"{determined} of {len(fit.modes)} modes determined, from {points} point{'s' * (points != 1)} and "
-        f"{drives} drive{'s' * (drives != 1)}{' in ' if sources else ''}{', '.join(sources)}."
+        f"{determined} of {len(fit.modes)} modes determined, from {points} and {drives}"
+        f"{' in ' if sources else ''}{', '.join(sources)}."
     )
 
 

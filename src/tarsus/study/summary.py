@@ -107,4 +107,5 @@ def summary_table(data: Mapping[str, Mapping[str, Any]], units: Mapping[str, str
 
 def units_of_axes(sweep: Sweep) -> dict[str, str]:
     """Units of the swept values."""
-    return {name: float_paths(sweep.scene)[sweep.paths(name)[0]].unit for name in sweep.vary}
+    known = float_paths(sweep.scene)
+    return {name: known[sweep.paths(name)[0]].unit for name in sweep.vary}

@@ -105,6 +105,11 @@ def pretty_unit(unit: str) -> str:
     return "" if out == "1" else re.sub(r"\bu(?=[A-Zmsg])", "µ", out)
 
 
+def how_many(count: int, one: str) -> str:
+    """A count with its noun, whose plural ends in s."""
+    return f"{count} {one}{'s' * (count != 1)}"
+
+
 def spaced(name: str) -> str:
     """A name of the program as words: "contact_duration" -> "contact duration"."""
     return name.replace("_", " ")
