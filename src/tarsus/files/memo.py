@@ -41,7 +41,7 @@ class Memo:
         self.computed = self.reused = 0
         self._read, self._write, self._name = read, write, name
         self._place: dict[bytes, int] = {}
-        self._parts: list[Arrays] = []
+        self._known: Arrays = {}
 
     def __len__(self) -> int:
         return len(self._place)
@@ -49,12 +49,12 @@ class Memo:
     @property
     def points(self) -> NDArray[np.float64]:
         """All points (n, nu) that were asked for, each once, in the order of the questions; (0, 0) before the first."""
-        return self._whole()[POINTS] if self._parts else np.empty((0, 0))
+        return self._known[POINTS][: len(self)] if self._known else np.empty((0, 0))
 
     @property
     def values(self) -> Arrays:
         """Arrays (n, ...) of all points by name, in their order."""
-        return {name: array for name, array in self._whole().items() if name != POINTS} if self._parts else {}
+        return {name: array[: len(self)] for name, array in self._known.items() if name != POINTS}
 
     def places(self, points: NDArray[np.floating]) -> NDArray[np.intp]:
         """Numbers (k,) in `points` of points (k, nu) that were asked for. Raises KeyError for any other."""
@@ -128,12 +128,14 @@ class Memo:
     def _remember(self, points: NDArray[np.float64], arrays: Mapping[str, NDArray[Any]]) -> None:
         known = len(self._place)
         self._place.update({key: known + i for i, key in enumerate(_keys(points))})
-        self._parts.append({POINTS: points, **arrays})
-
-    def _whole(self) -> Arrays:
-        if len(self._parts) > 1:
-            self._parts = [{name: np.concatenate([one[name] for one in self._parts]) for name in self._parts[0]}]
-        return self._parts[0]
+        for name, array in {POINTS: points, **arrays}.items():
+            own = self._known.get(name, array[:0])
+            kind = np.result_type(own, array)  # of longer texts, a wider one
+            if len(own) < len(self) or own.dtype != kind:  # twice the room, so that each is copied about once
+                room = np.empty((2 * len(self), *array.shape[1:]), kind)
+                room[:known] = own[:known]
+                self._known[name] = own = room
+            own[known : len(self)] = array
 
 
 def _plain(points: NDArray[np.floating]) -> NDArray[np.float64]:

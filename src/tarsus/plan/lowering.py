@@ -139,7 +139,8 @@ class Plan:
     periods (nd,) [s]: of the signals, NaN where one does not repeat. length [m], force [N], rate [1/s]: scales that
     turn relative tolerances into absolute ones. legs: of a structure that walks, its body and legs; None for any other.
     stance: of a walker that starts standing, how. profile: of uneven ground, see `lower_profile`. lift (n,):
-    displacements of a robot that is lifted by 1 m, where uneven ground is to lift it; else empty.
+    displacements of a robot that is lifted by 1 m, where uneven ground is to lift it; else empty. idle (nd,) [N]:
+    forces of drives without volts, after their history, and of the ground, which stays until t = 0.
     """
 
     system: LinearSystem
@@ -155,6 +156,7 @@ class Plan:
     stance: Stance | None = None
     profile: np.ndarray = field(default_factory=lambda: np.zeros(0))
     lift: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    idle: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     def __getstate__(self) -> dict[str, Any]:
         return without_native(self)
@@ -250,6 +252,7 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
         lower_stance(scene, system),
         lower_profile(scene.ground, scene.across),
         np.zeros(0) if lift is None else np.asarray(lift),
+        np.array([one.exerted() for one in scene.robot.drives.values()] + [0.0] * len(driven_by_ground)),
     )
     row: Any = SimpleNamespace(
         signals=plan.signals,
@@ -260,17 +263,10 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
         channels=np.arange(len(channels))[None],
         profile=plan.profile[None],
     )
-    own, ((length, force, _),) = started(plan, row, idle_forces(scene, plan.drives)[None], list(scene.robot.feet))
+    own, ((length, force, _),) = started(plan, row, plan.idle[None], list(scene.robot.feet))
     # what the engine has made of the plan by now does not depend on these three, and stays
     plan.__dict__.update(initial=own.ravel(), length=float(length), force=float(force))
     return plan
-
-
-def idle_forces(scene: Scene, count: int | None = None) -> np.ndarray:
-    """Forces (nd,) [N] that drives exert without volts, after their history; then those of the ground, which stays
-    until t = 0."""
-    exerted = [one.exerted() for one in scene.robot.drives.values()]
-    return np.array(exerted + [0.0] * (0 if count is None else count - len(exerted)))
 
 
 SPRINGS = ("stiffness_v", "damping_v", "stiffness_l", "damping_l", "stiffness_t", "damping_t", "tilt")

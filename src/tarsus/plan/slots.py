@@ -20,7 +20,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, float_paths, get_value, with_values
 from tarsus.model.drive.pieces import Channels
 from tarsus.plan.channels import DriveRuns, check_columns, drive_courses, with_columns
-from tarsus.plan.lowering import Kind, Place, Plan, distinct, gravity_on, idle_forces, lower_profile, slot, started
+from tarsus.plan.lowering import Kind, Place, Plan, distinct, gravity_on, lower_profile, slot, started
 from tarsus.plan.moving import GroundForce, ground_forces, refuse_jumps, shifts_of, velocities_at_start
 from tarsus.plan.rows import Rows, marked_period, marked_rows, pack, rows_of
 
@@ -147,7 +147,7 @@ def rows_for(
         base.profile[:] = _profiles(scene, shaped)
     refuse_jumps(scene, duration, _waves(scene, by_kind))
     rows = _driven(scene, plan, by_kind, base, duration, courses)
-    initial, scales = started(plan, rows, _idle(scene, values, len(rows), plan.drives), list(scene.robot.feet))
+    initial, scales = started(plan, rows, _idle(scene, plan, values, len(rows)), list(scene.robot.feet))
     return replace(rows, initial=initial.reshape(rows.initial.shape), scales=scales if scaled else rows.scales)
 
 
@@ -170,9 +170,9 @@ def bears(scene: Scene, path: str) -> bool:
     return not path.startswith(idle)
 
 
-def _idle(scene: Scene, values: Mapping[str, Floats], count: int, drives: int) -> Floats:
+def _idle(scene: Scene, plan: Plan, values: Mapping[str, Floats], count: int) -> Floats:
     """Forces (nr, nd) [N] that drives exert without volts, where a walker stands without."""
-    out = np.repeat(idle_forces(scene, drives)[None], count, axis=0)
+    out = np.repeat(plan.idle[None], count, axis=0)
     for d, (name, drive) in enumerate(scene.robot.drives.items()):
         head = f"robot.drives.{name}."
         own = {path.removeprefix(head): column for path, column in values.items() if path.startswith(head)}

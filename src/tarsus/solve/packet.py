@@ -14,7 +14,7 @@ from tarsus.core import nodes
 from tarsus.core.modes import ModeBook, unbiased_mode
 from tarsus.model.drive.pieces import Channels
 from tarsus.model.scene import Scene
-from tarsus.plan.lowering import Plan, idle_forces, level_only
+from tarsus.plan.lowering import Plan, level_only
 from tarsus.plan.rows import Rows
 from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine, settings_arrays, step_lengths
 from tarsus.solve.run import prepared
@@ -56,7 +56,7 @@ def packet_arrays(scene: Scene, engine: Engine, rows: Rows, accuracy: Accuracy |
         "laws": laws,
         "start": plan.start_arrays,
         "settings": settings_arrays(plan, duration, accuracy),
-        "rows": _row(scene, rows, plan.drives),
+        "rows": _row(plan, rows),
     }
     if plan.legs is None:
         book = engine.tables
@@ -70,9 +70,9 @@ def packet_arrays(scene: Scene, engine: Engine, rows: Rows, accuracy: Accuracy |
     return {f"{head}.{name}": value for head, arrays in parts.items() for name, value in arrays.items()}
 
 
-def _row(scene: Scene, rows: Rows, drives: int) -> dict[str, Any]:
+def _row(plan: Plan, rows: Rows) -> dict[str, Any]:
     names = ("parameters", "initial", "sources", "scales", "channels")
-    return {name: getattr(rows, name)[0] for name in names} | {"idle": idle_forces(scene, drives)}
+    return {name: getattr(rows, name)[0] for name in names} | {"idle": plan.idle}
 
 
 def _modes(plan: Plan) -> Iterator[tuple[str, dict[str, Any]]]:

@@ -472,12 +472,13 @@ def prepared(
     shared: Shared,
     count: int = 1,
     courses: Courses | None = None,
+    changes: tuple[tuple[str, float], ...] = (),
 ) -> tuple[Engine, Rows]:
     """The engine for runs of a scene over ``duration`` [s], and the rows of runs that differ in slots.
 
     values (nr,) by path: each of a slot and within its bounds; without any there are ``count`` runs of the scene as it
     is. shared: what earlier engines have made; what this one makes is added. courses: as `tarsus.plan.slots.rows_for`
-    takes them.
+    takes them. changes: by which the scene differs from the resident one, where it is a variant of that.
 
     Raises
     ------
@@ -488,7 +489,8 @@ def prepared(
     def made() -> Engine:
         return Engine(lower_scene(scene, shared.drive), duration, shared)
 
-    engine = shared.get(("resident", duration), made) if scene is shared.resident else made()
+    kept = bool(changes) or scene is shared.resident
+    engine = shared.get(("resident", duration, changes), made) if kept else made()
     plan = engine.plan
     if not values:
         if scene.ground.motion is not None:

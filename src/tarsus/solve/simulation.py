@@ -318,13 +318,15 @@ class _BatchAsked:
         periods = np.zeros(count)
         once = len(groups) > 1 and count <= _TOGETHER and not any(map(_moves_drive, rest))
         courses = courses_of_all(scene, {path: values[path] for path in data}) if once else None
+        again = scene is self.shared.resident  # and its variants with it: searches run the same ones many times
 
         def work(job: tuple[tuple[float, ...], NDArray[np.int64]]) -> Part:
             chosen, members = job
-            variant = with_values(scene, dict(zip(rest, chosen, strict=True))) if rest else scene
+            changes = tuple(zip(rest, chosen, strict=True))
+            variant = self.shared.variant(scene, changes) if again else with_values(scene, dict(changes))
             own = {path: values[path][members] for path in data}
             known = None if courses is None else courses(members)
-            engine, rows = prepared(variant, own, seconds, self.shared, len(members), known)
+            engine, rows = prepared(variant, own, seconds, self.shared, len(members), known, changes if again else ())
             periods[members] = rows.periods
             return Part.of(engine.run(rows, self.accuracy, self.track), members)
 
