@@ -8,8 +8,8 @@ import pytest
 import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.fit.doubts import doubts_of
-from tarsus.fit.fitting import RunResiduals
 from tarsus.fit.input_noise import input_errors, recorded_inputs
+from tarsus.fit.problem import Problem
 from tarsus.model.scene import Scene
 
 SQUEEZE = "robot.drives.squeeze.law.offset"
@@ -141,8 +141,8 @@ def test_the_error_by_the_noise_of_an_input_is_the_scatter_of_fits_with_other_no
     found = []
     for seed in range(12):
         given = oscillator(wave + np.random.default_rng(seed).normal(0.0, 0.05, len(wave)))
-        found.append(ts.fit.least_squares(RunResiduals(given, unknowns, off)).x[0])
-    problem = RunResiduals(oscillator(wave), unknowns, off)
+        found.append(ts.fit.least_squares(Problem(given, unknowns, off)).x[0])
+    problem = Problem(oscillator(wave), unknowns, off)
     inputs = recorded_inputs(problem.scene, {"signals.pull": "50 mV"})
     (error,) = input_errors(problem, np.array([0.5]), inputs, seed=1)
     assert error == pytest.approx(np.std(found), rel=0.5)  # of 12, to a fifth; of 32, to an eighth

@@ -4,16 +4,16 @@ The package is also the verb of its name, ``tarsus.fit(scene, unknowns, residual
 """
 
 from tarsus.base.verb import callable_package
-from tarsus.fit.adapters import cma_es, minimize, pymoo_problem
+from tarsus.fit.adapters import cma_es
 from tarsus.fit.chain import chain
 from tarsus.fit.ensemble import Ensemble
-from tarsus.fit.fitting import FitResult, RunResiduals, fit
+from tarsus.fit.fitting import FitResult, fit
 from tarsus.fit.least_squares import least_squares, least_squares_from
 from tarsus.fit.normal_equations import Descent, Minimum, NormalEquations, descend
 from tarsus.fit.problem import Problem
 from tarsus.fit.ranges import Range, range_of
 from tarsus.fit.residuals import Found, Residuals
-from tarsus.fit.terms import Goal, Limit, Reading, Samples
+from tarsus.fit.terms import Limit, Reading, Samples
 from tarsus.fit.uncertainty import Uncertainty
 from tarsus.fit.unknowns import Prior, Scale, Unknown, Unknowns
 from tarsus.fit.verdict import Verdict
@@ -23,7 +23,6 @@ __all__ = [
     "Ensemble",
     "FitResult",
     "Found",
-    "Goal",
     "Limit",
     "Minimum",
     "NormalEquations",
@@ -32,7 +31,6 @@ __all__ = [
     "Range",
     "Reading",
     "Residuals",
-    "RunResiduals",
     "Samples",
     "Scale",
     "Uncertainty",
@@ -45,9 +43,22 @@ __all__ = [
     "fit",
     "least_squares",
     "least_squares_from",
-    "minimize",
-    "pymoo_problem",
     "range_of",
 ]
 
 callable_package(__name__, "tarsus.fit.fitting:fit")
+
+_FORMER = {
+    "Goal": "tarsus.design, whose objectives are measures by name",
+    "pymoo_problem": "tarsus.design with several objectives, which gives a front",
+    "minimize": "tarsus.fit.least_squares; scipy's takes a problem's cost, gradient and bounds",
+}
+"""What to use in place of names of earlier versions."""
+
+
+def __getattr__(name: str) -> object:
+    if name == "RunResiduals":  # of earlier versions: a problem takes the function in place of terms
+        return Problem
+    if name in _FORMER:
+        raise ImportError(f"tarsus.fit.{name} is gone; use {_FORMER[name]}")
+    raise AttributeError(f"module 'tarsus.fit' has no attribute '{name}'")

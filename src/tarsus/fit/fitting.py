@@ -2,28 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from copy import copy
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
-from tarsus.base.spec import with_values
-from tarsus.files.library import SceneLike, as_scene
+from tarsus.files.library import SceneLike
 from tarsus.fit.doubts import Doubts, as_deep, doubts_of
 from tarsus.fit.input_noise import Inputs, input_errors, recorded_inputs
 from tarsus.fit.least_squares import least_squares_from
 from tarsus.fit.problem import Problem
 from tarsus.fit.ranges import Range
-from tarsus.fit.residuals import FAILED, Found, Residuals, RunsTried, differences
-from tarsus.fit.terms import Term
+from tarsus.fit.residuals import Found
+from tarsus.fit.terms import RunFunction, Term
 from tarsus.fit.unknowns import Ranges, Unknown, Unknowns
 from tarsus.fit.verdict import verdict_of
-from tarsus.model.scene import Scene, seconds_of
-from tarsus.solve import SINGLE_RUN, Accuracy, Run, Shared, simulate_batch
+from tarsus.model.scene import Scene
+from tarsus.solve import Accuracy
 from tarsus.tables.table import ROW, Column, Table, Tabled
 
 NORMAL = 1.959964
@@ -40,77 +37,6 @@ STARTS = 3
 """Starts of a descent: neighbouring valleys of runs whose events differ by one."""
 
 
-class RunResiduals(Residuals):
-    """Residuals that a function makes of a run, in units of their errors; their Jacobian by differences of runs.
-
-    Parameters
-    ----------
-    scene, unknowns, duration, accuracy
-        As `Problem` takes them.
-    function
-        Takes a `Run`, gives residuals (nr,): as many of every run.
-    """
-
-    def __init__(
-        self,
-        scene: SceneLike,
-        unknowns: Sequence[Unknown] | Ranges,
-        function: Callable[[Run], ArrayLike],
-        duration: float | str | None = None,
-        accuracy: Accuracy | None = None,
-    ) -> None:
-        self.scene, self.function = as_scene(scene), function
-        self.unknowns = Unknowns.of(self.scene, unknowns)
-        if any(not own for own in self.unknowns.targets):
-            raise InputError("unknowns: expected a path of the scene for each")
-        self.seconds, self.accuracy, self._shared = (seconds_of(self.scene, duration), accuracy or SINGLE_RUN, Shared())
-        self.tried, self._count = RunsTried(), 1
-        self._priors = np.array([one is not None for one in self.unknowns.priors])
-
-    @property
-    def records(self) -> list[slice]:
-        """Rows of the residuals in the order that the function gives them in: all of a run's."""
-        return [slice(0, self._count)]
-
-    def scene_at(self, x: ArrayLike) -> Scene:
-        """The scene at a point (nu,) of the cube."""
-        return with_values(self.scene, self.unknowns.by_path(self.unknowns.values(self.point(x))))
-
-    def on(self, scene: Scene) -> RunResiduals:
-        """The same of another scene."""
-        other = copy(self)
-        other.scene = scene
-        return other
-
-    def residuals_at(self, points: Floats) -> Floats:
-        if not len(points):
-            return np.zeros((0, 0))
-        values = self.unknowns.values(points)
-        vary = {path: values[:, i] for i, own in enumerate(self.unknowns.targets) for path in own}
-        batch = simulate_batch(self.scene, vary, self.seconds, accuracy=self.accuracy, shared=self._shared)
-        self.tried.note(batch)
-        made = {
-            i: np.atleast_1d(np.asarray(self.function(batch.run(i)), dtype=float))
-            for i in np.flatnonzero(batch.done).tolist()
-        }
-        counts = {len(one) for one in made.values()} or {self._count}
-        if len(counts) > 1:
-            raise InputError("residuals: expected as many numbers of every run")
-        (self._count,) = counts
-        rows = np.full((len(points), self._count), np.nan)
-        for i, one in made.items():
-            rows[i] = one
-        absent = np.flatnonzero(np.isnan(rows[batch.done]).all(axis=0)) if made else ()
-        if len(absent):
-            numbers = ", ".join(str(k + 1) for k in absent)
-            raise InputError(f"residuals: number {numbers} is NaN in all of {len(made)} runs")
-        priors = self.unknowns.prior_residuals(points)[:, self._priors]
-        return np.concatenate([np.where(np.isfinite(rows), rows, FAILED), priors], axis=1)
-
-    def jacobian(self, x: ArrayLike) -> Floats:
-        return differences(self.residuals_at, self.point(x), np.arange(len(self.unknowns)))
-
-
 @dataclass(frozen=True)
 class FitResult(Tabled):
     """A fitted scene: what was found, and the problem it was found for.
@@ -120,7 +46,7 @@ class FitResult(Tabled):
     """
 
     found: Found
-    problem: Problem | RunResiduals
+    problem: Problem
     doubts: Doubts
     valleys: tuple[Found, ...] = ()
 
@@ -206,7 +132,7 @@ class FitResult(Tabled):
 def fit(
     scene: SceneLike,
     unknowns: Sequence[Unknown] | Ranges,
-    residuals: Sequence[Term] | Callable[[Run], ArrayLike],
+    residuals: Sequence[Term] | RunFunction,
     duration: float | str | None = None,
     *,
     accuracy: Accuracy | None = None,
@@ -222,8 +148,8 @@ def fit(
     unknowns
         Numbers of it with their bounds, each an `Unknown`; or bounds by path or short word, ``{"volts": (5, 7)}``.
     residuals
-        Records, readings and limits (`Samples`, `Reading`, `Limit`), which have derivatives; or a function that
-        takes a `Run` and gives (model - data) / error, as many numbers of every run.
+        A function that takes a `Run` and gives (model - data) / error, as many numbers of every run; or a list of such
+        functions, records, readings and limits (`Samples`, `Reading`, `Limit`).
     duration
         Of every run [s], or a text with a unit; the scene's own by default.
     accuracy
@@ -256,10 +182,7 @@ def fit(
     >>> print(f"{1e6 * found.values['robot.feet.tip.gap']:.3f} um, {found.ranges[0].verdict}")
     71.000 um, determined
     """
-    if callable(residuals):
-        problem: Problem | RunResiduals = RunResiduals(scene, unknowns, residuals, duration, accuracy)
-    else:
-        problem = Problem(scene, unknowns, residuals, duration, accuracy)
+    problem = Problem(scene, unknowns, residuals, duration, accuracy)
     inputs = recorded_inputs(problem.scene, noise or {})
     points = problem.unknowns.draws(EVEN * len(problem.unknowns), seed)
     costs = problem.costs(points)
@@ -271,9 +194,7 @@ def fit(
     return _result(problem, every, asked, inputs, seed)
 
 
-def _result(
-    problem: Problem | RunResiduals, every: Sequence[Found], asked: int, inputs: Inputs, seed: int
-) -> FitResult:
+def _result(problem: Problem, every: Sequence[Found], asked: int, inputs: Inputs, seed: int) -> FitResult:
     """The best of all descents, with its doubts, and those of the others that are as deep and lie elsewhere."""
     least = min(one.cost for one in every)
     best = next(one for one in every if one.cost <= least + ALIKE)

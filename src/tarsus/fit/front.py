@@ -5,10 +5,10 @@ The search is that of NSGA-II (Deb et al., IEEE Trans. Evol. Comput. 6, 2002): n
 distance, here with the differences of differential evolution and steps of random length as variation, so that there
 is nothing to tune. Only a function from points to costs is known here; it is asked for many points at a time.
 
-pymoo has the same search and more, and `tarsus.fit.pymoo_problem` gives it any fit. On three known fronts of 3,000
-candidates its own dominates 1.5 to 67 % more than this one; of gaits it finds 1.5 to 11 % faster ones with 256
-candidates, and 11 to 24 % slower ones with the 64 that a round may have. So this one stays: it needs no pymoo, unknowns
-whose range closes on itself (phases) move around the circle, and every point that was asked for is returned.
+pymoo has the same search and more. On three known fronts of 3,000 candidates its own dominates 1.5 to 67 % more than
+this one; of gaits it finds 1.5 to 11 % faster ones with 256 candidates, and 11 to 24 % slower ones with the 64 that a
+round may have. So this one stays: unknowns whose range closes on itself (phases) move around the circle, and every
+point that was asked for is returned.
 """
 
 from __future__ import annotations

@@ -15,7 +15,6 @@ from tarsus.model.drive.waveforms import Sampled
 from tarsus.model.scene import Scene
 
 if TYPE_CHECKING:
-    from tarsus.fit.fitting import RunResiduals
     from tarsus.fit.problem import Problem
 
 DRAWS = 32
@@ -48,7 +47,7 @@ def recorded_inputs(scene: Scene, noise: Mapping[str, float | str]) -> Inputs:
     return found
 
 
-def input_errors(problem: Problem | RunResiduals, x: Floats, inputs: Inputs, seed: int) -> Floats:
+def input_errors(problem: Problem, x: Floats, inputs: Inputs, seed: int) -> Floats:
     """Standard errors (nu,) in the cube that the noise of recorded signals makes, at a point x (nu,) that was found.
 
     Every sample of a signal is drawn anew about its own value, and the numbers follow by one Gauss-Newton step.

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.arrays import Floats
-from tarsus.base.errors import InputError
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.fit.residuals import Found, Residuals
 from tarsus.fit.uncertainty import uncertainty_of
@@ -24,7 +23,7 @@ def least_squares(
     Parameters
     ----------
     problem
-        What is fitted; raises InputError where it has goals, which are no residuals.
+        What is fitted.
     start
         Point (nu,) of the unit cube of the unknowns, its middle unless given.
     rounds
@@ -57,12 +56,7 @@ def least_squares(
 def least_squares_from(
     problem: Residuals, starts: ArrayLike, rounds: int = 50, settled: float = SETTLED
 ) -> list[Found]:
-    """The same from several starts (n, nu), points of the unit cube, whose trials share a batch; in their order.
-
-    Raises InputError as `least_squares`.
-    """
-    if problem.goals_at(np.zeros((0, len(problem.unknowns)))).shape[1]:
-        raise InputError("least_squares: goals are no residuals; use minimize")
+    """The same from several starts (n, nu), points of the unit cube, whose trials share a batch; in their order."""
     own = np.array([problem.point(one) for one in np.atleast_2d(np.asarray(starts, dtype=float))])
     asked, slopes = np.zeros(len(own), dtype=int), np.zeros(len(own), dtype=int)
     last: dict[int, Floats] = {}

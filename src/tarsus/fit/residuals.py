@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tarsus.base.arrays import Floats
 from tarsus.fit.uncertainty import Uncertainty, uncertainty_of
@@ -31,16 +30,6 @@ can go on."""
 STEP = 1e-4
 """Step of differences of runs in the cube: central ones err by the square of it, and by the runs' accuracy over it,
 which at that of single runs is 1e-6 of a residual."""
-
-
-def differences(rows_at: Callable[[Floats], Floats], x: Floats, which: NDArray[np.intp]) -> Floats:
-    """Differences (nr, nc) of rows by some coordinates of the cube, of points to both sides of x (nu,) in one batch; at
-    a side of the cube to the inner one. rows_at: rows (n, nr) at points (n, nu)."""
-    steps = STEP * np.eye(len(x))[which]
-    ahead, behind = np.minimum(x + steps, 1.0), np.maximum(x - steps, 0.0)
-    rows = rows_at(np.concatenate([ahead, behind]))
-    width = (ahead - behind).sum(axis=1)
-    return ((rows[: len(which)] - rows[len(which) :]) / width[:, None]).T
 
 
 class RunsTried:
@@ -63,7 +52,7 @@ class RunsTried:
 
 
 class Residuals(ABC):
-    """A cost ``sum(residuals^2) / 2 + sum(goals)`` of nu unknowns in the unit cube."""
+    """A cost ``sum(residuals^2) / 2`` of nu unknowns in the unit cube."""
 
     unknowns: Unknowns
 
@@ -71,21 +60,14 @@ class Residuals(ABC):
     def residuals_at(self, points: Floats) -> Floats:
         """Residuals (n, nr) at points (n, nu) of the cube, all in one batch."""
 
-    @abstractmethod
     def jacobian(self, x: ArrayLike) -> Floats:
-        """Derivatives (nr, nu) of the residuals at a point (nu,) of the cube."""
-
-    def goals_at(self, points: Floats) -> Floats:
-        """Numbers (n, ng) that shall be small, at points (n, nu); none unless there are goals."""
-        return np.zeros((len(points), 0))
-
-    def goals_jacobian(self, x: ArrayLike) -> Floats:
-        """Their derivatives (ng, nu) at a point (nu,)."""
-        return np.zeros((0, len(self.unknowns)))
-
-    def constraints_at(self, points: Floats) -> Floats:
-        """Constraints (n, nl) at points (n, nu): zero or less where they are met."""
-        return np.zeros((len(points), 0))
+        """Derivatives (nr, nu) of the residuals at a point (nu,) of the cube: central differences of runs in one batch,
+        at a side of the cube to the inner one."""
+        at = self.point(x)
+        steps = STEP * np.eye(len(at))
+        ahead, behind = np.minimum(at + steps, 1.0), np.maximum(at - steps, 0.0)
+        rows = self.residuals_at(np.concatenate([ahead, behind]))
+        return ((rows[: len(at)] - rows[len(at) :]) / (ahead - behind).sum(axis=1)[:, None]).T
 
     @property
     def bounds(self) -> tuple[Floats, Floats]:
@@ -99,7 +81,7 @@ class Residuals(ABC):
     def costs(self, points: ArrayLike) -> Floats:
         """Costs (n,) at points (n, nu) of the cube, all in one batch."""
         many = np.asarray(points, dtype=float)
-        return 0.5 * (self.residuals_at(many) ** 2).sum(axis=1) + self.goals_at(many).sum(axis=1)
+        return 0.5 * (self.residuals_at(many) ** 2).sum(axis=1)
 
     def cost(self, x: ArrayLike) -> float:
         """Cost at a point (nu,) of the cube."""
@@ -108,7 +90,7 @@ class Residuals(ABC):
     def gradient(self, x: ArrayLike) -> Floats:
         """Gradient (nu,) of the cost at a point (nu,) of the cube."""
         at = self.point(x)
-        return self.residuals(at) @ self.jacobian(at) + self.goals_jacobian(at).sum(axis=0)
+        return self.residuals(at) @ self.jacobian(at)
 
     def uncertainty(self, x: ArrayLike) -> Uncertainty:
         """Standard errors [SI] and correlations (nu, nu) at a point (nu,) of the cube, from the Jacobian there."""
