@@ -9,8 +9,7 @@ from typing import Any
 from tarsus.calibrate.description import TableSampling
 from tarsus.files.library import changed
 from tarsus.model.scene import Scene
-from tarsus_reproduce.compared import TableComparison, compared_rows, compared_section, named, summary_of
-from tarsus_reproduce.ensembles import packaged_errors
+from tarsus_reproduce.compared import ComparedTable, TableComparison
 from tarsus_reproduce.reproduction import Progress, Reproduction, numbers_table
 from tarsus_reproduce.rows import CANTILEVER, packaged_rows, read_rows
 
@@ -48,19 +47,14 @@ def reproduce_cantilever(
     """Predict every row of Table A.1, and of a rows file, by a device of one drive and one foot, or by the packaged
     ensemble; arguments and errors as for `tarsus_reproduce.verb.reproduce`."""
     printed = packaged_rows(CANTILEVER) + (read_rows(rows, CANTILEVER) if rows is not None else [])
-    ensemble = PERIODS.ensemble(device, "cantilever")
-    done = compared_rows(PERIODS, ensemble, printed, progress)
-    name = device or named("cantilever", ensemble)
-    plain = [row.to_dict(CANTILEVER) for row in done]
-    problems = tuple(f"{row.case}: {one}" for row in done for one in row.problems)
-    calibration = packaged_errors("cantilever") if device is None else None
+    found = ComparedTable.of(PERIODS, "cantilever", device, printed, progress)
     return Reproduction(
         name="cantilever",
         title="Micro-cantilever under periodic drive",
-        about=f"{name}, {len(done)} drives",
-        data={"device": name, "ok": not problems, "rows": plain, "summary": summary_of(CANTILEVER, done)},
-        rows=numbers_table("", [one for row in done for one in row.numbers(PERIODS)], repeated=True),
-        sections=(compared_section(PERIODS, "Table A.1", done, [NOTE], calibration, CAPTION),),
-        problems=problems,
+        about=f"{found.device}, {len(found.rows)} drives",
+        data=found.to_dict(),
+        rows=numbers_table("", found.numbers, repeated=True),
+        sections=(found.section("Table A.1", [NOTE], CAPTION),),
+        problems=found.problems,
         footer=FOOTER,
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from tarsus.calibrate.weighted_ensemble import WeightedEnsemble
 from tarsus.files.library import load_scene
 from tarsus.model.scene import Scene, Source
 from tarsus.tables import Column, Section, Table
-from tarsus_reproduce.ensembles import device_ensemble, packaged_ensemble
+from tarsus_reproduce.ensembles import device_ensemble, packaged_ensemble, packaged_errors
 from tarsus_reproduce.reproduction import CALIBRATED, PREDICTED, FigureCall, NumberRow, Progress, numbers_table
 from tarsus_reproduce.rows import PrintedQuantity, PrintedRow, PrintedTable, packaged_rows
 
@@ -48,11 +48,6 @@ class TableComparison:
     driven: Callable[[Scene, Mapping[str, Any]], Scene]
     sampling: TableSampling
     share: str
-
-    def ensemble(self, device: str | None, packaged: str) -> WeightedEnsemble:
-        """That of a device by name or file; of the packaged experiment where no device is named."""
-        own = None if device is not None else packaged_ensemble(packaged)
-        return own or device_ensemble(self.study, load_scene(device or packaged), self.driven)
 
     def row(self, ensemble: WeightedEnsemble, printed: PrintedRow) -> ComparedRow:
         """Predict a row."""
@@ -137,23 +132,78 @@ class ComparedRow:
         return [*rows, NumberRow(self.case, self.role, how.share, "%", None, None, (chance, math.nan, math.nan))]
 
 
-def compared_rows(
-    how: TableComparison, ensemble: WeightedEnsemble, printed: Sequence[PrintedRow], progress: Progress | None
-) -> tuple[ComparedRow, ...]:
-    """All rows of a table."""
-    done: list[ComparedRow] = []
-    for one in printed:
-        if progress is not None:
-            frequency = "" if one.freq_hz is None else f"{one.freq_hz:g} Hz, "
-            progress(len(done), len(printed), f"{frequency}{one.words}")
-        done.append(how.row(ensemble, one))
-    return tuple(done)
+@dataclass(frozen=True)
+class ComparedTable:
+    """A table as predicted.
 
+    device: in words; runs: of every row; calibration: what that of the packaged ensemble says of its errors, None of a
+    device that is named.
+    """
 
-def named(device: str, ensemble: WeightedEnsemble) -> str:
-    """A packaged device, or its ensemble, in words."""
-    count = sum(len(one.weights) for one in ensemble.ensembles)
-    return device if count == 1 else f"{device}, a weighted ensemble of {count}"
+    how: TableComparison
+    device: str
+    runs: int
+    rows: tuple[ComparedRow, ...]
+    calibration: Mapping[str, Any] | None
+
+    @classmethod
+    def of(
+        cls,
+        how: TableComparison,
+        packaged: str,
+        device: str | None,
+        printed: Sequence[PrintedRow],
+        progress: Progress | None = None,
+        *,
+        draws: int = 1,
+    ) -> ComparedTable:
+        """Rows predicted by a device, or by the ensemble of the packaged one where none is named; draws: initial states
+        of every row, shared out over the members, one each at least."""
+        own = None if device is not None else packaged_ensemble(packaged)
+        ensemble = own or device_ensemble(how.study, load_scene(device or packaged), how.driven)
+        members = sum(len(one.weights) for one in ensemble.ensembles)
+        each = math.ceil(draws / members)
+        how = replace(how, sampling=how.sampling.model_copy(update={"draws": each}))
+        done: list[ComparedRow] = []
+        for one in printed:
+            if progress is not None:
+                frequency = "" if one.freq_hz is None else f"{one.freq_hz:g} Hz, "
+                progress(len(done), len(printed), f"{frequency}{one.words}")
+            done.append(how.row(ensemble, one))
+        words = device or (packaged if members == 1 else f"{packaged}, a weighted ensemble of {members}")
+        return cls(how, words, members * each, tuple(done), packaged_errors(packaged) if device is None else None)
+
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """Sentences of the runs that did not reach their end."""
+        return tuple(f"{row.case}: {one}" for row in self.rows for one in row.problems)
+
+    @property
+    def numbers(self) -> list[NumberRow]:
+        """Every number of every row."""
+        return [number for row in self.rows for number in row.numbers(self.how)]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data: lengths in um, times in ms, rates in 1/s."""
+        table = self.how.table
+        return {
+            "device": self.device,
+            "runs": self.runs,
+            "ok": not self.problems,
+            "rows": [row.to_dict(table) for row in self.rows],
+            "summary": summary_of(table, self.rows),
+        }
+
+    def section(self, title: str, notes: Sequence[str], caption: str) -> Section:
+        """Figures of merit, what the calibration says of each row that was excluded, every number, and their figure."""
+        files = dict.fromkeys(row.printed.origin for row in self.rows if row.printed.origin != "packaged")
+        stars = [f"* = from {name}." for name in files]
+        excluded = () if self.calibration is None else (_excluded_table(self.how.table, self.calibration),)
+        merits = merits_table(self.how.table, summary_of(self.how.table, self.rows))
+        shown = numbers_table(f"{title}, row by row", self.numbers, [*notes, *stars])
+        return Section(
+            title, FigureCall("numbers_figure.numbers_figure", self.numbers, caption), merits, *excluded, shown
+        )
 
 
 # Figures of merit
@@ -233,25 +283,6 @@ def summary_of(table: PrintedTable, rows: Sequence[ComparedRow]) -> dict[str, An
 
 
 # What is shown
-
-
-def compared_section(
-    how: TableComparison,
-    title: str,
-    rows: Sequence[ComparedRow],
-    notes: Sequence[str],
-    calibration: Mapping[str, Any] | None,
-    caption: str,
-) -> Section:
-    """Figures of merit, what the calibration says of each row that was excluded, every number, and their figure."""
-    numbers = [number for row in rows for number in row.numbers(how)]
-    files = dict.fromkeys(row.printed.origin for row in rows if row.printed.origin != "packaged")
-    stars = [f"* = from {name}." for name in files]
-    excluded = () if calibration is None else (_excluded_table(how.table, calibration),)
-    merits = merits_table(how.table, summary_of(how.table, rows))
-    shown = numbers_table(f"{title}, row by row", numbers, [*notes, *stars])
-    figure = FigureCall("numbers_figure.numbers_figure", numbers, caption)
-    return Section(title, figure, merits, *excluded, shown)
 
 
 def merits_table(table: PrintedTable, summary: Mapping[str, Any]) -> Table:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -10,12 +11,21 @@ import numpy as np
 
 from tarsus.files.library import load_scene
 from tarsus.impacts.energy import creation_warning
+from tarsus.model.scene import Scene
 from tarsus.tables import Column, Section, Table
-from tarsus_reproduce.compared import compared_section
-from tarsus_reproduce.impacts import ImpactEnergies, impact_energies, printed_column
+from tarsus_reproduce.compared import ComparedTable
+from tarsus_reproduce.impacts import (
+    ImpactEnergies,
+    MapRow,
+    ModeRow,
+    impact_energies,
+    map_rows,
+    mode_rows,
+    printed_column,
+)
 from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction, numbers_table
 from tarsus_reproduce.robot_runs import AIR_GAP, AirRun, Near, check_device, robot_runs, share_made
-from tarsus_reproduce.robots import MEAN_HEIGHT, OBSERVED, SEEDS, SETTLE, WINDOW, WINDOWS, RobotRows, robot_rows
+from tarsus_reproduce.robots import MEAN_HEIGHT, OBSERVED, SEEDS, SETTLE, WINDOW, robot_table
 
 ROUNDING = 1e-9
 """Gains of kinetic energy and energies that differ by less of their size are one: sums of a run round far below."""
@@ -35,11 +45,12 @@ def reproduce_robot(
     progress: Progress | None = None,
 ) -> Reproduction:
     """A robot beside Table 3.2, with single runs over the ground and in the air; parameters and errors as for
-    `tarsus_reproduce.robots.robot_rows`. The single runs are of the named device, or of the packaged one."""
+    `tarsus_reproduce.robots.robot_table`. The single runs are of the named device, or of the packaged one."""
     name = device or robot
     scene = load_scene(name)
     check_device(scene, name)
-    found = robot_rows(robot, device, rows, seeds=seeds, progress=progress)
+    found = robot_table(robot, device, rows, seeds=seeds, progress=progress)
+    modes, maps = mode_rows(scene, robot), map_rows(scene, robot)
     near, air = robot_runs(robot, scene, progress)
     struck = near[min(1, len(near) - 1)]  # the second row, a square wave
     energies, caution = impact_energies(struck.run, robot), creation_warning(scene)
@@ -55,23 +66,38 @@ def reproduce_robot(
         },
     }
     known = tuple(one for one in air if one.run.ok)
-    told = {"ok": not problems, "in_air": [one.to_dict() for one in known], "impact_energies": made}
+    data = {
+        "robot": robot,
+        "mean_um_is": MEAN_HEIGHT,
+        **found.to_dict(),
+        "ok": not problems,
+        "modes": [asdict(one) for one in modes],
+        "impact_maps": [asdict(one) for one in maps],
+        "in_air": [one.to_dict() for one in known],
+        "impact_energies": made,
+    }
     return Reproduction(
         name=robot,
         title=f"The {robot} on its bouncing foot",
         about=f"Device {found.device}",
-        data={**found.to_dict(), **told},
-        rows=numbers_table("", [one for row in found.rows for one in row.numbers(WINDOWS)], repeated=True),
-        sections=(_heights(found), _over_ground(near), _in_air(known), _modes(found), _maps(found, struck, energies)),
+        data=data,
+        rows=numbers_table("", found.numbers, repeated=True),
+        sections=(
+            _heights(robot, found),
+            _over_ground(near),
+            _in_air(known),
+            _modes(robot, scene, modes),
+            _maps(scene, maps, struck, energies),
+        ),
         problems=problems,
         cautions=() if caution is None else (caution,),
         footer=FOOTER,
     )
 
 
-def _heights(found: RobotRows) -> Section:
+def _heights(robot: str, found: ComparedTable) -> Section:
     if not found.rows:
-        nothing = f"The source prints no table of heights for the {found.robot}."
+        nothing = f"The source prints no table of heights for the {robot}."
         return Section("Heights and bounces", _sentence(nothing))
     notes = [
         f"Every number of ours is the median over windows of {1e3 * WINDOW:g} ms, as the table's counts in multiples "
@@ -83,7 +109,7 @@ def _heights(found: RobotRows) -> Section:
         "medians over the windows of all seeds, lines hold 80 % of the windows; where a mark is missing nothing was "
         "measured."
     )
-    return compared_section(WINDOWS, "Table 3.2", found.rows, notes, found.calibration, caption)
+    return found.section("Table 3.2", notes, caption)
 
 
 def _sentence(words: str) -> Table:
@@ -117,12 +143,12 @@ def _in_air(air: Sequence[AirRun]) -> Section:
     return Section("Motion in the air", FigureCall("robot_figures.air_motion", air) if air else None, shown)
 
 
-def _modes(found: RobotRows) -> Section:
+def _modes(robot: str, scene: Scene, modes: Sequence[ModeRow]) -> Section:
     title = "Modes and the printed impact matrix"
-    if not found.modes:
+    if not modes:
         nothing = "The device's points are not those of the printed matrix, so no mode can be compared."
         return Section(title, _sentence(nothing))
-    points, column = found.scene.robot.structure.points, printed_column(found.robot)
+    points, column = scene.robot.structure.points, printed_column(robot)
 
     columns = (
         "mode",
@@ -130,17 +156,17 @@ def _modes(found: RobotRows) -> Section:
         Column("MAC", digits=3),
         *(Column(one, digits=3, over="shape") for one in points),
     )
-    rows: list[tuple[Any, ...]] = [(str(mode.number), mode.freq_hz, mode.mac, *mode.shape) for mode in found.modes]
+    rows: list[tuple[Any, ...]] = [(str(mode.number), mode.freq_hz, mode.mac, *mode.shape) for mode in modes]
     rows.append(("printed", None, None, *column.tolist()))
     note = (
         "MAC: likeness of the mode and the printed CoR column, 1 = the same shape; the last line is that column. "
         "Shapes are relative to the struck foot."
     )
-    shapes = FigureCall("robot_figures.mode_shapes", found.modes, column, points)
+    shapes = FigureCall("robot_figures.mode_shapes", modes, column, points)
     return Section(title, shapes, Table("Modes and the printed CoR column", columns, rows, (note,)))
 
 
-def _maps(found: RobotRows, struck: Near, energies: ImpactEnergies) -> Section:
+def _maps(scene: Scene, maps: Sequence[MapRow], struck: Near, energies: ImpactEnergies) -> Section:
     columns = (
         "map",
         Column("restitution"),
@@ -148,14 +174,14 @@ def _maps(found: RobotRows, struck: Near, energies: ImpactEnergies) -> Section:
         Column("as it is", digits=3, over="worst gain"),
         Column("made passive", digits=3, over="worst gain"),
     )
-    rows = [(one.map, one.restitution, one.skew, one.worst_gain, one.passive_worst_gain) for one in found.maps]
+    rows = [(one.map, one.restitution, one.skew, one.worst_gain, one.passive_worst_gain) for one in maps]
     flagged = [
         (k, 3 + j)
-        for k, one in enumerate(found.maps)
+        for k, one in enumerate(maps)
         for j, gain in enumerate((one.worst_gain, one.passive_worst_gain))
         if gain > 1.0 + ROUNDING
     ]
-    impact = found.scene.ground.impact
+    impact = scene.ground.impact
     acting = (
         "The device's ground has no impact law of its own: mass-weighted."
         if impact is None

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from tarsus.base.errors import InputError
 from tarsus.calibrate.description import TableSampling
-from tarsus.files.library import changed, load_scene
+from tarsus.files.library import changed
 from tarsus.model.drive.waveforms import Sine, Square
 from tarsus.model.scene import Scene
-from tarsus_reproduce.compared import ComparedRow, TableComparison, compared_rows, named, summary_of
-from tarsus_reproduce.ensembles import packaged_errors
-from tarsus_reproduce.impacts import MapRow, ModeRow, map_rows, mode_rows
+from tarsus_reproduce.compared import ComparedTable, TableComparison
 from tarsus_reproduce.reproduction import Progress
 from tarsus_reproduce.rows import HEIGHTS, PrintedRow, packaged_rows, read_rows
 
@@ -33,70 +29,26 @@ MEAN_HEIGHT = "mean of the flights' highest points"
 over time against it."""
 
 
-@dataclass(frozen=True)
-class RobotRows:
-    """All rows of a robot, and what its impact maps do; runs: of every row; calibration: what that of the packaged
-    ensemble says."""
-
-    robot: str
-    device: str
-    scene: Scene
-    rows: tuple[ComparedRow, ...]
-    modes: tuple[ModeRow, ...]
-    maps: tuple[MapRow, ...]
-    runs: int
-    calibration: Mapping[str, Any] | None = None
-
-    @property
-    def problems(self) -> list[str]:
-        """Sentences of the runs that did not reach their end."""
-        return [f"{row.case}: {problem}" for row in self.rows for problem in row.problems]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data: `robot`, `device`, `rows`, `summary`, `modes`, `impact_maps`; lengths in um, rates in 1/s."""
-        return {
-            "robot": self.robot,
-            "device": self.device,
-            "mean_um_is": MEAN_HEIGHT,
-            "runs": self.runs,
-            "ok": not self.problems,
-            "rows": [row.to_dict(HEIGHTS) for row in self.rows],
-            "summary": summary_of(HEIGHTS, self.rows),
-            "modes": [asdict(mode) for mode in self.modes],
-            "impact_maps": [asdict(one) for one in self.maps],
-        }
-
-
 def printed_rows(robot: str) -> list[PrintedRow]:
     """The rows of Table 3.2; none for the quadruped, of which no table is printed."""
     return packaged_rows(HEIGHTS) if robot == "hexapod" else []
 
 
-def robot_rows(
+def robot_table(
     robot: str,
     device: str | None = None,
     rows: str | Path | None = None,
     *,
     seeds: int = SEEDS,
     progress: Progress | None = None,
-) -> RobotRows:
+) -> ComparedTable:
     """Predict every row of Table 3.2, and of a rows file, over many seeds of initial state.
 
-    robot: ``"hexapod"`` or ``"quadruped"``, whose table and printed matrices are compared; seeds are shared out over
-    the members of an ensemble, one at least for each; modes and impact maps are those of the device. Other arguments
-    and errors as for `tarsus_reproduce.verb.reproduce`.
+    robot: ``"hexapod"`` or ``"quadruped"``, whose table is compared. Other arguments and errors as for
+    `tarsus_reproduce.verb.reproduce`.
     """
     printed = printed_rows(robot) + (_added(rows) if rows is not None else [])
-    ensemble = WINDOWS.ensemble(device, robot)
-    members = sum(len(one.weights) for one in ensemble.ensembles)
-    sampling = WINDOWS.sampling.model_copy(update={"draws": math.ceil(seeds / members)})
-    done = compared_rows(replace(WINDOWS, sampling=sampling), ensemble, printed, progress)
-    scene = load_scene(device or robot)
-    calibration = packaged_errors(robot) if device is None else None
-    modes, maps = mode_rows(scene, robot), map_rows(scene, robot)
-    return RobotRows(
-        robot, device or named(robot, ensemble), scene, done, modes, maps, members * sampling.draws, calibration
-    )
+    return ComparedTable.of(WINDOWS, robot, device, printed, progress, draws=seeds)
 
 
 def _added(path: str | Path) -> list[PrintedRow]:

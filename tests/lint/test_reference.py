@@ -75,7 +75,7 @@ FIRST = (
     "calibrate.calibrating.calibrate",
     "load_ensemble",
     "fit.least_squares",
-    "fit.minimize",
+    "fit.least_squares",
     "design.gait",
     "design.landing",
     "design.standing",

@@ -9,7 +9,6 @@ from modes.real_sets import beam, cued, vtb
 from tarsus.base.errors import InputError
 from tarsus.modes import ModeVerdict, identify_modes
 from tarsus.modes.intervals import Basis
-from tarsus_reproduce.circle import fit_mode_circle
 
 CUED = np.array(
     [(251.692, 0.2695), (608.920, 0.264), (843.742, 0.277), (1028.341, 0.367), (1119.900, 0.245), (1427.288, 0.319)]
@@ -87,20 +86,3 @@ def test_modes_between_the_lines_keep_their_frequency_and_lose_their_damping():
     with pytest.raises(InputError, match=r"half-power band of 0\.\d+ Hz is below the line spacing of 1 Hz") as caught:
         fit.structure()
     assert len(caught.value.problems) == 6
-
-
-@pytest.mark.parametrize("near", BEAM)
-def test_a_circle_through_modes_between_the_lines_is_refused(near):
-    responses = beam()
-    for values in responses.values[1:, 0, 1:] / (2.0j * np.pi * responses.frequency[1:]):
-        with pytest.raises(InputError, match="under-resolved"):
-            fit_mode_circle(responses.frequency[1:], values, near)
-
-
-@pytest.mark.parametrize(("near", "ratio"), CUED)
-def test_circles_of_the_six_modes(near, ratio):
-    responses = cued().between(20.0, 1500.0)
-    mobility = responses.values[0, 0] / (2.0j * np.pi * responses.frequency)
-    fit = fit_mode_circle(responses.frequency, mobility, near)
-    assert fit.frequency == pytest.approx(near, rel=1e-3)
-    assert 100.0 * fit.damping_ratio == pytest.approx(ratio, rel=0.15)

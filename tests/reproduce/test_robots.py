@@ -16,7 +16,7 @@ def found(tmp_path_factory):
     """Rows of the best device with two seeds, and one more row."""
     rows = tmp_path_factory.mktemp("rows") / "mine.csv"
     rows.write_text("square,10,5,200,30,12\n", encoding="utf-8")
-    return robots.robot_rows("hexapod", "hexapod", rows, seeds=2)
+    return robots.robot_table("hexapod", "hexapod", rows, seeds=2)
 
 
 def test_like_is_compared_with_like(found):
@@ -45,13 +45,13 @@ def test_a_frequency_that_would_take_hours_is_refused(tmp_path):
     path = tmp_path / "fast.csv"
     path.write_text("wave,volt_v,gap_um,freq_hz\nsine,10,5,1e9\n", encoding="utf-8")
     with pytest.raises(ts.InputError, match="1e\\+09"):
-        robots.robot_rows("hexapod", "hexapod", path)
+        robots.robot_table("hexapod", "hexapod", path)
 
 
 def test_seeds_are_shared_out_over_the_packaged_ensemble(monkeypatch):
     rows = robots.printed_rows("hexapod")[:1]
     monkeypatch.setattr(robots, "printed_rows", lambda robot: rows)
-    result = robots.robot_rows("hexapod", seeds=50)
+    result = robots.robot_table("hexapod", seeds=50)
     assert "ensemble of 48" in result.device
     assert result.runs == 2 * 48  # fifty initial states for 48 members: two each
 
