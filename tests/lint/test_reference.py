@@ -75,7 +75,6 @@ FIRST = (
     "calibrate.calibrating.calibrate",
     "load_ensemble",
     "fit.least_squares",
-    "fit.least_squares",
     "design.gait",
     "design.landing",
     "design.standing",
