@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -51,26 +52,23 @@ def overlays_of(found: Atlas, what: str | os.PathLike[str]) -> list[Overlay]:
 
 
 def branches_over(found: Atlas, count: int, threads: Workers = None) -> list[Overlay]:
-    """What happens to the periodic motion along so many lines of constant y, both ways (`tarsus.branch`): a mark each,
-    by its kind. A line on which no motion is found has none. Raises InputError for fewer than 1 line."""
+    """What happens to the periodic motions at both ends of so many lines of constant y along them (`tarsus.branch`): a
+    mark each, by its kind. A line on which no motion is found has none. Raises InputError for fewer than 1 line."""
     if count < 1:
         raise InputError(InputProblem.at("branch", f"expected a number of lines of 1 or more, got {count}"))
-    from tarsus.orbits import branch
+    from tarsus.orbits.branching import Tracer
 
     x, y = found.x, found.y
-    levels = y.at((np.arange(count) + 0.5) / count).tolist()
-    ways = [(level, ends) for level in levels for ends in ((x.low, x.high), (x.high, x.low))]
 
-    def followed(way: tuple[float, tuple[float, float]]) -> list[tuple[str, float, float]]:
-        level, ends = way
-        try:
-            made = branch(with_values(found.scene, {y.path: level}), {x.path: ends}, starts=0)
-        except InputError:
-            return []
-        return [(one.kind, one.at, level) for one in made.special]
+    def followed(level: float) -> list[tuple[str, float, float]]:
+        tracer = Tracer(with_values(found.scene, {y.path: level}), x.path, x.unit, (x.low, x.high), False, None)
+        for tracer.ends in ((x.low, x.high), (x.high, x.low)):
+            with contextlib.suppress(InputError):
+                tracer.own(None)
+        return [(one.kind, one.at, level) for made in tracer.branches for one in made.special]
 
     marks: dict[str, list[tuple[float, float]]] = {}
-    for some in spread(followed, ways, threads):
+    for some in spread(followed, y.at((np.arange(count) + 0.5) / count).tolist(), threads):
         for kind, *place in some:
             marks.setdefault(kind, []).append((place[0], place[1]))
     return [Overlay(f"{kind} of a branch", (np.array(own),), marks=True) for kind, own in marks.items()]

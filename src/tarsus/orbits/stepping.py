@@ -29,6 +29,8 @@ thirty points; below the last a branch ends."""
 SPACING = 2.5e-3
 """Distance along a branch over which its events are compared: a dot of a figure. Two changes that undo each other in
 less may be passed over."""
+CLOSER = 4
+"""How often distances are halved at which events that change unevenly are compared, before points are sought there."""
 TURN = 0.9
 """Least cosine between the tangents of neighbouring points: a sharper turn is taken in shorter steps."""
 STRAIGHT = 0.99
@@ -116,7 +118,7 @@ class Stepper:
         at, count = between(follower, now, now, target), max(math.ceil(self._to(target) / SPACING), 2)
         looks = [now.orbit, *self._returns(target, np.arange(1, count) / count), target.orbit]
         for k in range(1, count):
-            if self._same(looks[k - 1 : k + 2]):
+            if self._same(looks[k - 1 : k + 2], target, (k - 1) / count, (k + 1) / count):
                 continue
             one, two = at((k - 1) / count), at((k + 1) / count)
             earlier = None if one is None or two is None else change_seen(follower, now, one, two)
@@ -134,14 +136,24 @@ class Stepper:
         except InputError:
             return [None] * len(parts)
 
-    def _same(self, looks: Sequence[Orbit | None]) -> bool:
+    def _same(
+        self, looks: Sequence[Orbit | None], target: Point, low: float, high: float, closer: int = CLOSER
+    ) -> bool:
         """Whether three returns at equal distances have the events of the point, which change evenly from one to the
-        next."""
+        next; or do from closer by, as where what they change by is itself 0 between them."""
         one, middle, two = looks
         if one is None or middle is None or two is None:
             return False
-        kinds = {each.sequence for each in (one, middle, two)}
-        return kinds == {self.now.sequence} and uneven(*halves(one, middle, two)) is None
+        if {each.sequence for each in (one, middle, two)} != {self.now.sequence}:
+            return False
+        first, second = halves(one, middle, two)
+        worst = uneven(first, second)
+        if worst is None or not closer:
+            return worst is None
+        half = 0.5 * (low + high)
+        low, high, one, two = (low, half, one, middle) if first[worst] > second[worst] else (half, high, middle, two)
+        between = self._returns(target, np.array([0.5 * (low + high)]))
+        return self._same([one, *between, two], target, low, high, closer - 1)
 
     def _before(self, found: Change) -> tuple[Point | None, Change | None]:
         """The last point before a change that is further away, and the change; no change where the motion jumps there.
