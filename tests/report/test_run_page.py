@@ -22,7 +22,7 @@ from tarsus.model.values import ValueRow, grouped, value_rows
 from tarsus.report import write_report
 from tarsus.report.figures import turns_of
 from tarsus.report.run_page import MOST_EVENTS, report_html
-from tarsus.report.series import contact_intervals, drive_period, foot_traces, series_of
+from tarsus.report.series import contact_intervals, drive_period, series_of
 from tarsus.report.sheet import Sheet, figure_style, to_svg
 from tarsus.solve.codes import EVENT_TYPE
 from tarsus.tables.numbers import amount
@@ -163,10 +163,10 @@ def test_drive_periods_lie_over_each_other_where_there_are_some(scene: ts.Scene,
     text = Page(report_html(ts.simulate(scene, 0.012))).text
     assert "over one drive period" not in text and "last 2 drive periods" not in text
     assert "over one drive period (20 ms): the last 4 of them" in page.text
-    (trace,) = foot_traces(series_of(run))
-    heights = [height for _, height in turns_of(trace)]
+    series = series_of(run)
+    heights = [height for _, height in turns_of(series, 0)]
     assert len(heights) == 4 and np.ptp(heights[-1]) > 100e-6
-    seen = trace.height[trace.inside((0.06, 0.08))]
+    seen = series["gap"][0][series.inside((0.06, 0.08))]
     ends = (heights[-1].min(), heights[-1].max())
     assert ends == pytest.approx((seen.min(), seen.max()), abs=0.01 * np.ptp(seen))
 

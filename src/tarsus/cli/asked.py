@@ -135,25 +135,31 @@ class Asked:
             words = given.pop(many, ()) if many else ()
             yield lambda: loaded(command.function)(*words, **given)
 
-    def carry_out(self) -> int:
-        """Call the function, write what it returns, and show it."""
-        folder, command = self.folder(), self.command
+    def carry_out(self, **more: Any) -> int:
+        """Call the function, with more arguments than were written, write what it returns, and show it."""
+        folder, taken = self.folder(), self.command.taken
         assert self.arguments is not None  # what is wrong with them is said before a folder is looked at
         self.check(folder)
-        inside = {"output": folder} if "output" in command.taken else None
+        inside = next((name for name in ("output", "folder") if name in taken), None)
         with contextlib.ExitStack() as stack:
             if inside is not None:  # the function itself writes there
                 stack.enter_context(self.writing(folder))
-            with self.calling(**(inside or {})) as function:
+                more[inside] = folder
+            with self.calling(**more) as function:
                 found = function()
             if inside is None:
                 stack.enter_context(self.writing(folder))
-            written = [] if folder is None else [*self._written(found, folder), *self.paged(found, folder)]
-        return self.show(found, written if inside is None else [folder] if folder else [])
+            written = [] if folder is None else self._written(found, folder)
+        return self.show(found, written)
 
     def _written(self, found: Any, folder: Path) -> Written:
-        """Files of a result, where the function did not write them."""
-        return list(loaded(self.command.write)(found, folder)) if self.command.write else []
+        """Files of a result and its page; the folder alone where the function wrote them, or the result does."""
+        command = self.command
+        files = loaded(command.write)(found, folder) if command.write else ()
+        if not command.write and "output" not in command.taken:
+            found.write(folder)
+        pages = self.paged(found, folder)
+        return [*files, *pages] if command.write and "output" not in command.taken else [folder]
 
     def paged(self, found: Any, folder: Path | None) -> Written:
         """The page of a result, where one is wanted: its text or, of several, what writes them."""

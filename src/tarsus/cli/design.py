@@ -7,7 +7,6 @@ NAME=VALUE, or both, of which the words prevail. `tarsus design request VERB` pr
 
 from __future__ import annotations
 
-import contextlib
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from cyclopts import App
 from tarsus.base.errors import InputError
 from tarsus.cli.asked import Asked
 from tarsus.cli.line import line_of
-from tarsus.cli.options import HERE, PAGES, UNCHANGED, Changes, Grounds, Many, MaybeFolder, Pages, Resume, Work
+from tarsus.cli.options import Grounds, Many
 from tarsus.cli.verb import Verb
 
 design = App(name="design", help="What a description or a signal should be, given what it should do.")
@@ -72,34 +71,20 @@ def named(asked: Asked, *, free: Many = None, limits: Many = None, over: Grounds
     twice = [f"--request {name}: the line itself names it already" for name in said if name in given]
     if twice:
         raise InputError(twice)
-    return _made(asked, {**given, **said, "request": Path(files[0]) if files else None})
+    return asked.carry_out(**{**given, **said, "request": Path(files[0]) if files else None})
 
 
 for _verb, _row in NAMED.items():
     design.command(line_of(_row, f"design {_verb}", named), name=_verb)
 
 
-@design.default
-def whole(
-    file: Path,
-    /,
-    *,
-    output: MaybeFolder = None,
-    request: Many = None,
-    changes: Changes = UNCHANGED,
-    work: Work = HERE,
-    resume: Resume = False,
-    pages: Pages = PAGES,
-) -> int:
-    """Find what is best by the words of a file: scene, free, objective, limits, over and risk.
+def whole(asked: Asked, file: Path, /, *, request: Many = None) -> int:
+    """The words of a file.
 
     Parameters
     ----------
     file
-        a TOML file; `tarsus design request design` prints one to begin with.
-    output
-        folder for designs.json (of a walker gaits.json), front.csv, report.html, and the scene and the page of every
-        design of the front.
+        A TOML file; `tarsus design request design` prints one to begin with.
     request
         NAME=VALUE, one setting in place of that of the file; may be repeated.
     """
@@ -112,8 +97,10 @@ def whole(
     scene = settings_of(DesignSettings, file, **given).scene
     if scene is None:
         raise InputError(f"{file}: scene: name a device or a scene file")
-    words = {"output": output, "work": work, "pages": pages, "resume": resume}
-    return _made(Asked(GRAMMAR, "design", words), {**given, "scene": changes.scene(scene), "request": file})
+    return asked.carry_out(**{**given, "scene": asked.changes.scene(scene), "request": file})
+
+
+design.default(line_of(GRAMMAR, "design", whole))
 
 
 @design.command
@@ -128,29 +115,6 @@ def request(verb: str, /) -> int:
     from tarsus.design.request import settings_text
 
     print(settings_text(verb), end="")
-    return 0
-
-
-def _made(asked: Asked, given: dict[str, Any]) -> int:
-    """Make a design in its folder, with its page, and show it; one that can be resumed keeps its runs there."""
-    from tarsus.cli import console
-
-    output, keeps = asked.folder(), "resume" in asked.words
-    asked.check(output)
-    with contextlib.ExitStack() as stack:
-        if keeps:
-            stack.enter_context(asked.writing(output))
-        with asked.calling(**given, **({"folder": output} if keeps else {})) as function:
-            found = function()
-        if not keeps:
-            stack.enter_context(asked.writing(output))
-        written = [] if output is None else [found.write(output)]
-        asked.paged(found, output)
-    if asked.pages.json:
-        console.print_json(found.to_dict())
-    else:
-        console.table(found.table())
-        console.wrote(written)
     return 0
 
 

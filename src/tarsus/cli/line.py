@@ -34,7 +34,10 @@ def line_of(command: Verb, verb: str, hook: Callable[..., int] | None = None) ->
         bound = signature.bind(*words, **given)
         bound.apply_defaults()
         asked = Asked(command, verb, bound.arguments)
-        return asked.carry_out() if hook is None else hook(asked, **{name: asked.words[name] for name in own})
+        if hook is None:
+            return asked.carry_out()
+        places = [bound.arguments[name] for name, one in own.items() if one.kind is one.POSITIONAL_ONLY]
+        return hook(asked, *places, **{name: bound.arguments[name] for name in list(own)[len(places) :]})
 
     call.__name__ = call.__qualname__ = verb
     call.__doc__ = command.declared.purpose
@@ -48,6 +51,8 @@ def _arguments(command: Verb, own: dict[str, inspect.Parameter]) -> list[inspect
     found = []
     for place, argument in enumerate(command.taken.values()):
         if argument.name in MADE or argument.name in own:
+            continue
+        if argument.type in SCENES and argument.default is None:  # which a file of settings names
             continue
         if argument.type in SCENES:
             type_, default = Annotated[str, Parameter(help=argument.said)], argument.default

@@ -7,17 +7,13 @@ from typing import Any
 
 from tarsus.base.plausible import remarks
 from tarsus.base.spec import FloatInfo, float_paths
-from tarsus.base.units import format_quantity
 from tarsus.impacts.energy import directed
 from tarsus.model.laws import MassWeighted
 from tarsus.model.scene import Scene
-from tarsus.model.values import ValueRow, grouped, value_rows
-from tarsus.tables.numbers import how_many
+from tarsus.model.values import LONGEST_LIST, ValueRow, grouped, value_rows
+from tarsus.tables.numbers import amount, how_many
 from tarsus.tables.table import Table
 from tarsus.tables.view import View
-
-LONGEST_LIST = 8
-"""Lists of more numbers than this are shown by their size and range: eight fill a line."""
 
 
 def scene_view(scene: Scene) -> View:
@@ -54,16 +50,7 @@ def _section(scene: Scene, name: str, members: list[ValueRow]) -> Table:
     """The values of one part of the scene; those of a list in one row, and those of legs, feet and drives that are
     alike."""
     members = grouped(members)
-    rows = [
-        (
-            f"{one.path}\n{one.of}" if one.of else one.path,
-            _values(one),
-            _intervals(scene, one),
-            one.source or None,
-            one.note or one.doc,
-        )
-        for one in members
-    ]
+    rows = [(*one.cells, _intervals(scene, one), *one.origin) for one in members]
     columns = (name, "value", "95 % interval", "source", "why")
     if not any(row[2] for row in rows):
         return Table("", columns[:2] + columns[3:], [row[:2] + row[3:] for row in rows])
@@ -115,21 +102,12 @@ def _row(scene: Scene, path: str, info: FloatInfo) -> dict[str, Any]:
     }
 
 
-def _values(row: ValueRow) -> str:
-    """One value or a short list to four digits; size and range of a long one."""
-    texts = [_whole(value, row.unit) for value in row.numbers]
-    if len(texts) <= LONGEST_LIST:
-        return ", ".join(texts)
-    low, high = (_whole(value, row.unit) for value in (min(row.numbers), max(row.numbers)))
-    return f"{len(texts)} values, {low} to {high}"
-
-
 JOINT = "\N{NO-BREAK SPACE}"
 
 
-def _whole(value: float, unit: str, digits: int = 4) -> str:
-    """A value with its unit, between which no line breaks."""
-    return format_quantity(float(f"{value:.{digits}g}"), unit).replace(" ", JOINT)
+def _whole(value: float, unit: str) -> str:
+    """An end of an interval with its unit, between which no line breaks."""
+    return amount(value, unit, 3).replace(" ", JOINT)
 
 
 def _intervals(scene: Scene, row: ValueRow) -> str:
@@ -144,7 +122,7 @@ def _intervals(scene: Scene, row: ValueRow) -> str:
             continue
         low, high = interval
         below, above = value - low, high - value
-        ends = [_whole(end, row.unit, 3) for end in (low, high, (high - low) / 2.0)]
+        ends = [_whole(end, row.unit) for end in (low, high, (high - low) / 2.0)]
         even = min(below, above) > 0.0 and abs(above - below) < 0.1 * (above + below)
         number, _, unit = ends[0].partition(JOINT)
         first = number if unit == ends[1].partition(JOINT)[2] else ends[0]

@@ -38,14 +38,21 @@ class ValueRow:
     of: str = ""
     first: str = ""
 
+    @property
+    def cells(self) -> tuple[str, str]:
+        """Its path, with whom that stands for, and its value, whose numbers stay with their units."""
+        unbroken = ", ".join(part.replace(" ", "\N{NO-BREAK SPACE}") for part in self.value.split(", "))
+        return f"{self.path}\n{self.of}" if self.of else self.path, unbroken
+
+    @property
+    def origin(self) -> tuple[str | None, str]:
+        """Its source, and where it comes from in words, else what it is."""
+        return self.source or None, self.note or self.doc
+
 
 def values_table(scene: Any) -> Table:
     """Every number of a scene with its source, what is alike once."""
-    rows = []
-    for row in grouped(value_rows(scene)):
-        unbroken = ", ".join(part.replace(" ", "\N{NO-BREAK SPACE}") for part in row.value.split(", "))
-        path = f"{row.path}\n{row.of}" if row.of else row.path
-        rows.append((path, unbroken, row.source or None, row.note or row.doc))
+    rows = [(*row.cells, *row.origin) for row in grouped(value_rows(scene))]
     laws = ", ".join(scene.ground.acting_laws) or "no law"
     feet = f"{len(scene.robot.feet)} {'foot' if len(scene.robot.feet) == 1 else 'feet'}"
     title = f"{scene.name}: {scene.robot.structure.kind}, {feet} on {laws}"

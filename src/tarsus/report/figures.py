@@ -9,7 +9,7 @@ import numpy as np
 
 from tarsus.report.pages import Plate
 from tarsus.report.panels import Bars, Dash, DrawnLine, Level, Sign, TimePanel, Window, panels_plate
-from tarsus.report.series import PlotTrace, RunSeries, ever, foot_traces, joined
+from tarsus.report.series import RunSeries, ever, joined
 from tarsus.report.style import BLUE, CONTACT, CYCLE, GREEN, INK, MUTED, ORANGE, PURPLE, RULE, SKY, VERMILION
 from tarsus.tables.numbers import amount, spaced
 
@@ -67,44 +67,37 @@ def _volts(series: RunSeries) -> TimePanel:
 
 def turns(series: RunSeries) -> Plate | None:
     """The last drive periods of the first feet over each other, below the drive; None if nothing repeats."""
-    traces = foot_traces(series)
-    if not traces:
+    shown, period, last = range(min(len(series.feet), MOST_FEET)), series.period, series.complete
+    if period is None or not (series.drives and shown and last):
         return None
-    shown = traces[:MOST_FEET]
-    drive = DrawnLine(series.time / shown[0].period - shown[0].last_periods(TURNS)[1] + 1, shown[0].volts, MUTED)
+    drive = DrawnLine(series.time / period - (last - 1), series["volts"][0], MUTED)
     panels = [TimePanel(0.3, "drive", "V", [drive])]
-    for trace in shown:
-        *older, newest = turns_of(trace)
+    for foot in shown:
+        *older, newest = turns_of(series, foot)
         lines = [*(DrawnLine(*one, SKY, width=0.6) for one in older), DrawnLine(*newest, BLUE, width=1.3)]
-        words = f"height, {trace.title}" if len(shown) > 1 else "height"
-        panels.append(TimePanel(1.0, words, "m", lines, last_contacts(trace), levels=[Level(0.0, INK, GROUND)]))
-    caption = turns_caption(shown)
-    if len(traces) > len(shown):
-        caption += f" Shown are the first {MOST_FEET} of {len(traces)} feet."
+        words = f"height, {series.feet[foot]}" if len(shown) > 1 else "height"
+        turned = ((a / period - (last - 1), b / period - (last - 1)) for a, b in series.contacts[foot])
+        shaded = [(max(a, 0.0), min(b, 1.0)) for a, b in turned if a < 1.0 and b > 0.0]
+        panels.append(TimePanel(1.0, words, "m", lines, shaded, levels=[Level(0.0, INK, GROUND)]))
+    most = min(last, TURNS)
+    caption = (
+        f"Height above the ground over one drive period ({amount(period, 's')}): "
+        f"{f'the last {most} of them over each other, the last one darkest' if most > 1 else 'one of them'}."
+        f"{' Shaded is contact in the last one.' * any(series.contacts[foot] for foot in shown)} The dashed line is "
+        "the ground."
+    )
+    if len(series.feet) > len(shown):
+        caption += f" Shown are the first {MOST_FEET} of {len(series.feet)} feet."
     return panels_plate(panels, caption, (0.0, 1.0), across="drive period", unit="")
 
 
-def turns_of(trace: PlotTrace) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Parts of the period and heights [m] of the last drive periods of a trace, the newest one last."""
+def turns_of(series: RunSeries, foot: int) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Parts of the period and heights [m] of the last drive periods of a foot, the newest one last."""
     phase = np.linspace(0.0, 1.0, TURN_SAMPLES + 1)
-    shown = range(*trace.last_periods(TURNS))
-    return [(phase, np.interp((turn + phase) * trace.period, trace.time, trace.height)) for turn in shown]
-
-
-def last_contacts(trace: PlotTrace) -> list[Window]:
-    """Contacts in the last whole drive period, in parts of it."""
-    start = trace.last_periods(TURNS)[1] - 1
-    turned = ((a / trace.period - start, b / trace.period - start) for a, b in trace.contacts)
-    return [(max(a, 0.0), min(b, 1.0)) for a, b in turned if a < 1.0 and b > 0.0]
-
-
-def turns_caption(traces: Sequence[PlotTrace]) -> str:
-    """What is drawn of periods over each other."""
-    most = max(last - first for first, last in (one.last_periods(TURNS) for one in traces))
-    each = f" ({amount(traces[0].period, 's')})" if len({one.period for one in traces}) == 1 else ""
-    which = f"the last {most} of them over each other, the last one darkest" if most > 1 else "one of them"
-    shaded = " Shaded is contact in the last one." if any(one.contacts for one in traces) else ""
-    return f"Height above the ground over one drive period{each}: {which}.{shaded} The dashed line is the ground."
+    shown = range(max(series.complete - TURNS, 0), series.complete)
+    return [
+        (phase, np.interp((turn + phase) * (series.period or 0.0), series.time, series["gap"][foot])) for turn in shown
+    ]
 
 
 def forces(series: RunSeries, window: Window, foot: int = 0) -> Plate:

@@ -50,14 +50,16 @@ class RunSeries:
         """The whole run."""
         return (float(self.time[0]), float(self.time[-1]))
 
+    @property
+    def complete(self) -> int:
+        """Drive periods that the run reached the end of; 0 if none repeats."""
+        return math.floor(self.time[-1] / self.period * (1.0 + 1e-9)) if self.period is not None else 0
+
     def last_periods(self, number: int) -> Window:
         """The last `number` whole drive periods of the run; the whole run if it has no more than that."""
-        if self.period is None:
+        if self.period is None or self.complete <= number:
             return self.whole
-        complete = math.floor(self.time[-1] / self.period * (1.0 + 1e-9))
-        if complete <= number:
-            return self.whole
-        return ((complete - number) * self.period, complete * self.period)
+        return ((self.complete - number) * self.period, self.complete * self.period)
 
 
 def series_of(run: Run) -> RunSeries:
@@ -95,41 +97,6 @@ def _series(run: Any, variables: Variables) -> RunSeries:
         duration=float(run.duration),
         laws={name: law for name, law in scene.ground.acting_laws.items() if f"{name}_work" in values},
     )
-
-
-@dataclass(frozen=True)
-class PlotTrace:
-    """Motion of one point under a periodic drive: `time` [s], `height` [m] and drive `volts` [V], all [samples].
-
-    `contacts` are the stretches of time on the ground [s], for a point that has a foot.
-    """
-
-    title: str
-    time: np.ndarray
-    height: np.ndarray
-    volts: np.ndarray
-    period: float
-    contacts: tuple[Window, ...] = ()
-
-    def inside(self, window: Window) -> slice:
-        """See `samples_inside`."""
-        return samples_inside(self.time, window)
-
-    def last_periods(self, number: int) -> tuple[int, int]:
-        """Numbers of the first and the last of the last `number` whole drive periods, as (first, last + 1)."""
-        last = math.floor(self.time[-1] / self.period * (1.0 + 1e-9)) if len(self.time) else 0
-        begun = math.ceil(self.time[0] / self.period * (1.0 - 1e-9)) if len(self.time) else 0
-        return max(last - number, begun), last
-
-
-def foot_traces(series: RunSeries) -> list[PlotTrace]:
-    """Height of every foot above the ground; none unless a drive repeats within the run."""
-    if series.period is None or not series.drives or series.time[-1] < series.period:
-        return []
-    return [
-        PlotTrace(name, series.time, series["gap"][foot], series["volts"][0], series.period, tuple(contacts))
-        for foot, (name, contacts) in enumerate(zip(series.feet, series.contacts, strict=True))
-    ]
 
 
 def contact_intervals(events: np.ndarray, foot: int, end: float) -> list[Window]:
