@@ -98,6 +98,8 @@ function look() {
   const { built } = document.querySelector(".charts");
   const press = (name) => document.querySelector(`[data-zoom="${name}"]`).click();
   const scale = () => built.plots.map((plot) => [plot.scales.x.min, plot.scales.x.max]);
+  const point = (x) => built.plots.forEach((plot) => plot.setCursor({ left: plot.valToPos(x, "x"), top: 9 }));
+  const read = () => [...document.querySelectorAll(".names output")].map((one) => one.textContent);
   const drawn = (color) => {
     const { canvas } = built.plots[0].ctx;
     const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
@@ -110,7 +112,9 @@ function look() {
     () => { found.near = scale(); press("on"); },
     () => { found.on = scale(); press("all"); document.querySelector("button[data-lines]").click(); },
     () => { found.down = built.plots[1].valToPos(1, "y") > built.plots[1].valToPos(0, "y"); },
-    () => { found.again = scale(); found.hidden = !built.plots[0].series[1].show; },
+    () => { found.again = scale(); found.hidden = !built.plots[0].series[1].show; point(1.02); },
+    () => { found.near_dot = read(); point(2); },
+    () => { found.between_dots = read(); },
     () => {
       found.faults = faults;
       found.requests = performance.getEntriesByType("resource").length;
@@ -127,15 +131,18 @@ addEventListener("load", look);
 def test_a_browser_draws_zooms_and_darkens(tmp_path: Path, chromium: Chromium) -> None:
     x = np.linspace(0.0, 8.0, 400)
     sine = DrawnLine(x, np.sin(x), BLUE, "sine", 4.0)
-    panels = [one_panel(sine), one_panel(sine, limits=(1.5, -1.5))]  # the second counts downward, as rows do
+    dots = DrawnLine(np.array([1.0, 3.0]), np.array([2.0, 5.0]), GREEN, "a run", dots=True)
+    panels = [one_panel(sine), one_panel(sine, limits=(1.5, -1.5)), one_panel(dots)]  # the second counts downward
     shown = panels_html(panels, "a sine", across="", unit="")
     text = page("charts", f"<h1>Charts</h1>{shown}").replace("</head>", f"<script>{READY}{PROBE}</script></head>")
     path = tmp_path / "charts.html"
     path.write_text(text, encoding="utf-8")
     found = chromium.found_in(path)
     assert found["faults"] == [] and found["requests"] == 0
-    assert found["whole"] == found["again"] == [[0, 8], [0, 8]]
-    assert found["near"] == [[2, 6], [2, 6]] and found["on"] == [[4, 8], [4, 8]]
+    assert found["whole"] == found["again"] == [[0, 8]] * 3
+    assert found["near"] == [[2, 6]] * 3 and found["on"] == [[4, 8]] * 3
+    assert float(found["near_dot"][0]) == pytest.approx(np.sin(1.02), abs=0.01) and found["near_dot"][2] == "2"
+    assert found["between_dots"][2] == "" != found["between_dots"][0]
     assert found["light"] and found["dark"] and found["theme"] == "dark" and found["hidden"]
     assert found["down"]
 

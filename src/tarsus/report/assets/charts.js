@@ -44,6 +44,7 @@ class Charts {
     this.spec = JSON.parse(figure.querySelector(".charts-data").textContent);
     this.x = this.spec.x.map(column);
     this.whole = this.spec.window;
+    this.told = `${this.whole}`; // the stretch that was last shown
     this.face = getComputedStyle(figure).fontFamily;
     this.panels = [...figure.querySelectorAll(".panel")];
     this.now = figure.querySelector(".now");
@@ -74,15 +75,13 @@ class Charts {
   put(i) {
     const waits = this.waiting[i], plot = this.plots[i], own = this.spec.panels[i], { min, max } = plot.scales.x;
     if (!waits) return;
-    const spans = (of) => of.map(([a, b]) => [a / this.spec.step, b / this.spec.step]), { sharing } = this;
+    const spans = (of) => of.map(([a, b]) => [a / this.spec.step, b / this.spec.step]);
     this.waiting[i] = null;
-    this.sharing = true;
     if (waits.shaded) own.shaded = spans(waits.shaded);
     waits.bars?.forEach((of, k) => { own.bars[k].spans = spans(of); });
     plot.setData([waits.x, ...waits.lines.map((line) => scaled(line, own.step))], false);
     plot.setScale("x", { min, max });
     this.keys(i);
-    this.sharing = sharing;
   }
 
   /** Names stand for lines that have numbers. */
@@ -106,7 +105,7 @@ class Charts {
       width: host.clientWidth, height: panel.height,
       padding: [6, 18, last ? 0 : 6, 0],
       legend: { show: false },
-      cursor: { y: false, sync: { key: this.key.key }, drag: { x: true, y: false }, points: { size: 6 } },
+      cursor: { y: false, sync: { key: this.key.key }, drag: { x: true, y: false }, points: { size: 6 }, hover: panel.apart ? { skip: [null], prox: 16 } : {} },
       scales: { x: { time: false, distr: this.spec.log ? 3 : 1, range: (_, low, high) => [low, high] }, y: { dir: this.flipped(panel) ? -1 : 1, range: (_, low, high) => this.reach(panel, low, high) } },
       axes: [
         { ...axis, show: last, gap: 3, size: 26, space: (_, __, ___, ____, room) => (room < 250 ? 34 : 50), grid: { show: false },
@@ -122,7 +121,7 @@ class Charts {
       }))],
       hooks: {
         drawClear: [(u) => this.under(u, panel)],
-        setScale: [(u, key) => key === "x" && this.share(u)],
+        setScale: [(u, key) => key === "x" && this.share(u.scales.x)],
         setCursor: [(u) => this.read(u, i)],
       },
     }, [this.x[panel.x], ...panel.series.map((line) => column(line.values))], host);
@@ -187,14 +186,10 @@ class Charts {
   }
 
   /** Panels of one figure show one stretch of time. */
-  share(from) {
-    if (this.sharing || !this.plots) return;
-    this.sharing = true;
-    const { min, max } = from.scales.x;
-    for (const plot of this.plots) if (plot !== from) plot.setScale("x", { min, max });
-    this.sharing = false;
-    if (this.told === `${[min, max]}`) return;
+  share({ min, max }) {
+    if (!this.plots || this.told === `${[min, max]}`) return;
     this.told = `${[min, max]}`;
+    for (const plot of this.plots) plot.setScale("x", { min, max });
     this.figure.dispatchEvent(new Event("zoom"));
   }
 
@@ -204,34 +199,14 @@ class Charts {
     this.plots.forEach((plot, i) => this.inSight[i] && plot.setCursor({ left: plot.valToPos(time / this.spec.step, "x"), top: 0 }, true, false));
   }
 
-  /** What a line shows at the cursor: its number there, or the one that is nearest to it on the screen. */
-  nearest(u, panel, lines) {
-    const at = u.cursor.idx, x = u.data[0];
-    let found = null, least = 16;
-    for (const line of lines) {
-      const row = u.data[line];
-      if (!panel.apart) return { line, k: at };
-      for (const step of [1, -1]) {
-        for (let k = at; k >= 0 && k < x.length; k += step) {
-          const off = Math.abs(u.valToPos(x[k], "x") - u.cursor.left);
-          if (off > least) break;
-          if (row[k] !== null) {
-            [found, least] = [{ line, k }, off];
-            break;
-          }
-        }
-      }
-    }
-    return found;
-  }
-
+  /** What lines of one name show at the cursor: those apart where they are near it on the screen. */
   read(u, i) {
-    const at = u.cursor.idx, panel = this.spec.panels[i], none = at === null || at === undefined;
+    const { idx, idxs } = u.cursor, none = idx === null || idx === undefined;
     for (const out of this.panels[i].querySelectorAll("output")) {
-      const found = none ? null : this.nearest(u, panel, (out.dataset.lines || out.parentNode.dataset.lines).split(" "));
-      out.textContent = found ? shown(u.data[found.line][found.k]) : "";
+      const lines = none ? [] : (out.dataset.lines || out.parentNode.dataset.lines).split(" ");
+      out.textContent = shown(lines.map((line) => u.data[line][idxs[line]]).find((value) => value !== null && value !== undefined));
     }
-    if (i === 0) this.now.textContent = none ? "" : `: ${shown(u.data[0][at])}`;
+    if (i === 0) this.now.textContent = none ? "" : `: ${shown(u.data[0][idx])}`;
   }
 
   listen() {
