@@ -7,7 +7,6 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
-from tarsus.files.toml import parse_scene, scene_text
 from tarsus.model.laws import AdhesiveFriction, Friction
 from walking_scenes import GRAVITY, block, moving, sticky, trotter
 
@@ -72,30 +71,6 @@ def test_friction_lasts_until_the_foot_is_pulled_off(share: float) -> None:
     later = run.events[run.events["time"] > 0.0]
     assert later["time"][later["kind"] == RELEASE] == pytest.approx([off], rel=1e-10)
     assert (SLIP in run.events["kind"]) == (share > 1.0)
-
-
-def test_legs_on_adhesive_friction_close_their_account() -> None:
-    friction = AdhesiveFriction(coefficient=0.8)
-    scene = trotter(ground=sticky(friction=friction, adhesion=ts.Adhesion(initial=2e-7, rate=1e-4)))
-    run = ts.simulate(scene, duration=0.01)
-    assert run.ok and run.ledger.friction > 0.0 and run.ledger.closure < 1e-10
-    slips = run.events[run.events["kind"] == SLIP]
-    assert len(slips) > 2
-    assert np.all(np.abs(slips["pull"]) >= slips["strength"] * (1.0 - 1e-6))
-
-
-def test_files_choose_the_law_by_kind_and_coulombs_by_default() -> None:
-    scene = trotter(ground=sticky(friction=AdhesiveFriction(coefficient=0.7)))
-    text = scene_text(scene)
-    assert 'kind = "adhesive"' in text
-    assert parse_scene(text) == scene
-    old = text.replace('kind = "adhesive"\n', "").replace('kind = "adhesive", ', "")
-    assert "adhesive" not in old
-    assert parse_scene(old).ground.friction == Friction(coefficient=0.7)
-    with pytest.raises(InputError, match=r"^ground\.friction.*'glue'"):
-        parse_scene(text.replace('"adhesive"', '"glue"'))
-    with pytest.raises(InputError, match=r"^ground\.friction\.coefficient: .*got -1"):
-        ts.with_values(scene, {"ground.friction.coefficient": -1.0})
 
 
 def test_adhesive_friction_needs_adhesion() -> None:

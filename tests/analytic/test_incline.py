@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from random_scenes import plain_scene
 from sliding_scenes import MASS, slider
 from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
@@ -118,15 +117,3 @@ def test_degrees_are_read_and_what_is_missing_is_said() -> None:
     bare = slider().robot.structure.model_copy(update={"forward": None})
     with pytest.raises(InputError, match=r"robot.structure.forward: gravity on an incline"):
         with_values(inclined(slider(), 0.1), {"robot.structure": bare})
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(20))
-def test_nobody_s_walkers_on_nobody_s_slopes_end_well(seed: int) -> None:
-    """From -180 to 180 deg: no foot below the ground, no stall, and energy that closes."""
-    scene = plain_scene(seed, True)
-    angle = np.random.default_rng([seed, 1]).uniform(-math.pi, math.pi)
-    run = ts.simulate(with_values(scene, {"ground.incline": float(angle)}))
-    assert run.ok and run.ledger.closure < 1e-8
-    gaps = run.motion.states(np.linspace(0.0, run.end_time, 1000)).gap
-    assert gaps.min() > -1e-6 * run.plan.length

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from laboratory import LABORATORY
 from scene_files import scene
 from tarsus.core.modes import contact_mode
 from tarsus.measure.history import PERIOD_MARK
@@ -210,15 +209,6 @@ def test_a_robot_on_three_legs_lands_as_printed_in_both_engines():
     np.testing.assert_allclose(run.events["time"], other["time"], rtol=0.0, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", [LABORATORY, "hexapod", "millipede-30"])
-def test_given_or_not_the_default_is_the_same(name):
-    device = ts.load_scene(name)
-    given = ts.with_values(device, {"ground.landing": ts.laws.CaptureUnlessPulled()})
-    run, same = (ts.simulate(one, duration=0.04) for one in (device, given))
-    assert len(run.events) > 2
-    assert np.array_equal(run.events, same.events)
-
-
 @pytest.mark.parametrize("slow", [0.0, 1e-3])
 @pytest.mark.parametrize("adhesion", [None, 1e-3])
 @pytest.mark.parametrize("e", [0.0, 0.5, 0.99])
@@ -308,31 +298,3 @@ def test_derivatives_pass_through_averaged_contact(structure):
     for field in ("time", "energy"):
         wanted = (high[field] - low[field]) / (2.0 * step)
         assert run.event_gradients[path][field][0] == pytest.approx(wanted, rel=1e-5)
-
-
-@pytest.mark.parametrize("rule", RULES)
-@pytest.mark.parametrize("adhesion", [None, 1e-3])
-def test_two_feet_that_land_at_once_end_held(rule, adhesion):
-    """A rigid bar falls flat on its two feet: they land together, whatever the rule, and stay."""
-    bar = ts.Scene(
-        name="bar",
-        robot=ts.Robot(
-            structure=ts.Lumped(
-                coordinates=("left", "right"), mass=((2.0, 1.0), (1.0, 2.0)), stiffness=(0.0, 0.0), damping=(0.0, 0.0)
-            ),
-            feet={name: ts.Foot(point=name, gap=0.01) for name in ("left", "right")},
-        ),
-        ground=ts.Ground(
-            gravity=ts.Gravity(),
-            restitution=ts.Restitution(coefficient=0.4),
-            adhesion=None if adhesion is None else ts.Adhesion(initial=adhesion, rate=0.0),
-            landing=RULES[rule],
-        ),
-        duration=1.0,
-    )
-    run = ts.simulate(bar)
-    assert run.ok and run.ledger.closure < 1e-8
-    assert len(run.events) < 400
-    assert run.at(np.array([1.0])).state.held.all()
-    assert run.at(np.linspace(0.0, 1.0, 2001)).state.gap.min() > -1e-12
-    assert np.all(run.events["energy"] >= -1e-12)

@@ -17,7 +17,7 @@ from sliding_scenes import by_modes
 from tarsus.base.events import EventKind
 from tarsus.base.spec import quantity
 from tarsus.model.drive.waveforms import Ramp
-from tarsus.model.laws import Friction, FrictionLaw
+from tarsus.model.laws import FrictionLaw
 from tarsus.model.laws.rate_friction import RateWeakeningFriction, StribeckFriction
 from tarsus.model.structure import Walker, WalkerBody, WalkerLeg
 from tarsus.solve import ResultCode
@@ -265,28 +265,6 @@ def test_a_foot_that_has_stopped_rests_under_more_than_fast_friction_holds() -> 
     run = ts.simulate(sliding, duration=0.02)
     speed = 1e-3 + 0.02 * (push / MASS - law.dynamic * GRAVITY)
     assert run.at(np.array([0.02])).state.v[2, 0] == pytest.approx(speed, rel=1e-9)
-
-
-def test_an_impact_brakes_by_the_friction_of_the_speed_before_it() -> None:
-    law = LAWS["stribeck"]
-    run = ts.simulate(moving(on(law), block=0.1, block_x=0.012), duration=0.03)
-    first = run.events[run.events["kind"] == EventKind.BOUNCE][0]
-    after = run.at(np.array([np.nextafter(first["time"], 1.0)])).state.v
-    along = run.scene.robot.structure.row("block_x") @ after[:, 0]
-    change = 1.5 * first["speed_before"]
-    assert along == pytest.approx(max(0.012 - law.evaluate(change, 0.0, 0.012), 0.0), abs=1e-12)
-    assert run.ledger.closure < 1e-11
-
-
-def test_with_one_coefficient_it_is_coulombs() -> None:
-    film = ts.Film(coefficient=1e-23, thickness=1e-6)
-    runs = [
-        ts.simulate(trotter(legs=3, ground=sticky(friction=law, film=film)), 0.02)
-        for law in (Friction(coefficient=0.3), StribeckFriction(static=0.3, dynamic=0.3, speed=1e-3))
-    ]
-    one, other = (run.events for run in runs)
-    assert len(one) > 15 and one["kind"].tolist() == other["kind"].tolist()
-    np.testing.assert_allclose(other["time"], one["time"], rtol=0.0, atol=1e-12 * 0.02)
 
 
 @pytest.mark.parametrize("speed", [3e-9, 4e-8, 3e-7, 1e-5])

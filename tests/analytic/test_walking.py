@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 import tarsus as ts
-from tarsus.measure.history import PERIOD_MARK
 from tarsus.model.laws import Friction
 from tarsus.model.scene import Ground, Initial
-from tarsus.plan.lowering import lower_scene
-from tarsus.plan.rows import rows_of
-from tarsus.solve.codes import structured_events
-from tarsus.solve.engine import SINGLE_RUN, Engine
 from walking_devices import creeping_millipede
 from walking_scenes import GRAVITY, block, moving, sticky, trotter
 
@@ -81,42 +75,6 @@ def test_a_block_on_a_plane_that_shakes_up_and_along_follows_its_equation(drive)
         return MU * GRAVITY * (swept - (t - begin))
 
     assert end == pytest.approx(brentq(speed, 1.5 * begin, 1.2 / 80.0, xtol=1e-15), rel=1e-8)
-
-
-def test_an_impact_brakes_the_way_along_by_mu_times_its_own():
-    """Coulomb's law between impulses: m (1 + e) v normal, mu times that along."""
-    scene = moving(block(), block=0.1, block_x=0.5)
-    run = ts.simulate(scene, duration=0.03)
-    fall = 0.1
-    first = of_kind(run, BOUNCE)[0]
-    assert first["speed_before"] == pytest.approx(fall, rel=1e-12)
-    after = run.at(np.array([np.nextafter(first["time"], 1.0)])).state.v
-    along = run.scene.robot.structure.row("block_x") @ after[:, 0]
-    assert along == pytest.approx(0.5 - MU * 1.5 * fall, rel=1e-12)
-    assert run.ledger.closure < 1e-12
-
-
-def test_overdamped_legs_are_the_same_by_contact_modes():
-    """Two engines that share no solver: every event of bodies that roll and pitch on three scattered legs.
-
-    The modes of general damping are nearly parallel and lose digits: moving the body's mass by 1e-12 moves that
-    engine's events by 2e-10 s, and those of the walking engine by 4e-15 s. Legs that swing: tests/conformance.
-    """
-    ground = sticky(
-        friction=None,
-        film=ts.Film(coefficient=1e-23, thickness=1e-6),
-        electrostatic=ts.Electrostatic(coefficient=1e-19, offset=1e-6),
-    )
-    scene = trotter(ground=ground, damping=1e-3)
-    run = ts.simulate(scene)
-    plan = replace(lower_scene(scene), legs=None)
-    other = structured_events(Engine(plan, scene.duration).run(rows_of(plan), SINGLE_RUN).events)
-    other = other[other["kind"] != PERIOD_MARK]
-    assert run.ok and run.ledger.closure < 1e-10
-    assert run.events[["kind", "foot"]].tolist() == other[["kind", "foot"]].tolist()
-    np.testing.assert_allclose(run.events["time"], other["time"], rtol=0.0, atol=1e-9)
-    np.testing.assert_allclose(run.events["speed_before"], other["speed_before"], rtol=0.0, atol=1e-7)
-    np.testing.assert_allclose(run.events["pull"], other["pull"], rtol=1e-6, atol=1e-12)
 
 
 def test_no_foot_goes_below_the_ground_and_no_stuck_foot_drifts():
@@ -204,34 +162,6 @@ def test_mirrored_robots_walk_mirrored_paths():
     )
     np.testing.assert_allclose(left.marks["body"][:, 2], -right.marks["body"][:, 2], rtol=1e-9, atol=1e-12)
     assert left.events[["kind", "foot"]].tolist() == right.events[["kind", "foot"]].tolist()
-
-
-def test_a_robot_turned_round_walks_backwards():
-    """Front and rear exchanged, volts pulling the other way: the same walk in the other direction."""
-    scene = trotter(legs=4, ground=sticky())
-    walker = scene.robot.structure
-    legs = {name: leg.model_copy(update={"x": -leg.x}) for name, leg in walker.legs.items()}
-    drives = {}
-    for name, drive in scene.robot.drives.items():
-        weights = {p: -w if p.endswith("_x") else w for p, w in drive.load.weights.items()}
-        drives[name] = drive.model_copy(update={"load": drive.load.model_copy(update={"weights": weights})})
-    structure = walker.model_copy(update={"legs": legs})
-    robot = scene.robot.model_copy(update={"structure": structure, "drives": drives})
-    there, back = (ts.simulate(one, duration=0.04) for one in (scene, scene.model_copy(update={"robot": robot})))
-    assert abs(there.marks["body"][-1, 0]) > 1e-7
-    np.testing.assert_allclose(there.marks["body"][:, 0], -back.marks["body"][:, 0], rtol=1e-9, atol=1e-15)
-
-
-def test_simultaneous_touchdowns_do_not_know_of_each_other():
-    """Feet that land at one moment land as each would beside it, whatever their order of naming."""
-    ground = sticky(adhesion=None)
-    run = ts.simulate(alike(4, ground), duration=0.02)
-    impacts = of_kind(run, BOUNCE, CAPTURE, REST)
-    times, counts = np.unique(impacts["time"], return_counts=True)
-    assert len(times) > 3
-    assert np.all(counts == 4)
-    for t in times:
-        assert len(set(impacts["speed_before"][impacts["time"] == t])) == 1
 
 
 def test_one_foot_lets_go_while_others_hold():

@@ -8,9 +8,7 @@ import pytest
 import tarsus as ts
 import wrong_inputs
 from tarsus.atlas.axis import MapAxis
-from tarsus.base.quantities import Quantity
 from tarsus.base.spec import by_path, get_value, one_number, paths_of
-from tarsus.records.measurement import Channel
 
 AMPLITUDE, FREQUENCY = "signals.pzt.amplitude", "signals.pzt.frequency"
 
@@ -62,11 +60,6 @@ def test_short_words_stand_for_paths_wherever_these_do(beam: ts.Scene, batch: ts
     assert slopes.gradient("ledger.work_in")["volts"] == exact.gradient("ledger.work_in")[AMPLITUDE]
 
 
-def test_values_of_a_batchs_scene_are_named_too(beam: ts.Scene) -> None:
-    found = ts.simulate_batch(beam, {"hz": [40, 60]}, "1 ms", volts="5 V", wave="sine")
-    assert found.scene == ts.load_scene("cantilever", volts=5, wave="sine")
-
-
 def test_a_walkers_words_are_its_gaits() -> None:
     walker = ts.load_scene("millipede")
     assert paths_of(walker, "volts") == ("gait.high",) and paths_of(walker, "hz") == ("gait.frequency",)
@@ -113,12 +106,6 @@ def test_a_run_draws_what_is_named(run: ts.Run, batch: ts.Batch) -> None:
     assert ts.plot(batch, "peak").get_ylabel().startswith("peak")
 
 
-def test_a_session_steps_by_a_time_alone(beam: ts.Scene) -> None:
-    session = ts.Session(beam)
-    session.reset()
-    assert [session.step(0.001).time, session.step("2 ms").time] == pytest.approx([1e-3, 3e-3])
-
-
 def test_measures_of_runs_and_batches_are_asked_alike(run: ts.Run, batch: ts.Batch) -> None:
     for name in ("contact_duration", "contact duration"):
         one, all_ = run.measures[name], batch.measures[name]
@@ -128,11 +115,6 @@ def test_measures_of_runs_and_batches_are_asked_alike(run: ts.Run, batch: ts.Bat
     assert list(batch.measures) == list(run.measures)
     with pytest.raises(KeyError, match="did you mean 'peak'"):
         batch.measures["peek"]
-
-
-def test_a_path_of_a_message_is_python_too(beam: ts.Scene) -> None:
-    assert beam.robot.feet.tip.gap == beam.robot.feet["tip"].gap  # type: ignore[attr-defined]
-    assert Channel("tip", Quantity.VELOCITY).unit == "m/s"
 
 
 ATTRIBUTES = {
@@ -164,11 +146,6 @@ def test_an_error_inside_a_property_is_not_taken_for_an_unknown_name(run: ts.Run
     monkeypatch.setattr(ts.Run, "ended", property(lambda self: self.log.no_such_thing))
     with pytest.raises(AttributeError, match="no_such_thing"):
         run.ended  # noqa: B018
-
-
-def test_a_run_is_no_table_of_feet(run: ts.Run) -> None:
-    with pytest.raises(TypeError, match=r"a run has no \['tip'\]: .*to_dataset.*measures.*gap .*\(tip\)"):
-        run["tip"]
 
 
 def batch_of(**vary: list[Any]) -> wrong_inputs.Ask:

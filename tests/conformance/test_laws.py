@@ -7,7 +7,7 @@ import pytest
 
 import tarsus as ts
 from example_laws import EXAMPLES
-from tarsus.model.laws import AdhesionLaw, DampingLaw, FrictionLaw, ImpactLaw, Law, SmoothLaw, registry
+from tarsus.model.laws import AdhesionLaw, DampingLaw, FrictionLaw, ImpactLaw, Law, SmoothLaw
 from tarsus.solve.motion import law_value as value
 
 GAPS = np.concatenate([[0.0], np.geomspace(1e-12, 1e-2, 60)])
@@ -43,12 +43,6 @@ def test_passive_where_its_protocol_says_so(law):
     elif isinstance(law, SmoothLaw) and law.uses_rate:
         rates = np.array([point[1] for point in arguments(law)])
         assert np.all(values * rates <= 0.0)
-
-
-@pytest.mark.parametrize("law", registry.built_in().values(), ids=lambda law: law.name())
-def test_it_says_what_it_is(law):
-    assert law.__doc__ and all(field.description for field in law.model_fields.values() if field.is_required())
-    assert law.function() is None or law.function().__doc__
 
 
 MEMORIES = [law for law in EXAMPLES if isinstance(law, AdhesionLaw) and law.remaining is not None]

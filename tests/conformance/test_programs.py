@@ -15,7 +15,7 @@ import tarsus as ts
 from example_laws import EXAMPLES, OWN
 from tarsus.base.errors import InputError
 from tarsus.core import _native
-from tarsus.model.laws import Law, LegElectrostatic, RestituteFirst
+from tarsus.model.laws import Law, LegElectrostatic
 from tarsus.model.laws.program import Builder, Op, Program
 from tarsus.model.laws.translate import translate
 
@@ -92,11 +92,6 @@ def test_both_branches_of_the_leg_meet():
     off = values(of(law), arguments, (0.0, 1e-6, 1e-5))
     np.testing.assert_array_equal(off, 0.0)
     assert LegElectrostatic.force(1e-5, 0.0, 3.0, 0.0, 0.0, 1e-6, 1e-5) == 0.0
-
-
-def test_the_landing_rule_is_a_program():
-    program = translate(RestituteFirst.excess, 1)
-    np.testing.assert_array_equal(values(program, np.array([[1.0, 2.0]]), (1.5,)), [-0.5, 0.5])
 
 
 # ---- the language
@@ -278,25 +273,6 @@ def test_minima_take_the_first_of_equals_and_pass_nan_on_as_python_does():
         plain = [function(*point) for point in arguments.T]
         np.testing.assert_array_equal(values(translate(function), arguments), plain)
         assert slopes(translate(function), arguments)[0, 3] == 1.0
-
-
-def test_what_is_known_is_computed_as_python_does_and_done_once():
-    def known(x):
-        return x * (7 // 2 + 2**3 - 10 % 4) + x / 4.0 + (x * 9)
-
-    program = translate(known)
-    assert [Op(op) for op in program.code[:, 0]] == [Op.MULTIPLY, Op.MULTIPLY, Op.ADD, Op.ADD]
-    assert sorted(program.constants) == [0.25, 9.0]
-
-    def constant(x):
-        return 2.0
-
-    assert values(translate(constant), np.array([[1.0, 5.0]])).tolist() == [2.0, 2.0]
-
-    def unchanged(x):
-        return x
-
-    assert values(translate(unchanged), np.array([[1.0, 5.0]])).tolist() == [1.0, 5.0]
 
 
 # ---- as data

@@ -13,10 +13,9 @@ from tarsus.base.events import EventKind
 from tarsus.base.spec import with_values
 from tarsus.plan.lowering import lower_scene
 from tarsus.plan.rows import rows_of
-from tarsus.solve.codes import ResultCode, structured_events
-from tarsus.solve.engine import SINGLE_RUN, Accuracy, Engine
+from tarsus.solve.codes import structured_events
+from tarsus.solve.engine import SINGLE_RUN, Engine
 from tarsus.solve.shared import Shared
-from walking_scenes import sticky, trotter
 
 
 @pytest.mark.parametrize("name", ["millipede", "cantilever", "hexapod", "quadruped"])
@@ -30,15 +29,6 @@ def test_an_account_and_samples_change_no_bit_of_a_run(name: str) -> None:
         np.testing.assert_array_equal(log.events, bare.events)
         np.testing.assert_array_equal(log.finish, bare.finish)
         np.testing.assert_array_equal(log.last, bare.last)
-
-
-def test_a_run_that_may_not_take_so_many_steps_ends_where_it_is() -> None:
-    plan = lower_scene(trotter(ground=sticky()))
-    engine, rows = Engine(plan, 0.02), rows_of(plan)
-    short, whole = engine.run(rows, dataclasses.replace(Accuracy(), steps=40)), engine.run(rows)
-    assert ResultCode.of(int(short.codes[0])) is ResultCode.STEP_LIMIT
-    assert 0 < len(short.events) < len(whole.events)
-    np.testing.assert_array_equal(short.events, whole.events[: len(short.events)])
 
 
 def test_both_engines_find_both_feet_of_the_millipede_on_the_ground_at_once() -> None:

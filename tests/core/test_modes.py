@@ -7,13 +7,10 @@ from concurrent.futures import ThreadPoolExecutor
 from threading import Barrier
 
 import numpy as np
-import pytest
-from scipy.linalg import expm
 
 from divergence import moved
 from random_scenes import wide_scene
 from tarsus.core.modes import LinearSystem, ModeBook, contact_mode
-from tarsus.core.nodes import TAU, N
 from tarsus.plan.lowering import lower_scene
 
 MASS = np.array([[2.0, 0.3, 0.0], [0.3, 1.0, 0.0], [0.0, 0.0, 0.5]])
@@ -27,90 +24,6 @@ SYSTEM = LinearSystem(
     loads=np.array([[0.5], [1.0], [0.0]]),
     weight=np.array([[-1.0, 0.0], [0.0, 0.0], [-0.5, 0.0]]),
 )
-
-
-def test_free_mode_is_the_structure():
-    mode = contact_mode(SYSTEM, 0)
-    z = np.array([0.1, -0.2, 0.05, 1.0, 2.0, -1.0])
-    y = mode.from_physical @ z
-    np.testing.assert_allclose(mode.to_physical @ y, z, rtol=1e-12)
-    gap = SYSTEM.rest_gap + SYSTEM.normals.T @ z[:3]
-    np.testing.assert_allclose(mode.outputs[:2] @ y + mode.feed[:2, -1], gap, rtol=1e-12)
-    np.testing.assert_allclose(mode.outputs[2:] @ y, SYSTEM.normals.T @ z[3:], rtol=1e-12)
-    inverse = SYSTEM.normals.T @ np.linalg.solve(MASS, SYSTEM.normals)
-    np.testing.assert_allclose(mode.mobility, np.diag(inverse), rtol=1e-12)
-
-
-@pytest.mark.parametrize("mask", [1, 2, 3])
-def test_held_feet_stay_on_the_ground_and_take_the_momentum(mask):
-    mode = contact_mode(SYSTEM, mask)
-    held = [i for i in range(2) if mask >> i & 1]
-    z = np.array([0.1, -0.2, 0.05, 1.0, 2.0, -1.0])
-    after = mode.to_physical @ (mode.from_physical @ (z - mode.offset)) + mode.offset
-    np.testing.assert_allclose((SYSTEM.rest_gap + SYSTEM.normals.T @ after[:3])[held], 0.0, atol=1e-14)
-    np.testing.assert_allclose((SYSTEM.normals.T @ after[3:])[held], 0.0, atol=1e-14)
-    impact = MASS @ (after[3:] - z[3:])  # only impulses along the held normals
-    impulse, *_ = np.linalg.lstsq(SYSTEM.normals[:, held], impact, rcond=None)
-    np.testing.assert_allclose(SYSTEM.normals[:, held] @ impulse, impact, atol=1e-12)
-
-
-def test_pull_balances_the_held_foot():
-    """M a = u - C v - K x - n pull, with a along the constraint."""
-    mode = contact_mode(SYSTEM, 1)
-    y = np.array([0.3, -0.1, 0.2, 0.5])
-    values = np.zeros(6)
-    values[4], values[5] = 2.0, 1.0  # drive, constant
-    z = mode.to_physical @ y + mode.offset
-    nb = len(mode.blocks)
-    rate = (
-        np.concatenate(
-            [
-                mode.blocks[:, 0, 0] * y[:nb] + mode.blocks[:, 0, 1] * y[nb:],
-                mode.blocks[:, 1, 0] * y[:nb] + mode.blocks[:, 1, 1] * y[nb:],
-            ]
-        )
-        + values @ mode.inputs
-    )
-    acceleration = (mode.to_physical @ rate)[3:]
-    pull = mode.outputs[0] @ y + mode.feed[0] @ values
-    force = SYSTEM.loads[:, 0] * 2.0 + SYSTEM.constant - SYSTEM.damping @ z[3:] - STIFFNESS @ z[:3]
-    np.testing.assert_allclose(MASS @ acceleration, force - SYSTEM.normals[:, 0] * pull, atol=1e-11)
-
-
-def test_step_tables_flow_exactly_over_long_and_short_steps():
-    """Against the exponential of the augmented matrix: a drive t^3 on the structure, steps 0.5 us to 8 s."""
-    lengths = 8.0 * 0.5 ** np.arange(24)
-    book = ModeBook(SYSTEM, lengths)
-    number = book.require(0)
-    mode = book.modes[number]
-    n, inverse = 3, np.linalg.inv(MASS)
-    for k in (0, 4, 10, 23):
-        h = lengths[k]
-        big = np.zeros((2 * n + 5, 2 * n + 5))  # x, v, (1, s, s^2, s^3) and the constant
-        big[:n, n : 2 * n] = np.eye(n)
-        big[n : 2 * n, :n], big[n : 2 * n, n : 2 * n] = -inverse @ STIFFNESS, -inverse @ SYSTEM.damping
-        big[n : 2 * n, 2 * n + 3] = inverse @ SYSTEM.loads[:, 0]
-        big[n : 2 * n, 2 * n + 4] = inverse @ SYSTEM.constant
-        for c in range(3):
-            big[2 * n + 1 + c, 2 * n + c] = (c + 1) / h
-        z = np.array([0.1, -0.2, 0.05, 1.0, 2.0, -1.0])
-        exact = (expm(big * h) @ np.concatenate([z, [1.0, 0, 0, 0, 1.0]]))[: 2 * n]
-        y = mode.from_physical @ z
-        nb = len(mode.blocks)
-        tables = book.native.step(number, k)
-        e = tables["exponential"].reshape(4, -1)[:, :nb]
-        end = np.concatenate([e[0] * y[:nb] + e[1] * y[nb:], e[2] * y[:nb] + e[3] * y[nb:]])
-        pushed = TAU**3 @ tables["state_input"].reshape(6, N, -1)[4]
-        pushed += SYSTEM.sources @ tables["state_bias"].reshape(4, -1)
-        end += pushed.reshape(2, -1)[:, :nb].ravel()
-        np.testing.assert_allclose(mode.to_physical @ end, exact, rtol=0, atol=1e-11 * np.abs(exact).max())
-        state = tables["node_state"].reshape(4, -1, 2, N)[0, :nb]
-        constant = SYSTEM.sources @ tables["node_bias"].reshape(4, 4, N)[:, 0]
-        gap = y[:nb] @ state[:, 0] + y[nb:] @ state[:, 1] + constant
-        gap = gap + TAU**3 @ tables["node_input"].reshape(4, 6, N, N)[0, 4]
-        assert gap.shape == (N,)
-        assert gap[0] == pytest.approx(0.02 + 0.1, rel=1e-11)
-        assert gap[-1] == pytest.approx(0.02 + exact[0], rel=1e-10)
 
 
 def test_feet_beyond_the_coordinates_follow_those_that_lead():

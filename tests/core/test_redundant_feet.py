@@ -8,9 +8,7 @@ import pytest
 import tarsus as ts
 from tarsus.base.events import EventKind
 from tarsus.base.spec import validate, with_values
-from tarsus.core.modes import unbiased_mode
 from tarsus.model.scene import Scene
-from tarsus.plan.lowering import lower_scene
 
 
 def bar(places: tuple[float, ...], ground: dict, gap: float) -> Scene:
@@ -105,12 +103,6 @@ def test_a_bar_on_pairs_of_feet_anywhere_stops_on_them_once() -> None:
 def test_the_last_bit_of_an_inertia_changes_no_event() -> None:
     counts = {_events((-1.0, -1.0, 1.0, 1.0), 0.3e-6 * (1.0 + part)) for part in (-1e-15, 0.0, 1e-15)}
     assert len(counts) == 1
-
-
-def test_a_second_foot_at_one_place_has_rows_of_zeros_while_the_first_is_held() -> None:
-    system = lower_scene(bar((-1.2, -1.2, 0.5, 0.5), {}, 0.0)).system
-    mode = unbiased_mode(system, 0b0101)
-    assert not mode.mobility.any() and not mode.outputs[[1, 3, 5, 7]].any() and not mode.beta.any()
 
 
 def test_a_foot_at_a_point_that_does_not_move_hears_of_nothing() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
-from tarsus.design.adaptive import _few, adapt
+from tarsus.design.adaptive import adapt
 from tarsus.design.gait_choice import gait_choice
 from tarsus.design.runs import Runs
 
@@ -115,13 +115,6 @@ def test_gaits_are_sought_for_the_grounds_that_they_are_best_for(monkeypatch):
     duty = sorted((gait["gait.duty"] - 0.1) / 0.8 for gait in found.gaits)
     assert duty == pytest.approx([0.25, 0.75], abs=0.06)
     assert found.choice_regret == pytest.approx(0.125, abs=0.03)
-
-
-def test_few_gaits_are_those_that_lose_least_together():
-    costs = np.array([[0.0, 3.0, 1.0], [3.0, 0.0, 1.0], [0.0, 3.0, 1.0], [3.0, 0.0, 1.0]]) - 4.0
-    assert _few(costs, 1) == [2]
-    assert _few(costs, 3)[:2] in ([2, 0], [2, 1]) and sorted(_few(costs, 3)) == [0, 1, 2]
-    assert _few(np.zeros((4, 3)), 3) == [0]
 
 
 def test_a_bad_request_is_refused_whole():

@@ -11,7 +11,7 @@ import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.design.free import free_of
 from tarsus.design.measures import DEFINITIONS, unmeasured
-from tarsus.design.problem import DesignSettings, problem_of
+from tarsus.design.problem import DesignSettings
 from tarsus.design.request import settings_of
 from tarsus.measure.measure import Scope
 from tarsus.measure.periods import PER_WINDOW, PerWindow
@@ -115,20 +115,6 @@ def test_a_gait_is_a_design_of_a_walker():
     preset = ts.design.gait(walker, free, "speed", **given)
     assert np.array_equal(found.costs, preset.costs) and found.request.noun == "gait"
     assert found.robust.values == preset.robust.values
-
-
-@pytest.mark.parametrize(
-    ("free", "given", "tried"),
-    [
-        ({"signals.pzt.frequency": ("50 Hz", "55 Hz")}, None, 250),
-        (DRIVE, None, 1000),
-        (PULSES, None, 4000),
-        (DRIVE, 70, 70),
-    ],
-)
-def test_few_unknowns_are_tried_less_often(scene, free, given, tried):
-    options = settings_of(DesignSettings, free=free, objective="most peak", candidates=given)
-    assert problem_of(scene, options, None).candidates == tried
 
 
 def test_own_measures_are_objectives(scene, monkeypatch):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tomllib
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -90,17 +89,6 @@ def test_a_square_wave_draws_its_capacitance_times_the_square_of_its_swing(scene
     plain, recovered = energy_of(drive, ts.OnOff(levels=(8.0, -8.0), durations=(0.01, 0.01), repeat=True))
     assert plain == pytest.approx(664e-12 * 256.0) and recovered == pytest.approx(plain / 3.0)
     assert np.isnan(energies(ts.with_values(drive, {"capacitance": None}), np.ones(1))).all()
-
-
-def test_two_levels_leave_no_choice_but_where_the_pairs_are():
-    assert [one.sizes for one in families(TWO, 2)] == [(0, 4), (2, 2), (4, 0)]
-    assert families(TWO, 1)[1].landing == (8.0, -8.0)
-    assert len(families(FREE, 2)) == 5
-    three = families(Step(0.02, 8.0, -8.0, 0.01, 1e-5, 1e-3, Levels((-8.0, 0.0, 8.0))), 1)
-    for one in three:
-        for around in ((-8.0, *one.landing, 8.0), (8.0, *one.release, -8.0)):
-            assert all(a != b for a, b in pairwise(around))
-    assert ((0.0,), (0.0,)) in [(one.landing, one.release) for one in three]
 
 
 @pytest.mark.parametrize("step", [TWO, FREE])

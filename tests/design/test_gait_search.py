@@ -94,32 +94,6 @@ def test_charge_is_recovered_once_from_what_every_drive_draws(scene, recovery):
         assert walks.energies(row, 0.0)[1] == pytest.approx([drawn], rel=1e-9)
 
 
-def test_a_gait_shows_what_it_draws_plain_and_with_recovery(scene):
-    every = {f"robot.drives.{name}.recovery": 0.4 for name in scene.robot.drives}
-    one = gait(ts.with_values(scene, every), FREE, **SMALL).optimum
-    assert one.recovered == pytest.approx(0.6 * one.energy) and one.nominal[1] == pytest.approx(one.recovered)
-
-
-def drawn_by_steps(reservoir: float, cycles: int) -> float:
-    """Energy over C V^2 that a supply gives in the last of some cycles, in which an actuator is charged by two
-    reservoirs, empty at first, one after the other and then by the supply, and discharged into them and to ground."""
-    held, drawn = [0.0, 0.0], 0.0
-    for _ in range(cycles):
-        own = 0.0
-        for i in (0, 1, None, 1, 0):
-            if i is None:
-                drawn, own = 1.0 - own, 1.0
-            else:
-                own = held[i] = (own + reservoir * held[i]) / (1.0 + reservoir)
-    return drawn
-
-
-def test_charge_recovery_is_what_charging_in_three_steps_draws():
-    settled = [drawn_by_steps(reservoir, int(40 * reservoir)) for reservoir in (10.0, 100.0, 1000.0)]
-    assert settled == pytest.approx([0.35484, 0.33555, 0.33356], abs=1e-5)
-    assert settled[-1] == pytest.approx(1.0 - RECOVERY, rel=1e-3)
-
-
 def test_dead_legs_have_no_drive_and_keep_their_place():
     hexapod = hexapod_walker()
     lame = without_legs(hexapod, ("L2",))
@@ -269,18 +243,6 @@ def test_any_measure_is_an_objective_with_a_direction(scene):
         objectives_of("duty_factor")
 
 
-def test_presets_are_objectives_with_limits(scene, monkeypatch):
-    asked = []
-    monkeypatch.setattr("tarsus.design.presets.gait", lambda *given, **named: asked.append((given, named)))
-    ts.design.steady(scene, FREE, "2 mm/s", candidates=64)
-    ts.design.hold(scene, FREE, "3 s")
-    (steady, kept), (hold, lifted) = asked
-    assert steady[2] == "least vertical_amplitude" and kept["candidates"] == 64
-    assert limits_of(scene, kept["limits"])[0].value == 2e-3
-    assert hold[2] == "most longest_hold, least foot_slip" and lifted["from_rest"] == 3.0
-    assert limits_of(scene, lifted["limits"]) == ()
-
-
 def two_gaits(monkeypatch):
     """Speeds of 2 from high starts and of 1 from low ones, half as much where friction is above 10; short walks are ten
     times as fast."""
@@ -399,12 +361,6 @@ def test_an_ensemble_is_judged_by_its_own_members(scene):
     each = walks.each(np.repeat(found.members[0].row[None], 3, axis=0), found.grounds.values)[:, 0]
     assert found.members[0].risk[0] == pytest.approx(-0.5 * (each[1] + each[2]))
     assert np.isnan(found.gap) and found.grounds.weights.tolist() == [0.0, 0.5, 0.5]
-
-
-def test_longest_contact_is_an_objective(scene):
-    found = gait(scene, FREE, "contact,speed", **SMALL)
-    contact = [member.nominal[0] for member in found.members]
-    assert contact == sorted(contact, reverse=True) and contact[0] == pytest.approx(-found.costs[:, 0].min())
 
 
 def test_a_bad_request_is_refused_whole(scene):

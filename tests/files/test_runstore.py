@@ -35,18 +35,6 @@ def collected(store: RunStore) -> dict[str, np.ndarray]:
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def test_what_is_written_is_read_back_exactly(tmp_path):
-    store = opened(tmp_path / "new")
-    for unit in (2, 0, 1):
-        assert unit in store.pending()
-        store.write(unit, arrays(unit))
-    assert store.pending() == []
-    found = collected(store)
-    assert found["code"].tolist() == [0, 0, 1, 1, 2, 2]
-    assert np.array_equal(found["value"][::2, 0], [1 / 3, 1 / 4, 1 / 5])
-    assert {path.name for path in (tmp_path / "new").iterdir()} == {*TEXTS, PLAN_FILE, "units"}
-
-
 def test_what_is_done_is_listed_and_nothing_is_opened(tmp_path, monkeypatch):
     store = opened(tmp_path)
     store.write(1, arrays(1))
@@ -68,14 +56,6 @@ def test_half_a_file_another_plans_and_another_units_are_put_aside(tmp_path):
     again = opened(tmp_path, resume=True)
     assert again.pending() == [0, 1, 2] and not other.exists()
     assert sorted(path.suffix for path in half.parent.iterdir()) == [".damaged"] * 3
-
-
-def test_units_lie_in_folders_of_a_thousand(tmp_path):
-    store = RunStore.open(tmp_path, {}, runs=2001, chunk=1)
-    for unit in (0, 999, 1000, 2000):
-        store.write(unit, arrays(0))
-    assert {path.name for path in (tmp_path / "units").iterdir()} == {"000", "001", "002"}
-    assert sorted(store.done()) == [0, 999, 1000, 2000]
 
 
 WRITER = """
@@ -370,11 +350,6 @@ def test_batches_of_a_question_are_kept_each_and_shared_between_threads(tmp_path
     assert progress == [(i, 7) for i in range(1, 8)]
 
 
-def test_a_function_gives_as_many_values_as_points():
-    with pytest.raises(ValueError, match="7 points"):
-        RunStore().evaluate(POINTS, lambda points: {"sum": points.sum(axis=1)[1:]})
-
-
 FILES = ("a.txt", "units/[0-9].npz")
 
 
@@ -391,12 +366,6 @@ def write(target: OutputFolder, *names: str, text: str = "ours", **options) -> N
 
 def names(folder) -> set[str]:
     return {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file() and p.name != MANIFEST}
-
-
-def test_new_and_empty_folders_are_written(tmp_path):
-    write(output(tmp_path), "a.txt")
-    write(output(tmp_path / "new" / "below"), "a.txt")
-    assert names(tmp_path) == {"a.txt", "new/below/a.txt"}
 
 
 def test_a_folder_that_holds_anything_is_refused(tmp_path):
@@ -435,26 +404,10 @@ def test_what_the_verb_did_not_write_is_not_replaced(tmp_path, by):
     assert names(tmp_path) == before and (tmp_path / "a.txt").read_text(encoding="utf-8") == "theirs"
 
 
-def test_two_verbs_share_a_folder_if_their_files_differ(tmp_path):
-    write(output(tmp_path), "a.txt")
-    other = OutputFolder(tmp_path, "other", ("b.txt",), overwrite=True)
-    write(other, "b.txt")
-    write(output(tmp_path, overwrite=True), "a.txt")
-    assert names(tmp_path) == {"a.txt", "b.txt"}
-
-
 def test_what_an_interrupted_writing_left_is_the_verbs_own(tmp_path):
     with pytest.raises(KeyboardInterrupt), output(tmp_path).writing() as folder:
         (folder / "a.txt").write_text("half", encoding="utf-8")
         raise KeyboardInterrupt
-    write(output(tmp_path, overwrite=True), "units/1.npz")
-    assert names(tmp_path) == {"units/1.npz"}
-
-
-def test_what_a_killed_writing_left_is_the_verbs_own(tmp_path):
-    target = output(tmp_path)
-    writing = target.writing()
-    (writing.__enter__() / "a.txt").write_text("half", encoding="utf-8")  # and it never ends
     write(output(tmp_path, overwrite=True), "units/1.npz")
     assert names(tmp_path) == {"units/1.npz"}
 

@@ -70,13 +70,6 @@ def test_samples_just_after_an_impact_can_be_left_out():
     assert right.freedom == 38 * 6 - 19
 
 
-def test_samples_that_do_not_determine_an_impact():
-    free = FreeResponse(structure(), POINTS, NOISE, STEP)
-    assert fit_impact(free, samples(BEFORE, CHANGE, 0.0, 2, 1), 2) is None
-    still = fit_impact(free, np.zeros((20, 6)), 10)
-    assert still is not None and not np.any(still.change) and not np.any(still.weights[-1])
-
-
 def test_a_rigid_body_moves_freely_too():
     # a mass on nothing beside a vibrating one: zero frequency, velocities constant between impacts
     body = ts.Lumped(coordinates=("a", "b"), mass=(1e-3, 1e-3), stiffness=((40.0, -40.0), (-40.0, 40.0)))

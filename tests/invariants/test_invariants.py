@@ -297,34 +297,6 @@ def test_volts_that_switch_exactly_at_an_impact():
     assert run.events["time"][0] == pytest.approx(fall, rel=1e-12)
 
 
-def test_very_stiff_and_very_soft_modes_together():
-    structure = ts.Modal(
-        frequencies=(0.5, 300.0, 3e6),
-        damping_ratios=(0.01, 0.02, 0.05),
-        modal_masses=(1e-6, 1e-6, 1e-7),
-        shapes={"tip": (1.0, 1.0, 0.3)},
-    )
-    scene = ts.Scene(
-        name="stiff and soft",
-        robot=ts.Robot(
-            structure=structure,
-            drives={"d": ts.Drive(load=ts.PointLoad(weights={"tip": 1.0}), law=ts.LinearForce(gain=-1e-5))},
-            feet={"tip": ts.Foot(point="tip", gap=1e-6)},
-        ),
-        ground=ts.Ground(restitution=ts.Restitution(coefficient=0.3), adhesion=ts.Adhesion(initial=1e-6, rate=0.0)),
-        signals={"d": SQUARE},
-        duration=0.004,
-    )
-    run = check(ts.simulate(scene))
-    assert len(run.events) > 0
-
-
-def test_a_long_run_ends():
-    scene = mass(frequency=500.0, ratio=0.02, gap=1e-6, signal=SQUARE, restitution=ts.Restitution(coefficient=0.5))
-    run = ts.simulate(scene, duration=20.0)
-    assert run.ok and run.ledger.closure < 1e-8
-
-
 def test_chatter_in_a_stiff_film_comes_to_rest():
     # Flights far below the error of a step are not bounces: without an end to them 1e5 would fit in a millisecond.
     from printed_robots import UNIT, hexapod

@@ -50,13 +50,5 @@ def test_new_numbers_of_a_calibration_come_into_table_and_sentence(figures, tmp_
     assert "43.2 %" in told and "best device: 7 of 12 right" in told
 
 
-def test_a_result_is_kept_as_its_verb_wrote_it(figures, tmp_path, monkeypatch):
-    monkeypatch.setattr(figures, "RESULTS", tmp_path)
-    found = {"rows": [{"median": 1.0 / 3.0}], "environment": {"cores": 2}}
-    (tmp_path / "speed.json").write_text(json.dumps(found), encoding="utf-8")
-    kept = json.loads(figures.take("speed", tmp_path).read_text(encoding="utf-8"))
-    assert kept["rows"] == [{"median": 0.333333}] and kept["command"].startswith("python benchmarks/run.py")
-
-
 def test_the_packaged_mixtures_are_those_of_the_results(figures):
     assert figures.mixture_differences() == []

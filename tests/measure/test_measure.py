@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from tarsus.base.errors import InputError
-from tarsus.files.summary import deviation
 from tarsus.measure import (
     CautionKind,
     Counting,
@@ -50,34 +47,6 @@ class Hand:
     @property
     def end_time(self) -> float:
         return self.duration if self.reached is None else self.reached
-
-
-def test_a_flight_clears_the_height_and_what_does_not_is_contact():
-    # lands at 1, flies 0.2 um until 2, flies 0.05 um until 2.5 (chatter), stuck until 4
-    events = table(
-        (1.0, BOUNCE, 5e-6, 0.3),
-        (2.0, BOUNCE, 2e-7, 0.2),
-        (2.5, CAPTURE, 5e-8, 0.1),
-        (4.0, RELEASE, 0.0, 0.0),
-        (10.0, MARK, 7e-6, 0.0),
-    )
-    measures = period_statistics(Hand(events, 10.0, 10.0), dwell=1.0)
-    assert measures["bounces"].value == 1.0
-    assert measures["impacts"].value == 3.0
-    assert measures["contact_duration"].value == pytest.approx(0.5 + 1.5)
-    assert measures["duty_factor"].value == pytest.approx(0.2)
-    assert measures["peak"].value == 7e-6
-    assert measures["mean_apex"].value == pytest.approx((2e-7 + 7e-6) / 2), "the first flight left no ground"
-    assert measures["hardest_impact"].value == 0.3
-    assert measures["impact_speed"].value == pytest.approx(0.2)
-    finer = period_statistics(Hand(events, 10.0, 10.0), height=1e-8, dwell=1.0)
-    assert finer["bounces"].value == finer["rebounds"].value == 2.0
-    assert finer["contact_duration"].value == pytest.approx(1.5)
-    coarser = period_statistics(Hand(events, 10.0, 10.0), height=1e-6, dwell=1.0)
-    assert coarser["bounces"].value == coarser["rebounds"].value == 0.0
-    assert coarser["contact_duration"].value == pytest.approx(1.0 + 0.5 + 1.5)
-    patient = period_statistics(Hand(events, 10.0, 10.0), dwell=2.1)
-    assert patient["bounces"].value == 2.0, "the stay of 2 s with its chatter is shorter than 2.1 s"
 
 
 T = 0.02
@@ -121,17 +90,6 @@ def test_no_event_at_all():
     assert measures.bounces.definition.startswith("bounces per drive period: flights from a touchdown")
     with pytest.raises(AttributeError, match="no measure 'nonsense'"):
         _ = measures.nonsense
-
-
-def test_a_measure_that_was_renamed_says_its_present_name():
-    measures = whole_run_statistics(Hand(table(), 1.0, 0.25))
-    with pytest.raises(KeyError, match="did you mean 'total_rebounds_any_height'"):
-        measures["all_rebounds"]
-    assert "all_rebounds" not in measures and "total_rebounds_any_height" in measures
-
-
-def test_names_of_the_whole_run_begin_alike():
-    assert all(re.match("(max|total|longest)_", name) for name in whole_run_statistics(Hand(table(), 1.0, 0.25)))
 
 
 def test_each_foot_has_its_own():
@@ -215,21 +173,6 @@ def test_an_edge_inside_a_flight_shares_its_area_as_a_parabola_does():
 def test_a_mean_height_that_is_not_known_is_none():
     cut = Hand(table((0.5, BOUNCE, 1e-6, 0.1)), 2.0, 1.0)  # stopped in the air, without a mark
     assert np.isnan(period_statistics(cut, skip=1)["mean_height"].value)
-
-
-@pytest.mark.parametrize(
-    ("value", "unit", "spread", "shown"),
-    [
-        (8.23e-3, "s", 39e-12, 0.0),
-        (1.268e-6, "m", 560e-9, 560e-9),
-        (208e-6, "m", 210e-15, 0.0),
-        (0.0, "m", 3e-13, 0.0),
-        (1.3e-4, "m/s", 540e-12, 0.0),
-        (1.3e-4, "m/s", 540e-9, 540e-9),
-    ],
-)
-def test_spreads_below_the_digits_of_their_value_are_not_shown(value, unit, spread, shown):
-    assert deviation(SimpleNamespace(value=value, unit=unit, spread=spread)) == shown
 
 
 def test_a_warning_where_the_highest_flights_are_not_counted():

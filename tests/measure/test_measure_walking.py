@@ -10,7 +10,7 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.events import EventKind
-from tarsus.measure import Judgement, RunTable, Scope, histories_of, measures_of, walk_statistics
+from tarsus.measure import Judgement, RunTable, Scope, measures_of, walk_statistics
 from tarsus.measure.switching import charging_energy, rise_squares
 from tarsus.model.scene import Scene
 from tarsus.solve.codes import EVENT_TYPE, structured_marks
@@ -88,13 +88,6 @@ def test_longer_periods_are_whole_ones_of_the_run(walk):
         walk_statistics(walk, period=0.03)
 
 
-def test_what_follows_the_last_whole_period_is_no_stride(walk):
-    longer = np.concatenate([walk.marks, marks((3.5 * T, 19e-6, 0, 9e-6, 9e-6, 0, 0))])
-    found = walk_statistics(replace(walk, marks=longer, duration=3.5 * T))
-    assert found["stride"].value == pytest.approx(2e-6) and found["stride"].n == 2
-    assert found["max_surge"].value == pytest.approx(19e-6), "of the whole run"
-
-
 def test_a_run_that_ended_early_has_the_periods_that_it_reached(walk):
     early = replace(walk, marks=walk.marks[:3])
     assert walk_statistics(early)["stride"].n == 1
@@ -140,18 +133,6 @@ def test_length_of_the_body_is_from_hip_to_hip_unless_it_is_described(scene):
     hips = ts.with_values(long, {"body.length": None})
     assert hips.length == pytest.approx(14 * 10e-3 / 15, rel=1e-5)
     assert ts.with_values(scene.robot.structure, {"body.length": None}).length == 0.0
-
-
-def test_contacts_that_touch_are_one():
-    events = np.zeros(6, EVENT_TYPE)
-    events["time"] = [1.0, 2.0, 3.0, 5.0, 7.0, 10.0]
-    events["kind"] = [1, 2, 3, 1, 1, 6]  # lands and chatters, is caught, let go, lands and flies high, twice
-    events["apex"] = [1e-6, 5e-8, 0.0, 1e-6, 1e-6, 1e-6]
-    run = Hand(None, None, events, 10.0, 10.0, ("foot",))  # type: ignore[arg-type]
-    _, start, end = histories_of(run).contacts(1e-7)
-    assert start.tolist() == [1.0, 5.0, 7.0] and end.tolist() == [3.0, 5.0, 7.0], "a touch is a contact without length"
-    none = histories_of(replace(run, all_events=events[:0])).contacts(1e-7)
-    assert all(part.size == 0 for part in none)
 
 
 def feet_events(*rows: tuple[float, int, EventKind]) -> np.ndarray:

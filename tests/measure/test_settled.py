@@ -1,12 +1,9 @@
 """Whether a run's contacts repeat at its end."""
 
-import json
-
 import pytest
 
 import tarsus as ts
 from scene_files import scene
-from tarsus.cli import main
 from tarsus.files.settled import settled
 
 
@@ -50,9 +47,3 @@ def test_where_events_do_not_tell_the_run_says_so():
 def test_a_stored_run_says_the_same(tmp_path):
     run = ts.simulate("cantilever", 0.2)
     assert settled(ts.load_run(run.save(tmp_path / "out"))) == settled(run)
-
-
-def test_the_command_says_it(capsys):
-    assert main(["simulate", "millipede", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)["settled"]
-    assert told["multiple"] == 0 and told["periods"] == 20

@@ -14,16 +14,13 @@ import tarsus as ts
 from drive_cases import FALLING, RISING, WAVEFORMS
 from model.test_drive_lower import check_shape
 from tarsus.base.errors import InputError
-from tarsus.base.spec import float_paths, with_values
-from tarsus.files.toml import parse_scene, scene_text
 from tarsus.measure.switching import rise_squares
 from tarsus.model.drive.amplifier import Amplifier
-from tarsus.model.drive.laws.prandtl_ishlinskii import fit_branches
 from tarsus.model.drive.lower import evaluate, lower
 from tarsus.model.drive.output import Stage, amplified
 from tarsus.model.drive.parts import IDENTITY, to_pieces, whole_parts
 from tarsus.model.drive.signal import Signal
-from tarsus.model.drive.waveforms import Constant, OnOff, RampedSquare, Sine, Square, SweptSine
+from tarsus.model.drive.waveforms import Constant, OnOff, RampedSquare, Sine, Square
 from tarsus.model.robot import Drive
 
 Floats = NDArray[np.float64]
@@ -64,13 +61,6 @@ def test_a_square_at_the_slew_rate_is_a_trapezoid() -> None:
     np.testing.assert_allclose(given(signal, t[2500:] + 20.0), wanted[2500:], rtol=0, atol=1e-10)
     assert signal.period == 0.02
     np.testing.assert_allclose(signal.volts(t), wanted, rtol=0, atol=1e-12)
-
-
-@pytest.mark.parametrize("amplifier", [Amplifier(bandwidth=200.0), Amplifier(rise_time=math.log(9.0) / 400 / math.pi)])
-def test_a_lagged_step_is_an_exponential(amplifier: Amplifier) -> None:
-    t = np.linspace(0.0, 0.05, 5001)
-    wanted = -5.0 * np.expm1(-2.0 * math.pi * 200.0 * t)
-    np.testing.assert_allclose(given(amplifier.output(Constant(level=5.0)), t), wanted, rtol=0, atol=2e-12)
 
 
 def test_a_lagged_sine_is_its_transient_and_its_steady_state() -> None:
@@ -151,48 +141,10 @@ def test_any_waveform_against_small_steps(name: str, stage: tuple[float, float, 
     assert np.abs(given(amplifier.output(waveform), t) - near).max() <= 3.0 * jump
 
 
-def test_a_rail_that_the_command_leaves_at_once() -> None:
-    """Rails from 0 V, where the amplifier and a sine start: the output is off the rail from t = 0 on."""
-    signal = Amplifier(clip=(0.0, 100.0), rise_time=0.01).output(Sine(amplitude=8.0, frequency=5.0))
-    t = np.linspace(0.0, 0.4, 20001)
-    near = stepped(Sine(amplitude=8.0, frequency=5.0), Amplifier(clip=(0.0, 100.0), rise_time=0.01).stage(), t)
-    np.testing.assert_allclose(given(signal, t), near, rtol=0, atol=2e-6)
-    assert signal.track().start[0] == 0.0
-
-
-def test_hysteresis_sees_the_actuators_volts() -> None:
-    law = fit_branches(RISING, FALLING, (-8.0, 8.0), 6)
-    amplifier = Amplifier(slew_rate=2e3, bandwidth=150.0, clip=(-6.0, 7.0))
-    for command in (Square(amplitude=8.0, frequency=50.0, duty=0.4), Sine(amplitude=8.0, frequency=60.0)):
-        signal = Drive(load=_POINT, law=law, amplifier=amplifier, history=(10.0, 0.0)).actuator_volts(command)
-        force, volts = lower(signal, law, (10.0, 0.0))
-        check_shape(force)
-        track = signal.track().twice()
-        t = np.union1d(np.linspace(0.0, track.start[-1], 4001), track.start)[:-1]  # no turn is missed
-        wanted = law.force(evaluate(volts, t), (10.0, 0.0))
-        assert np.abs(evaluate(force, t) - wanted).max() <= 1e-12 * np.ptp(wanted)
-
-
-def test_a_fast_amplifier_is_none() -> None:
-    t = np.linspace(0.0, 0.06, 3001)
-    sweep = SweptSine(amplitude=2.0, start_frequency=20.0, stop_frequency=60.0, duration=0.05)
-    for command in (Sine(amplitude=8.0, frequency=50.0), sweep):
-        assert Amplifier().output(command) is command
-        for amplifier in (Amplifier(slew_rate=1e9, clip=1e3), Amplifier(clip=1e3)):
-            np.testing.assert_allclose(given(amplifier.output(command), t), command.volts(t), rtol=0, atol=2e-11)
-
-
 def test_it_starts_at_the_last_voltage_of_the_history() -> None:
     drive = Drive(load=_POINT, law=VOLTS, amplifier=Amplifier(slew_rate=1e3), history=(0.0, 10.0))
     volts = drive.actuator_volts(Constant(level=0.0)).volts(np.array([0.0, 4e-3, 0.02]))
     assert volts.tolist() == pytest.approx([10.0, 6.0, 0.0], abs=1e-12)
-
-
-def test_it_starts_at_a_rail_that_the_history_lies_beyond() -> None:
-    """A drive poled by more than its amplifier gives: V is between the rails from t = 0 on."""
-    drive = Drive(load=_POINT, law=VOLTS, amplifier=Amplifier(slew_rate=1e3, clip=4.0), history=(2.0, -10.0))
-    volts = drive.actuator_volts(Constant(level=0.0)).volts(np.array([0.0, 3e-3, 0.02]))
-    assert volts.tolist() == pytest.approx([-4.0, -1.0, 0.0], abs=1e-12)
 
 
 def test_energy_is_counted_on_the_actuators_volts() -> None:
@@ -209,54 +161,6 @@ def test_energy_is_counted_on_the_actuators_volts() -> None:
 
 
 _POINT = ts.PointLoad(weights={"tip": 1.0})
-
-
-def test_one_mode_under_a_slewed_square() -> None:
-    """A mass on a spring: the trapezoid's corners are steps of the slope, each answered in closed form."""
-    run = ts.simulate(_oscillator())
-    t = np.linspace(0.0, 0.02, 801)
-    w, rate = 2.0 * math.pi * 100.0, 2e3
-    wanted = np.zeros_like(t)
-    for corner, change in ((0.0, 1.0), (4e-3, -1.0), (10e-3, -1.0), (18e-3, 1.0)):
-        after = np.maximum(t - corner, 0.0)
-        wanted += change * rate * (1.0 - np.cos(w * after)) / w**2 * 1e-3
-    velocity = run.at(t).state.v[0]
-    np.testing.assert_allclose(velocity, wanted, rtol=0, atol=1e-10 * np.abs(wanted).max())
-    assert np.abs(velocity).max() == pytest.approx(np.abs(wanted).max(), rel=1e-10)
-
-
-def _oscillator(amplifier: str = 'slew_rate = "2 V/ms"') -> ts.Scene:
-    return parse_scene(
-        f"""
-name = "oscillator"
-duration = "20 ms"
-[robot.structure]
-kind = "lumped"
-coordinates = ["mass"]
-mass = "1 kg"
-stiffness = {(2.0 * math.pi * 100.0) ** 2!r}
-[robot.drives.pzt]
-load = {{ kind = "point", weights = {{ mass = 1.0 }} }}
-law = {{ kind = "linear", gain = "1 mN/V" }}
-amplifier = {{ {amplifier} }}
-[signals.pzt]
-kind = "square"
-amplitude = "8 V"
-frequency = "50 Hz"
-"""
-    )
-
-
-def test_the_amplifier_in_a_file() -> None:
-    scene = _oscillator('slew_rate = "10 V/ms", bandwidth = "1 kHz", clip = ["-5 V", "7 V"]')
-    assert parse_scene(scene_text(scene)) == scene
-    base = "robot.drives.pzt.amplifier."
-    floats = {path.removeprefix(base): info[:2] for path, info in float_paths(scene).items() if base in path}
-    wanted = {"slew_rate": (1e4, "V/s"), "bandwidth": (1e3, "Hz"), "clip.0": (-5.0, "V"), "clip.1": (7.0, "V")}
-    assert floats == wanted
-    plain = with_values(scene, {base + "slew_rate": None, base + "bandwidth": None, base + "clip": None})
-    assert "amplifier" not in scene_text(plain)
-    assert with_values(plain, {base + "clip": "20 V"}).robot.drives["pzt"].amplifier.clip == (-20.0, 20.0)
 
 
 @pytest.mark.parametrize(("kind", "share"), list(zip(WAVEFORMS, cycle([3e-4, 0.02, 0.3, 4.0]), strict=False)))

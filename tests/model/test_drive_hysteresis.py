@@ -70,21 +70,6 @@ def test_inverse_finds_the_voltages(sequence: list[float], history: list[float])
         np.testing.assert_allclose(law.force(found, history), forces, rtol=0, atol=1e-14 * scale * 10)
 
 
-def test_inverse_of_a_straight_line_and_of_plays_alone() -> None:
-    line = PrandtlIshlinskii(linear=-2.0, constant=1.0)
-    assert line.monotone_range() == (-math.inf, math.inf)
-    assert line.inverse([1.0, -1999.0, 1e6]).tolist() == pytest.approx([0.0, 1000.0, -499999.5], rel=1e-12)
-    plays = PrandtlIshlinskii(linear=1.0, thresholds=(2.0,), weights=(-0.5,))
-    assert plays.inverse([1.0, 6.0, 3.0]).tolist() == pytest.approx([1.0, 10.0, 7.0], rel=1e-12)
-
-
-def test_a_range_ends_where_the_force_turns() -> None:
-    law = operator()
-    low, high = law.monotone_range()
-    assert low < -15.0
-    assert high == pytest.approx((0.02 + math.sqrt(0.0004 + 4 * 0.0015 * 1.1)) / 0.003, rel=1e-12)
-
-
 def test_monotone_range_is_sharp() -> None:
     """Inside the range no small step reverses the force; just outside, a step after a turn does."""
     law = fit_branches(RISING, FALLING, (-8.0, 8.0), 6)  # falls with the voltage

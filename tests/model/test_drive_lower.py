@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 import tarsus as ts
 from drive_cases import FALLING, PRINTED, RISING, WAVEFORMS, grid, jumps
-from effort import calls
 from scene_files import scene as scene_of
 from tarsus.base.spec import float_paths
 from tarsus.model.drive.law import VoltageLaw
@@ -18,7 +17,7 @@ from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii, fit_branches
 from tarsus.model.drive.lower import Pieces, evaluate, lower
 from tarsus.model.drive.signal import Signal
-from tarsus.model.drive.waveforms import OnOff, RampedSquare, Sampled, Sine, Square
+from tarsus.model.drive.waveforms import OnOff, RampedSquare, Sampled, Sine
 from tarsus.plan.channels import drive_courses
 from tarsus.solve import Run
 
@@ -144,35 +143,6 @@ def test_play_engagement_is_found_exactly_and_marked() -> None:
     assert np.all(force.coef[[1, 3, 5, 6, 8, 10], 1] != 0.0)
 
 
-def test_turning_without_engaged_plays_is_no_kink() -> None:
-    """Amplitude below the only threshold: the force is smooth, and so is the lowered one."""
-    force, _ = lower(
-        Sine(amplitude=2.0, frequency=1.0), PrandtlIshlinskii(linear=1.0, thresholds=(3.0,), weights=(1.0,))
-    )
-    assert not force.kink.any()
-
-
-def test_a_turn_where_it_turned_before_only_touches_a_play() -> None:
-    """The first fall to -0.3 V moves the play so that every later one just reaches it, but for rounding."""
-    law = PrandtlIshlinskii(linear=1.0, thresholds=(1.5,), weights=(1.0,))
-    force, _ = lower(Sine(amplitude=0.3, frequency=500.0), law, [9.0, 0.0])
-    assert np.diff(force.start).min() > 1e-4
-    assert not force.kink[force.loop :].any()
-
-
-def test_square_on_the_printed_branches() -> None:
-    """The +V plateau is on the rising branch and the -V plateau on the falling one, from the start."""
-    force, volts = lower(Square(amplitude=8.0, frequency=50.0), PRINTED, [10.0, 0.0])
-    wanted = [float(RISING(8.0)), float(FALLING(-8.0))]
-    assert evaluate(force, [0.005, 0.015, 20.005, 20.015]).tolist() == wanted * 2
-    assert np.all(force.coef[:, 1:] == 0.0)
-    assert force.kink.all()
-    assert volts.loop == 0
-    poled = lower(Square(amplitude=8.0, frequency=50.0), PRINTED, [10.0])[0]
-    first = evaluate(poled, [0.005, 0.025]).tolist()
-    assert first == [float(FALLING(8.0)), float(RISING(8.0))]  # down from 10 V at first
-
-
 @example([1e-12], [], 1.0, 0.0, 0.0, 1.0, [6.8e-178])  # a sliver of a piece
 @example([0.0], [], 1.0, 0.0, 0.0, 0.9999999999999999, [0.0])  # a plateau shorter than rounding
 @example([5.0], [9.0], 0.015625, 0.0, 0.0, 1.0, [1.0])  # a small swing on a large force
@@ -211,33 +181,6 @@ def test_any_plays_any_history(
         wanted = direct(wave, law, t, history)
         size = float(np.abs(wanted).max()) + 1.0
         assert np.abs(evaluate(pieces, t) - wanted).max() <= 2e-13 * size + 1e-12 * float(np.ptp(wanted))
-
-
-def test_noisy_samples_through_plays() -> None:
-    rng = np.random.default_rng(5)
-    times, levels = np.arange(20000) * 1e-4, rng.normal(size=20000).cumsum() * 0.1
-    wave = Sampled(times=tuple(times), levels=tuple(levels))
-    law = LAWS["plays"]
-    force, _ = lower(wave, law, [10.0, 0.0])
-    t = np.sort(np.concatenate([times, rng.uniform(0.0, times[-1], 20000)]))
-    wanted = law.force(np.interp(t, times, levels), [10.0, 0.0])
-    assert np.abs(evaluate(force, t) - wanted).max() <= 1e-12 * np.ptp(wanted)
-
-
-def test_on_off_sequence_with_equal_levels() -> None:
-    wave = OnOff(levels=(1.0, 1.0, 0.0), durations=(0.1, 0.1, 0.1), repeat=True)
-    _, volts = lower(wave, LinearForce(gain=1.0))
-    assert volts.kink.tolist() == [True, False, True]
-
-
-def test_lowering_is_economical() -> None:
-    """One sine through 8 plays: 19 pieces a period."""
-    wave, law = Sine(amplitude=8.0, frequency=50.0), LAWS["plays"]
-    force, volts = lower(wave, law, [10.0, 0.0])
-    assert calls(lambda: lower(wave, law, [10.0, 0.0])) < 2000
-    assert force.count == 2 * 19
-    assert force.loop == 19
-    assert volts.count == 4
 
 
 AIR = 0.03

@@ -19,30 +19,6 @@ from tarsus.model.drive.waveforms import RampedSquare, Sampled, Sine, Square
 from tarsus.model.drive.waveforms.sampled import Interpolation
 
 
-@pytest.mark.parametrize("name", WAVEFORMS)
-def test_stretches_are_monotone_and_kinks_are_real(name: str) -> None:
-    waveform = WAVEFORMS[name]
-    track = waveform.track()
-    xi = np.linspace(-1.0, 1.0, 101)
-    values = track.values(np.arange(track.count), np.tile(xi, (track.count, 1)))
-    steps = np.diff(values, axis=1) * np.where(track.direction() == 0.0, 1.0, track.direction())[:, None]
-    assert steps.min() >= -1e-13 * max(1.0, float(np.abs(values).max()))
-    np.testing.assert_allclose(values[:, 0], track.first, rtol=0, atol=1e-13 * 10)
-    np.testing.assert_allclose(values[:, -1], track.last, rtol=0, atol=1e-13 * 10)
-    # where no kink is marked value, slope and curvature are continuous
-    smooth = np.flatnonzero(~track.kink[1:]) + 1
-    assert np.all(track.first[smooth] == track.last[smooth - 1])
-    pieces = lower(waveform, LinearForce(gain=1.0))[1]
-    k, scale = np.arange(12), 2.0 / np.diff(pieces.start)
-    smooth = np.flatnonzero(~pieces.kink[1:]) + 1
-    for order in (1, 2):
-        weight = k if order == 1 else k * (k - 1)
-        right = (pieces.coef @ weight) * scale**order
-        left = (pieces.coef @ (weight * (-1.0) ** (k - order))) * scale**order
-        miss = np.abs(left[smooth] - right[smooth - 1]).max(initial=0.0)
-        assert miss <= 1e-9 * np.abs(left).max() * 10**order
-
-
 def test_ramped_square_as_defined() -> None:
     """25 % at 5 Hz: 25 ms ramps centred on the edges of the square wave, 75 ms plateaus; 0 is the square."""
     wave = RampedSquare(amplitude=8.0, frequency=5.0, duty=0.25)
@@ -75,18 +51,6 @@ def test_phase_on_an_edge_leaves_no_sliver() -> None:
         wave = Square(amplitude=1.0, frequency=3.0, duty=duty, phase=2.0 * math.pi * duty)
         track = wave.track()
         assert track.first.tolist() == [-1.0, 1.0]
-
-
-def test_constant_stretches_have_no_higher_terms() -> None:
-    for name in ("square", "on-off", "poling", "constant", "ramped", "ramp", "samples", "chirp"):
-        waveform = WAVEFORMS[name]
-        force, volts = lower(waveform, LinearForce(gain=0.3e-6, offset=1e-6))
-        track = waveform.track()
-        flat = np.flatnonzero(track.direction() == 0.0)
-        assert len(flat)
-        at = np.searchsorted(volts.start, track.start[flat])
-        assert np.all(volts.coef[at, 1:] == 0.0)
-        assert np.all(force.coef[at, 1:] == 0.0)
 
 
 def test_values_are_held_after_the_end() -> None:

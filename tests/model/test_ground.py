@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -27,8 +26,6 @@ from tarsus.orbits.starts import Box
 from tarsus.plan.lowering import lower_scene, slot
 from tarsus.report.drawing import drawing_of
 from tarsus.report.motion import motion_of
-from tarsus.report.movie import movie
-from tarsus.report.player import payload, walk_plate
 from tarsus.solve.outputs import Output
 from tarsus.solve.session import Session
 from tarsus.study.sweeping import run_sweep
@@ -180,11 +177,6 @@ def test_higher_ground_is_a_smaller_gap() -> None:
     assert raised.ledger.closure < 1e-8
 
 
-def test_two_grounds_close_their_account() -> None:
-    run = ts.simulate(on(trotter(4), TEETH | {"friction": [1.0, 0.3]}, PATCHY), 0.02)
-    assert run.ok and len(run.events) > 20 and run.ledger.closure < 1e-8
-
-
 def test_batches_windows_and_sessions_have_each_foot_on_its_ground() -> None:
     scene = on(trotter(2, ground=sticky(film=ts.Film(coefficient=1e-26, thickness=1e-7))), TEETH, PATCHY)
     path, seeds = "ground.profile.feet.right.seed", (3, 4)
@@ -240,23 +232,11 @@ def test_maps_are_read_at_each_foot(tmp_path: Path) -> None:
 
 
 SINE = {"kind": "sine", "amplitude": 1e-6, "frequency": 100.0}
-TABLE = {"normal": {"displacement": SINE}}
 
 
 def moving(name: str, motion: dict[str, Any], **values: Any) -> ts.Scene:
     made = ts.load_scene(name) if name in ("millipede", "hexapod") else scene(name)
     return ts.with_values(made, {"ground.motion": motion, **values})
-
-
-def test_ground_that_stays_costs_nothing() -> None:
-    """The same plan as ever; a motion adds a load and a channel for each of its forces."""
-    still, shaken = lower_scene(scene("p1_n6")), lower_scene(moving("p1_n6", TABLE))
-    assert still.drives == len(scene("p1_n6").robot.drives) == len(still.periods)
-    assert shaken.drives == still.drives + 1 and len(shaken.channels) == len(still.channels) + 1
-    staying = lower_scene(moving("p1_n6", TABLE | {"base": "stays"}))
-    assert staying.drives == still.drives + 3
-    free = lower_scene(moving("ball", TABLE | {"base": "stays"}))  # no base holds it
-    assert free.drives == 1
 
 
 def test_accelerometers_feel_the_ground() -> None:
@@ -312,20 +292,3 @@ def test_a_periodic_motion_on_a_shaker_is_found() -> None:
     start = {"ground.motion.normal.displacement.phase": phase, "initial.velocity": [1.0 / 3.0]}
     orbit = ts.periodic(ts.with_values(shaken, start))
     assert orbit.period == 1.0 and orbit.stable
-
-
-def test_players_and_movies_draw_it(tmp_path: Path) -> None:
-    plate = {"normal": {"displacement": SINE}, "along": {"displacement": SINE | {"frequency": 50.0}}}
-    run = ts.simulate(moving("millipede", plate), "40 ms")
-    motion = motion_of(run)
-    drawing = drawing_of(motion)
-    assert motion.moved is not None
-    np.testing.assert_allclose(motion.moved[1], 1e-6 * np.sin(200.0 * np.pi * motion.time), atol=1e-12)
-    still = replace(motion, moved=None)
-    lifted, level = drawing.seen(motion), drawing.seen(still)
-    risen = np.broadcast_to(drawing.up * motion.moved[1], lifted[1].shape)
-    np.testing.assert_allclose(lifted[1] - level[1], risen, atol=1e-12)
-    assert payload(motion, drawing)["moved"]["bits"] == 16 and "seen from the laboratory" in walk_plate(motion).caption
-    assert payload(still, drawing)["moved"] is None
-    movie(run, tmp_path / "walk.gif", periods=1)
-    assert (tmp_path / "walk.gif").stat().st_size > 1000

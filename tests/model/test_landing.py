@@ -9,12 +9,8 @@ import pytest
 
 import tarsus as ts
 from printed_robots import body, hexapod, printed, printed_map
-from scene_files import scene
 from tarsus.base.spec import float_paths
 from tarsus.model.laws.impact_map import Directed, DominantMode, ImpactMap, MassWeighted
-from tarsus.report.run_page import report_html
-
-RULES = [ts.laws.CaptureUnlessPulled(), ts.laws.RestituteFirst(speed=0.02), ts.laws.PullAsPrinted()]
 
 
 def test_a_table_is_a_rule_and_its_speed_has_a_path():
@@ -32,13 +28,6 @@ def test_coordinates_that_are_points_stand_for_themselves():
     walker = ts.load_scene("millipede").robot.structure
     leg = next(iter(walker.legs))
     np.testing.assert_array_equal(walker.alone(leg), walker.row(leg))
-
-
-def test_a_rule_that_is_given_is_named_in_reports():
-    ball = ts.with_values(scene("ball"), {"ground.landing": RULES[1]})
-    page = report_html(ts.simulate(ball, duration=1.0))
-    assert "A foot that lands: restitution first, held when slow, speed 20 mm/s" in page.replace("\u00a0", " ")
-    assert "A foot that lands" not in report_html(ts.simulate(scene("ball"), duration=1.0))
 
 
 NORMAL = np.eye(6)[0]

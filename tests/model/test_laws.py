@@ -13,7 +13,7 @@ from example_files import load_file
 from tarsus.base import pythonfile
 from tarsus.base.errors import InputError
 from tarsus.core import _native
-from tarsus.model.laws import Film, ImpactLaw, SmoothLaw, load_laws
+from tarsus.model.laws import ImpactLaw, SmoothLaw, load_laws
 from tarsus.model.laws.program import Op
 from tarsus.model.laws.translate import translate
 
@@ -52,17 +52,6 @@ def law_file(folder: Path, text: str) -> Path:
     file = folder / "law.py"
     file.write_text(text)
     return file
-
-
-def test_names_are_snake_case() -> None:
-    assert Film.name() == "film"
-
-    class JKRContact(SmoothLaw):
-        @staticmethod
-        def force(gap: float, gap_rate: float, volts: float, time: float) -> float:
-            return 0.0
-
-    assert JKRContact.name() == "jkr_contact"
 
 
 def test_user_file(tmp_path: Path) -> None:

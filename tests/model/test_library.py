@@ -1,5 +1,3 @@
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -158,14 +156,3 @@ def test_verbs_of_other_packages(their_robots: None, capsys: pytest.CaptureFixtu
 def test_a_name_that_the_package_lacks_is_reported_with_the_nearest() -> None:
     with pytest.raises(AttributeError, match="did you mean 'Session'"):
         tarsus.Sesion  # noqa: B018
-
-
-def test_a_device_and_its_drive_are_light() -> None:
-    code = (
-        "import sys, tarsus; from tarsus.model.drive.lower import lower\n"
-        "scene = tarsus.load_scene('cantilever'); drive = scene.robot.drives['pzt']\n"
-        "lower(scene.signals['pzt'], drive.law, drive.history)\n"
-        "heavy = {'numba', 'matplotlib', 'xarray', 'scipy', 'tomlkit'} & set(sys.modules)\n"
-        "assert not heavy, heavy\n"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any
 
 import numpy as np
 import pytest
@@ -82,9 +81,6 @@ def test_points_move_as_their_names_say() -> None:
         it.leg_coordinate("tail")
 
 
-HEXAPOD = ts.load_scene("turning-hexapod")
-
-
 def walker_of(scene: ts.Scene) -> Walker:
     assert isinstance(scene.robot.structure, Walker)
     return scene.robot.structure
@@ -97,15 +93,6 @@ def test_samples_end_where_the_run_does() -> None:
     walker = walker_of(run.scene)
     series = run.at(np.linspace(0.0, run.end_time, 40))
     assert series.foot_y == pytest.approx(np.stack([walker.row(f"{leg}_y") @ series.state.x for leg in walker.legs]))
-
-
-def test_strides_are_shorter_on_the_inside_of_a_turn() -> None:
-    waves: dict[float, Any] = {
-        turn: ts.with_values(HEXAPOD, {"gait.turn": turn}).waveforms for turn in (-1.0, 0.0, 0.5, 2.0)
-    }
-    swing = {turn: (one["LF_swing"].amplitude, one["RF_swing"].amplitude) for turn, one in waves.items()}
-    assert swing == {-1.0: (50.0, 0.0), 0.0: (50.0, 50.0), 0.5: (25.0, 50.0), 2.0: (-50.0, 50.0)}
-    assert {one["LF_lift"].amplitude for one in waves.values()} == {50.0}
 
 
 def test_a_body_that_goes_ahead_and_turns_goes_round_a_circle() -> None:

@@ -154,11 +154,6 @@ def test_axes_that_are_no_part_of_a_start_are_refused(over, said):
         ts.attractors(table(0.8, 0.5), starts=4, over=over)
 
 
-def test_a_scene_without_a_drive_has_no_attractors_to_look_for():
-    with pytest.raises(ts.InputError, match="periodic"):
-        ts.attractors(scene("ball"), starts=4)
-
-
 def test_a_motion_of_twelve_periods_has_multipliers():
     """Each impact contracts areas by e^2: the multipliers' product, whatever the period; it is known as they are, to
     1e-9 of the entries of the return's derivative."""

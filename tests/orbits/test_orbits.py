@@ -13,7 +13,6 @@ import tarsus as ts
 from scene_files import scene
 from sliding_scenes import cantilever
 from tarsus.base.events import EventKind
-from tarsus.base.spec import with_values
 from tarsus.orbits.follow import Follower
 from tarsus.orbits.orbit import Orbit, converge
 from tarsus.solve.run import Shared
@@ -210,12 +209,6 @@ def test_the_packaged_walker_has_a_stable_gait(gait):
     np.testing.assert_allclose(later["time"] - start, gait.events["time"], rtol=0, atol=1e-8 * gait.period)
 
 
-def test_where_a_walker_is_has_the_multiplier_one_apart_from_the_others(gait):
-    assert gait.travel_multiplier == pytest.approx(1.0, abs=1e-12)
-    assert np.abs(np.abs(gait.multipliers) - 1.0).min() > 0.1
-    assert gait.to_dict()["travel_m"] == gait.travel
-
-
 def test_a_deviation_decays_by_the_largest_multiplier(gait):
     returns, largest = gait.map, float(np.abs(gait.multipliers[0]))
     state = gait.state + 1e-5 * returns.free[:, 0] * returns.scales(gait.state)[1]
@@ -247,8 +240,3 @@ def test_a_gait_is_followed_along_its_voltage(gait):
     assert last.orbit.kind == alone.kind
     assert last.orbit.travel == pytest.approx(alone.travel, rel=1e-8)
     assert np.abs(last.orbit.multipliers[0]) == pytest.approx(np.abs(alone.multipliers[0]), rel=1e-5)
-
-
-def test_without_a_gait_there_is_no_period():
-    with pytest.raises(ts.InputError, match="no drive is periodic"):
-        ts.periodic(with_values(ts.load_scene("millipede"), {"gait": None}))

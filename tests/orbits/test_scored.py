@@ -70,19 +70,6 @@ def test_nothing_is_told_of_a_robot_that_fails_from_one_start(monkeypatch):
     assert np.isnan(made.value[0]).all() and np.isnan(made.over_starts[0]).all() and np.isfinite(made.value[1]).all()
 
 
-def test_walkers_are_measured_by_their_settled_motion():
-    walker = {"name": "x", "scene": ts.load_scene("millipede"), "vary": GROUND, "measures": ("stride",)}
-    assert Sweep(**walker).motion == SettledMotion(1.0, 4)
-    assert Sweep(**walker, starts=7, duration=2.0).motion == SettledMotion(2.0, 7)
-    assert Sweep(**walker, from_rest="0.2 s").motion == FromRest(0.2)
-    slow = walker | {"vary": {"gait.frequency": ["10 Hz", "100 Hz"]}}
-    assert Sweep(**slow).motion == SettledMotion(2.0, 4)
-    tip = ts.load_scene("cantilever", wave="sine", hz=200, duration="20 ms")
-    held = {"name": "x", "scene": tip, "vary": GROUND, "measures": ("peak",)}
-    assert Sweep(**held).motion == FromRest(0.02)
-    assert Sweep(**held, starts=3).motion == SettledMotion(1.0, 3)
-
-
 @pytest.mark.parametrize(
     ("given", "said"),
     [

@@ -54,23 +54,6 @@ def matlab_7_3(path: Path, content: dict[str, np.ndarray]) -> Path:
     return path
 
 
-@pytest.mark.parametrize("version", ["5", "7.3"])
-def test_matlab_vectors(tmp_path, version):
-    content = {"t": TIME, "tip": TIP, "volts": VOLTS, "H": RESPONSE, "f": LINES, "fs": np.array(1000.0)}
-    path = tmp_path / "record.mat"
-    if version == "5":
-        savemat(path, {**content, "remark": "hi"})
-    else:
-        matlab_7_3(path, content)
-    record = read_measurement(path, channels={"tip": "mm/s", "volts": "V"})
-    check(record, "tip", "volts")
-    notes = "\n".join(record.notes)
-    assert "not used, since no time series: 'H'" in notes and "not used: 'remark'" in notes
-    response = read_response(path, channels={"H": "m/s/N"})
-    assert response.values[0, 0] == pytest.approx(RESPONSE)
-    assert response.frequency == pytest.approx(LINES)
-
-
 def test_matlab_structures_tables_and_units(tmp_path):
     path = tmp_path / "record.mat"
     savemat(path, {"run": {"time": TIME[:, None], "ch": np.column_stack([TIP, VOLTS])}, "units": {"gain": "V"}})
@@ -93,15 +76,6 @@ def test_times_at_odds_with_the_rate_are_chosen_between(tmp_path):
     assert read_measurement(path, channels={"tip": "m/s"}, step=1 / 1010).step == 1 / 1010
     savemat(path, {"tip": TIP, "fs": 1010.0})
     assert read_measurement(path, channels={"tip": "m/s"}).step == pytest.approx(1 / 1010)
-
-
-def test_vectors_of_another_length(tmp_path):
-    path = tmp_path / "record.mat"
-    units = {"tip": "mm/s", "volts": "V", "short": "V"}
-    savemat(path, {"t": TIME, "tip": TIP, "volts": VOLTS, "short": VOLTS[:50], "units": units})
-    record = read_measurement(path)
-    check(record, "tip", "volts")
-    assert "record.mat: channel 'short' has 50 samples where 't' has 200: not used" in record.notes
 
 
 def test_measured_responses_of_others():
@@ -214,53 +188,6 @@ def hdf(path: Path, *, attributes: dict | None = None, **arrays) -> Path:
         for name, given in arrays.items():
             file[name] = given
     return path
-
-
-def test_numbers_that_may_have_to_be_multiplied_are_told(tmp_path):
-    record = read_measurement(hdf(tmp_path / "record.h5", attributes={"gain": 0.5, "offset": 0.0}, time=TIME))
-    said = [note for note in record.notes if "attribute" in note]
-    assert said == ["record.h5: 'velocity' has the attribute gain = 0.5, which is of no convention and is not applied"]
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "step"),
-    [
-        ("fs", 50e3, 2e-5),
-        ("sample_rate_hz", 50e3, 2e-5),
-        ("SamplingFrequency", 50000, 2e-5),
-        ("dt", 2e-5, 2e-5),
-        ("sample_rate", "50 kHz", 2e-5),
-        ("Sampling Rate [kHz]", 50.0, 2e-5),
-        ("dt_us", 20.0, 2e-5),
-        ("SampleRateHz", np.array([50e3]), 2e-5),
-        ("sampling_interval", "20 us", 2e-5),
-    ],
-)
-@pytest.mark.parametrize("where", ["file", "group", "data set", "scalar"])
-def test_a_rate_may_be_an_attribute_of_anything(tmp_path, name, value, step, where):
-    path = tmp_path / "record.h5"
-    with h5py.File(path, "w") as file:
-        group = file.create_group("run")
-        data = group.create_dataset("velocity", data=TIP)
-        data.attrs["units"] = "m/s"
-        if where == "scalar":
-            group[name] = value if isinstance(value, str) else np.ravel(value)[0]
-        else:
-            {"file": file, "group": group, "data set": data}[where].attrs[name] = value
-    if where == "scalar" and isinstance(value, str):
-        return
-    assert read_measurement(path).step == pytest.approx(step, rel=1e-12)
-
-
-def test_each_group_has_its_own_rate(tmp_path):
-    path = tmp_path / "record.h5"
-    with h5py.File(path, "w") as file:
-        for name, rate in (("slow", 1e3), ("fast", 4e3)):
-            file[f"{name}/velocity"] = TIP
-            file[f"{name}/velocity"].attrs["units"] = "m/s"
-            file[name].attrs["fs"] = rate
-    for name, step in (("slow/velocity", 1e-3), ("fast/velocity", 0.25e-3)):
-        assert read_measurement(path, channels=[name]).step == pytest.approx(step)
 
 
 def test_one_data_set_that_cannot_be_read_loses_no_other(tmp_path):

@@ -73,13 +73,6 @@ def test_clipping_is_told_from_the_samples():
     assert clipped_samples(np.round(noisy / 1e-3) * 1e-3) > 100
 
 
-def test_a_clipped_channel_is_accepted_as_chosen(tmp_path):
-    wave = np.sin(0.05 * N)
-    path = table(tmp_path, **{"tip [mm/s]": np.clip(wave, -0.8, 0.8), "drive [V]": np.sign(wave)})
-    accepted = read_measurement(path, channels={"tip": {"accept_clipped": True}, "drive": {}})
-    assert "channel 'tip' is clipped" in "\n".join(accepted.notes) and accepted.drive == "drive"
-
-
 def test_the_drive(tmp_path):
     wave = np.sin(0.05 * N)
     path = table(tmp_path, **{"tip [m/s]": wave, "a [V]": wave, "b [V]": 0 * wave})
@@ -90,21 +83,6 @@ def test_the_drive(tmp_path):
     assert read_measurement(path, drive="a").drive == "a"
     assert read_measurement(path, channels={"tip": {}}, drive="a").names == ("tip", "a")  # who names it asks for it
     assert read_measurement(path, channels={"tip": {}, "a": {"name": "left"}}, drive="a").drive == "left"
-
-
-def test_what_was_not_used_is_noted(tmp_path):
-    path = table(tmp_path, **{"tip [m/s]": np.sin(N), "temperature": 20 + 0.1 * np.cos(N), "hip [m/s]": np.cos(N)})
-    assert "nothing says what channel 'temperature' measures: not used" in "\n".join(read_measurement(path).notes)
-    record = read_measurement(path, channels={"tip": "mm/s"})
-    assert record.names == ("tip",) and record["tip"][1] == pytest.approx(1e-3 * np.sin(1))
-    notes = "\n".join(record.notes)
-    assert "not chosen: 'temperature', 'hip'" in notes and "taken in mm/s as chosen; the file says 'm/s'" in notes
-
-
-def test_a_format_is_told_from_the_content(tmp_path):
-    source = table(tmp_path, **{"tip [m/s]": np.sin(N)})
-    renamed = source.rename(tmp_path / "record.dat")
-    assert read_measurement(renamed).count == 2000
 
 
 @pytest.mark.parametrize("kind", [np.uint8, np.int16, np.int32, np.float32])

@@ -33,12 +33,6 @@ def test_a_cut_header_of_a_further_segment_is_told(tmp_path):
             read_measurement(path)
 
 
-def test_a_segment_that_was_not_closed_and_is_whole_is_noted(tmp_path):
-    path = tmp_path / "record.tdms"
-    WHOLE["not closed.tdms"](path)
-    assert "its last segment was not closed; all samples" in "\n".join(read_measurement(path).notes)
-
-
 def test_an_index_file_of_another_record_beside_it_does_not_count(tmp_path):
     path = tmp_path / "record.tdms"
     WHOLE["writer.tdms"](path)

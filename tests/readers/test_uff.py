@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import pyuff
 
-import tarsus as ts
 from tarsus.records.measurement import Quantity
 from tarsus.records.readers import read_measurement, read_response
 
@@ -108,12 +107,6 @@ def test_time_series_in_the_units_of_the_file(tmp_path, binary):
     assert "not used: 1 auto spectra" in notes and "not used: 1 tables of nodes (data set 15)" in notes
 
 
-def test_si_is_assumed_where_nothing_states_a_unit(tmp_path):
-    values = RANDOM.normal(size=300)
-    record = read_measurement(write(tmp_path / "time.uff", [function(values, TIMES, 1, 1)]))
-    assert record["1+Z"] == pytest.approx(values) and any("SI is assumed" in note for note in record.notes)
-
-
 @pytest.mark.parametrize(
     "label, system",
     [("mm/s", True), ("g", False), ("thumbs", False)],
@@ -130,13 +123,6 @@ def test_a_label_at_odds_with_the_data_type_is_not_relied_on(tmp_path, label, sy
     assert said in "\n".join(chosen.notes)
 
 
-def test_units_hold_from_where_they_stand(tmp_path):
-    values = RANDOM.normal(size=300)
-    sets = [units(1, 1.0, 1.0), function(values, TIMES, 1, 1), units(5, 1000.0, 1000.0), function(values, TIMES, 1, 2)]
-    record = read_measurement(write(tmp_path / "time.uff", sets))
-    assert record["1+Z"] == pytest.approx(values) and record["2+Z"] == pytest.approx(1e-3 * values)
-
-
 def test_the_unit_of_a_ratio_stands_at_the_ordinate(tmp_path):
     data = function(H[0], LINES, 4, 1, ordinate_spec_data_type=12, ordinate_axis_units_lab="g/N")
     read = read_response(write(tmp_path / "frf.uff", [data]))
@@ -148,12 +134,6 @@ def test_units_that_contradict_themselves_are_not_relied_on(tmp_path):
     path = write(tmp_path / "time.uff", sets)
     notes = read_measurement(path, channels={"1+Z": "m/s"}).notes
     assert "said to be SI (data set 164), but with 3.28084 units of length a metre" in "\n".join(notes)
-
-
-def test_repeats_of_a_point_are_told_apart(tmp_path):
-    sets = [function(RANDOM.normal(size=300), TIMES, 1, 1) for _ in range(2)]
-    record = read_measurement(write(tmp_path / "time.uff", sets))
-    assert record.names == ("1+Z", "1+Z #2")
 
 
 def at_nodes(path, shapes: np.ndarray, **more: Any):
@@ -249,17 +229,3 @@ def test_numbers_as_fortran_and_others_write_them(tmp_path, rows):
     right[0] *= -1.0 if rows[0][0] == "-" else 1.0
     right[5] = 6e-100 if "-100" in rows[0] else 6.0
     assert read_measurement(path)["1+Z"] == pytest.approx(right, rel=1e-12)
-
-
-def test_responses_without_phases_say_so(tmp_path):
-    path = write(tmp_path / "frf.uff", [function(np.abs(H[0]), LINES, 4, 1)])
-    read = read_response(path)
-    assert read.values[0, 0] == pytest.approx(np.abs(H[0]))
-    assert "'1+Z': frequency responses of real numbers (data type 2 or 4), without phases" in "\n".join(read.notes)
-
-
-def test_what_is_not_read_is_shown(tmp_path):
-    path = write(tmp_path / "psd.uff", [function(np.ones(40), LINES, 9, 4)])
-    shown = ts.show(path)
-    assert shown.to_dict()["series"] == []
-    assert "psd.uff: not used: 1 power spectral densities" in shown.remarks

@@ -79,17 +79,6 @@ def test_a_run_that_stopped_early_has_measures_all_the_same(name, steps):
     assert run._repr_html_() and batch._repr_html_()
 
 
-def test_what_is_printed_is_short(scene, grid):
-    run = ts.simulate(scene, DURATION)
-    assert repr(run) == f"<Run 'cantilever': 0.03 s, DONE, {len(run.events)} events>"
-    assert "ledger" not in run.__dict__, "nothing was computed for it"
-    assert repr(grid) == f"<Batch 'cantilever': 3 x 2 runs of 0.03 s over {FILM}, {VOLTS}; 6 DONE>"
-    many = ts.simulate_batch(scene, {FILM: np.linspace(4e-21, 5e-21, 40)}, 1e-3)
-    assert len(repr(many)) < 200 and len(str(many)) < 400 and len(many._repr_html_()) < 1500
-    assert "contact duration" in str(run) and "<td" in run._repr_html_() and "ledger" not in run.__dict__
-    assert grid.table().rows[0][:2] == (FILM, 3) and FILM in str(grid)
-
-
 def peak_and_closure(run: ts.Run) -> tuple[float, float]:
     return run.measures["peak"].value, run.ledger.closure
 
@@ -100,25 +89,6 @@ def peaks(batch: Batch) -> np.ndarray:
 
 def ran(name: str) -> ts.Run:
     return ts.simulate(ts.load_scene(name), DURATION)
-
-
-@pytest.mark.parametrize("name", ["cantilever", "millipede"])
-def test_a_run_comes_back_from_its_pickle_with_everything(name):
-    run = ran(name)
-    _ = run.measures, run.series, run.plan.signals, run.code
-    back = pickle.loads(pickle.dumps(run))
-    np.testing.assert_array_equal(back.events, run.events)
-    assert repr(back) == repr(run)
-    assert back.ledger == run.ledger
-    assert np.array_equal(back.series.state.x, run.series.state.x)
-    assert repr(dict(back.measures)) == repr(dict(run.measures))
-
-
-def test_a_batch_comes_back_from_its_pickle(grid):
-    _ = grid.codes
-    back = pickle.loads(pickle.dumps(grid))
-    assert repr(back) == repr(grid) and np.array_equal(back.measure("mean_height"), grid.measure("mean_height"))
-    np.testing.assert_array_equal(back.events(3), grid.events(3))
 
 
 def test_runs_and_batches_go_to_other_processes_and_come_back(grid):

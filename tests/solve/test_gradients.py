@@ -177,16 +177,6 @@ def test_a_displacement_of_zero_varies_by_a_length_of_the_scene():
     np.testing.assert_allclose(got, np.cos(2.0 * times), atol=1e-11)
 
 
-def test_motion_in_the_air_has_derivatives_at_every_moment() -> None:
-    """Also at the edges of a square wave, and where a derivative is far below the largest that it has later."""
-    scene = with_values(ts.load_scene("cantilever", wave="square"), {"robot.feet.tip.gap": 1e-3})
-    paths = ["robot.structure.frequencies.0", "robot.structure.frequencies.1", "robot.drives.pzt.law.weights.0"]
-    run = ts.simulate(scene, 0.02, gradients=paths)
-    assert len(run.events) == 0 and not run.flags
-    for found in run.state_gradients(np.linspace(0.0, 0.02, 900)).values():
-        assert np.isfinite(found.x).all() and np.isfinite(found.v).all() and found.v.any()
-
-
 def test_a_batch_has_the_gradients_of_its_runs():
     scene, path = scene_of("ball"), "robot.feet.ball.gap"
     batch = ts.simulate_batch(scene, {"ground.restitution.coefficient": [0.5, 0.8]}, 3.0, gradients=[path])

@@ -15,7 +15,7 @@ from tarsus.model.laws import AdhesiveFriction
 from tarsus.model.laws.ageing_adhesion import AgeingAdhesion
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import lower_scene
-from tarsus.plan.slots import Kind, rows_for, slot, slots
+from tarsus.plan.slots import rows_for, slot
 from tarsus.solve import Accuracy
 from tarsus.solve.run import Shared
 from tarsus.study import bench
@@ -234,17 +234,6 @@ def test_bits_do_not_depend_on_neighbours_order_chunks_or_threads(of, monkeypatc
         np.testing.assert_array_equal(alone.run(0).all_events, whole.run(i).all_events)
 
 
-def test_what_is_data_and_what_enters_tables():
-    found = slots(heavy())
-    assert found["robot.feet.tip.gap"].kind is Kind.GAP
-    assert found["ground.gravity.acceleration"].kind is Kind.GRAVITY
-    assert found["ground.film.thickness"].kind is Kind.LAW
-    assert found["signals.pull.phase"].kind is Kind.DRIVE
-    assert not [path for path in found if path.startswith(("robot.structure", "robot.drives.pull.load", "duration"))]
-    walker = slots(walking())
-    assert walker["gait.high"].kind is Kind.GAIT and walker["robot.feet.L1.gap"].at == 0
-
-
 def test_a_session_keeps_its_tables():
     session = ts.Session(chain())
     first = session.run(duration=0.05)
@@ -262,23 +251,6 @@ def test_a_session_keeps_its_tables():
     batch = session.batch({"signals.pull.phase": [0.0, 1.0]}, 0.05, threads=1)
     np.testing.assert_array_equal(batch.run(0).events, ts.simulate(chain(), 0.05, Accuracy()).events)
     assert repr(session) == f"Session({chain().name!r})" and "robot.feet.tip.gap" in session.slots
-
-
-def test_a_session_of_a_walker():
-    session = ts.Session(walking())
-    changed = {"ground.gravity.acceleration": 9.0, "gait.high": 13.0}
-    run = session.run(changed, 0.02)
-    np.testing.assert_array_equal(run.events, ts.simulate(ts.with_values(walking(), changed), 0.02).events)
-    assert run.ok
-
-
-def test_varied_values_may_have_units():
-    path, texts = "robot.feet.tip.gap", ["70 um", "0.08 mm"]
-    batch = ts.simulate_batch("cantilever", {path: texts}, "2 ms")
-    assert batch.vary[path].tolist() == [7e-5, 8e-5]
-    session = ts.Session("cantilever").batch({path: texts}, "2 ms")
-    for k in range(2):
-        np.testing.assert_array_equal(session.events(k), batch.events(k))
 
 
 def test_tolerances_of_every_run_refer_to_its_own_lengths_and_forces():

@@ -14,16 +14,12 @@ import pytest
 import tarsus
 import tarsus as ts
 from scene_files import one_mode, pushed
-from tarsus.base.events import EventKind
 from tarsus.cli import main
-from tarsus.core import arrays as a
-from tarsus.files.toml import parse_scene, write_scene
+from tarsus.files.toml import write_scene
 from tarsus.files.version import SHOWING, result_sources
-from tarsus.measure.windows import WindowedHistories
 from tarsus.model.scene import Scene
 from tarsus.solve import Accuracy
-from tarsus.solve.codes import CLOSED, ResultCode, structured_events
-from tarsus.solve.simulation import STEPS_PER_CYCLE, estimated_steps
+from tarsus.solve.codes import CLOSED, ResultCode
 from tarsus.study.workunit import OUTCOMES
 from walking_scenes import block
 
@@ -122,36 +118,6 @@ def test_dataset_has_dimensions_units_and_names(run):
     assert data.attrs["title"] == "two sticky feet" and data.attrs["duration_s"] == 0.02
 
 
-def test_result_codes_are_sentences():
-    for code in ResultCode:
-        assert str(code) == code.value and code.value[0].isupper() and code.value.endswith(".")
-    kernel = (a.DONE, a.STALL, a.STEP_TOO_SMALL, a.STEP_LIMIT, a.NOT_FINITE, a.JAMMED)
-    assert {ResultCode.of(code) for code in kernel} == set(ResultCode) - {ResultCode.DIVERGED, ResultCode.LEDGER_OPEN}
-    assert ResultCode.of(a.STALL, makes_energy=True) is ResultCode.DIVERGED
-    assert ResultCode.of(a.DONE, makes_energy=True) is ResultCode.DONE
-
-
-def _row(time: float, foot: int, kind: int) -> np.ndarray:
-    row = np.zeros(a.EVENT_WIDTH)
-    row[[a.E_TIME, a.E_FOOT, a.E_KIND]] = time, foot, kind
-    return row
-
-
-def test_events_are_in_time_order_and_keep_the_order_of_a_foot():
-    rows = np.array(
-        [
-            _row(1.0, 0, 1),
-            _row(3.0, 0, EventKind.REST),
-            _row(2.0, 1, 1),
-            _row(2.5, 0, EventKind.RELEASE),
-            _row(2.5, 1, 1),
-        ]
-    )
-    events = structured_events(rows)
-    assert events["time"].tolist() == [1.0, 2.0, 2.5, 2.5, 2.5]
-    assert events["kind"][events["foot"] == 0].tolist() == [1, EventKind.REST, EventKind.RELEASE]
-
-
 # Slow: every third bound up to 60. The first, one in the middle and the last stay.
 @pytest.mark.parametrize(
     "bounds", [(1, 28, 58), pytest.param(tuple(range(1, 60, 3)), marks=pytest.mark.slow)], ids=["few", "many"]
@@ -162,17 +128,6 @@ def test_a_step_bound_ends_the_run_and_its_ledger_holds_at_every_step(scene, bou
         run = ts.simulate(scene, accuracy=Accuracy(gap=1e-10, steps=steps))
         assert run.code is ResultCode.STEP_LIMIT and run.end_time < run.duration
         assert run.ledger.closure < 1e-8, steps
-
-
-def test_one_measure_of_a_batch_is_computed_alone(scene, monkeypatch):
-    batch = ts.simulate_batch(scene, {"ground.restitution.coefficient": [0.2, 0.4]}, duration=0.02)
-    every = batch.measures(0)
-    for name in ("peak", "max_peak"):
-        assert batch.measure(name)[0] == every[name].value
-    own = WindowedHistories.of
-    only = {"peak": own}  # no other measure can be computed any more
-    monkeypatch.setattr(WindowedHistories, "of", lambda self, name: only[name](self, name))
-    assert batch.measure("peak")[0] == every["peak"].value
 
 
 def test_devices_files_and_durations_are_taken_as_files_say_them(tmp_path):
@@ -186,35 +141,6 @@ def test_devices_files_and_durations_are_taken_as_files_say_them(tmp_path):
     batch = ts.simulate_batch("cantilever", {"signals.pzt.amplitude": [8.0]}, "10 ms")
     assert batch.events(0)["time"] == pytest.approx(plain.events["time"], rel=1e-7)
     assert ts.Session("cantilever").run({}, "10 ms").events["time"][0] == pytest.approx(plain.events["time"][0])
-
-
-SCENE = """
-name = "two masses"
-duration = "1 s"
-[robot.structure]
-kind = "lumped"
-coordinates = ["a", "b"]
-mass = [1.0, 4.0]
-stiffness = [[{k}, 0.0], [0.0, {k}]]
-damping = [0.0, 0.0]
-[robot.feet.a]
-point = "a"
-gap = "1 m"
-[robot.drives.d]
-load = {{ kind = "point", weights = {{ a = 1.0 }} }}
-law = {{ kind = "linear", gain = 1.0 }}
-[signals.d]
-kind = "sine"
-amplitude = 1.0
-frequency = 3.0
-"""
-
-
-def test_the_fastest_motion_counts():
-    fast = parse_scene(SCENE.format(k=4.0e6))  # sqrt(4e6) rad/s = 318.3 Hz
-    assert estimated_steps(fast, 10.0) == pytest.approx(10.0 * 318.3099 * STEPS_PER_CYCLE, rel=1e-6)
-    slow = parse_scene(SCENE.format(k=0.0))  # a free mass: the drive's 3 Hz are faster
-    assert estimated_steps(slow, 10.0) == pytest.approx(10.0 * 3.0 * STEPS_PER_CYCLE)
 
 
 def swung(level: float = 1e-3) -> Scene:

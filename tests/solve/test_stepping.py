@@ -92,19 +92,6 @@ def test_steps_are_the_run_in_one_piece(name):
         assert list(sim.state.body.values()) == pytest.approx(body[:, 0], rel=1e-6, abs=1e-10)
 
 
-def test_parts_of_any_length_end_where_one_run_does():
-    """A nanosecond, some milliseconds with many events, and what is left."""
-    scene = ts.load_scene("millipede")
-    lengths = [1e-9, 3e-3, 1e-9, 1.2345e-2, 7e-6, 1e-3]
-    whole = ts.simulate(scene, sum(lengths))
-    sim = ts.Session(scene)
-    sim.reset()
-    parts = [sim.step(dt=length).events_of(0) for length in lengths]
-    _same_events(parts, whole.events, sum(lengths))
-    assert len(parts[0]) <= 2 and len(parts[3]) > 4
-    assert sim.state.time == pytest.approx(sum(lengths), rel=1e-15)
-
-
 @pytest.mark.parametrize("law", ["two branches", "plays"])
 def test_drives_remember_all_volts_that_they_were_told(law):
     """Minor loops of hysteresis, and an amplifier that lags, over steps: forces as by one signal."""

@@ -90,15 +90,6 @@ def test_each_run_goes_as_far_as_it_is_asked_to():
     assert np.allclose(there, runs.state[2, :2], rtol=0.0, atol=1e-7 * np.abs(there).max())
 
 
-def test_copies_go_on_by_themselves():
-    scene, vary, period = _table()
-    runs = ts.Session(scene).trajectories(vary, 20.0 * period)
-    runs.advance([np.array([2.5]) * period] * 4)
-    copy = runs.of_runs(np.array([3]))
-    copy.advance([np.array([4.5]) * period])
-    assert copy.time[0] == 4.5 * period and (runs.time == 2.5 * period).all() and runs.done.all()
-
-
 def test_all_events_of_a_batch_are_those_of_its_runs():
     scene, vary, period = _cantilever()
     batch = ts.simulate_batch(scene, vary, 3.0 * period)

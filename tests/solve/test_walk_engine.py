@@ -6,13 +6,9 @@ import math
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
 
 import tarsus as ts
 from tarsus.base.events import EVENT_WORDS, TRANSITIONS, EventKind, FootState
-from tarsus.core import _native
-from tarsus.core.modes import NODES
-from tarsus.core.nodes import TAU
 from tarsus.model.laws import Friction, SmoothLaw
 from tarsus.model.structure import Walker
 from tarsus.solve.codes import ResultCode
@@ -124,42 +120,6 @@ def test_a_millipede_leg_slips_once_before_it_leaves() -> None:
     # 86.1000087 ns: the same contact as an equation of motion with 2 bodies held, by an implicit Runge-Kutta to 1e-12
     assert raised["time"][0] == pytest.approx(8.61000087e-8, rel=1e-8)
     assert raised["pull"][0] == pytest.approx(raised["strength"][0], rel=1e-6)
-
-
-def test_a_step_of_half_an_oscillation_still_feels_a_constant_force():
-    """Its end is where it began, x = F/k (1 - cos pi): for a momentum sin(pi) = 0, yet the way between is not."""
-    mass, rate = 1e-6, 2.0 * math.pi * 32.0
-    values = (np.array([value]) for value in (mass, mass * rate**2, 0.0, 1.0 / 64.0))
-    *_, force, film = _native.LegTables(NODES, *values).step(0, 0)
-    assert force == pytest.approx(2.0 / (mass * rate**2), rel=1e-6)
-    nodes = np.sin(math.pi * TAU) / (mass * rate)
-    assert film == pytest.approx(nodes.max(), rel=1e-6)
-
-
-@pytest.mark.parametrize("damping", [0.0, 1e-6, 2e-3])
-def test_a_step_is_the_exact_motion(damping: float) -> None:
-    """Under forces and film momenta that are polynomials: against the equation of motion, to 1e-9."""
-    mass, stiffness, length = 2e-9, 1.5, 1e-4
-    values = (np.array([value]) for value in (mass, stiffness, damping, length))
-    state, force, film, *_ = _native.LegTables(NODES, *values).step(0, 0)
-    rng = np.random.default_rng(3)
-    push, momentum = rng.normal(size=8), mass * rng.normal(size=8)
-    start = np.array([1e-6, 0.02])
-    found = np.reshape(start @ state.reshape(2, 2, 8).transpose(1, 0, 2).reshape(2, 16), (2, 8))
-    found += np.einsum("j,vjn->vn", push * 1e-6, force.reshape(2, 8, 8))
-    found += np.einsum("j,vjn->vn", momentum, film.reshape(2, 8, 8))
-
-    # z' = A z with z = (x, v, 1, s, ..., s^7), s = t / length: every entry of the polynomials is a column of A
-    powers = np.linalg.inv(np.vander(TAU, 8, increasing=True))
-    motion = np.zeros((10, 10))
-    motion[0, 1], motion[1, 0], motion[1, 1] = 1.0, -stiffness / mass, -damping / mass
-    motion[0, 2:] = powers @ momentum / mass
-    motion[1, 2:] = powers @ (push * 1e-6 / mass - damping * momentum / mass**2)
-    motion[range(3, 10), range(2, 9)] = np.arange(1, 8) / length
-    begin = np.concatenate([start, [1.0], np.zeros(7)])
-    exact = np.transpose([expm(motion * length * part) @ begin for part in TAU])[:2]
-    for row, other in zip(found, exact, strict=True):
-        np.testing.assert_allclose(row, other, atol=1e-9 * np.abs(other).max())
 
 
 def changes(run, foot):

@@ -14,9 +14,7 @@ from scene_files import scene as scene_of
 from sliding_scenes import cantilever as sliding
 from tarsus.base.spec import get_value, with_values
 from tarsus.model.scene import Scene
-from tarsus.orbits.returns import return_map
 from tarsus.plan.lowering import lower_scene
-from tarsus.plan.rows import rows_of
 from tarsus.solve.contacts import Contacts
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.window import WindowBatch, WindowGradients, WindowStart, simulate_windows
@@ -75,25 +73,6 @@ def test_a_foot_that_is_leaving_flies_though_its_contact_would_hold_it():
     leaves = simulate_windows(plan, [WindowStart(start, at, times, Contacts(leaving=(0,)))])[0]
     assert stays.states.held.all() and stays.events["kind"][0] == 5
     assert not leaves.states.held.any()
-
-
-def test_a_window_leaves_the_callers_rows_as_they_are():
-    scene = scene_of("ball")
-    plan = lower_scene(scene)
-    rows = rows_of(plan)
-    before = rows.initial.copy()
-    simulate_windows(plan, [WindowStart(before[0] + 1e-3, 0.0, [0.1])], rows=rows)[0]
-    assert np.array_equal(rows.initial, before)
-
-
-def test_a_return_map_leaves_its_rows_as_they_are():
-    scene = scene_of("p1_n2")
-    made = return_map(scene, 0.0, Contacts())
-    before = made.rows.initial.copy()
-    state = before[0] + 1e-9
-    made(state)
-    made.derivative(state)
-    assert np.array_equal(made.rows.initial, before)
 
 
 def test_a_window_from_the_start_is_the_run_to_the_last_bit():

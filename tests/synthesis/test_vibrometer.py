@@ -9,7 +9,6 @@ import tarsus as ts
 from hexapod_records import POINTS, runs, vibrometer
 from tarsus.records.measurement import Quantity
 from tarsus.synthesis.vibrometer import Vibrometer, point_velocities
-from tarsus_reproduce.forces import integrate
 
 FEET = POINTS[:2]
 
@@ -93,15 +92,6 @@ def test_a_slow_instrument_follows_a_jump_late():
     assert slow[jump + 8] == pytest.approx(exact[jump + 8], abs=0.2 * change)
     quick = Vibrometer(bandwidth=1e6).measure(run, FEET, 0)["foot1"]
     assert np.std(quick - exact) < 0.3 * np.std(slow - exact)
-
-
-def test_displacement_by_summing_velocities():
-    run = runs(0.03)[0]
-    record = Vibrometer().measure(run, FEET, 0)
-    moved = integrate(record["foot1"], record.step)
-    exact = run.at(record.time).state.x[0]
-    assert moved == pytest.approx(exact, abs=0.02 * np.abs(exact).max())
-    assert integrate(np.ones((2, 3)), 0.5).tolist() == [[0.0, 0.5, 1.0], [0.0, 0.5, 1.0]]
 
 
 def test_bad_requests_are_sentences():
