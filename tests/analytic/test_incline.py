@@ -103,13 +103,6 @@ def test_a_walker_does_not_stand_where_friction_cannot_hold_it() -> None:
         ts.simulate(standing_walker(math.atan(MU) * 1.3, **bare), 1e-4)
 
 
-@pytest.mark.parametrize("degrees", [25.0, 90.0, 180.0])
-def test_energy_closes_on_walks_up_a_slope_a_wall_and_under_a_ceiling(degrees: float) -> None:
-    strong = sticky(adhesion=ts.Adhesion(initial=4e-6, rate=1e-5))
-    run = ts.simulate(inclined(trotter(4, ground=strong), math.radians(degrees)))
-    assert run.ok and len(run.events) > 10 and run.ledger.closure < 1e-8
-
-
 def test_degrees_are_read_and_what_is_missing_is_said() -> None:
     assert ts.Ground(gravity=ts.Gravity(), incline="30 deg").incline == pytest.approx(math.pi / 6.0)
     with pytest.raises(InputError, match=r"ground.incline: .*give ground.gravity"):

@@ -68,17 +68,6 @@ def test_a_pull_that_is_the_strength_to_rounding_holds(excess: float, leaves: bo
     assert run.ok and (EventKind.RELEASE in kinds) == leaves and len(kinds) <= 2
 
 
-def test_a_foot_is_captured_under_a_pull_as_large_as_its_strength_and_stays() -> None:
-    """It lands at 1 m/s while its drive pulls by the strength of the contact to come, to the last bit or two."""
-    for excess in (-2e-16, 0.0, 2e-16):
-        structure = ts.Lumped(coordinates=("foot",), mass=(1.0,), stiffness=(0.0,), damping=(0.0,))
-        scene = jumping(structure, "foot", STRENGTH, 1.0)
-        changes = {"robot.feet.f.gap": 0.05, "signals.d": ts.Constant(level=STRENGTH * (1.0 + excess))}
-        landing = ts.with_values(scene, changes).model_copy(update={"initial": ts.Initial(velocity=(-1.0,))})
-        run = ts.simulate(landing)
-        assert run.ok and len(run.events) < 4
-
-
 def jumps_of(drive: Pieces, end: float) -> np.ndarray:
     """Times [s] up to an end at which a drive goes over to another of its pieces."""
     if drive.loop < 0:

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from scene_files import scene
 from tarsus.core.modes import contact_mode
 from tarsus.measure.history import PERIOD_MARK
 from tarsus.model.drive.laws import LinearForce
@@ -177,25 +176,6 @@ def test_the_printed_pull_of_a_beam_is_that_of_its_two_points(normal, phase):
     np.testing.assert_allclose(by_mode, printed, rtol=0.0, atol=1e-9 * np.abs(k[0] * 1e-6))
 
 
-def events_of(rules: ts.Ground, structure: str, **how) -> np.ndarray:
-    run = ts.simulate(hung(structure, rules, **how))
-    assert run.ok and run.ledger.closure < 1e-8
-    return run.events
-
-
-@pytest.mark.parametrize("adhesion", [None, 0.2 * PULL, 3.0 * PULL])
-@pytest.mark.parametrize("rule", RULES)
-def test_a_mass_on_a_spring_lands_alike_in_both_engines(rule, adhesion):
-    drive = ts.Sine(amplitude=4.0 * PULL, frequency=1500.0)
-    rules = ground(RULES[rule], 0.6, adhesion, film=ts.Film(coefficient=1e-23, thickness=1e-6))
-    one, other = (events_of(rules, structure, force=drive, duration=8e-3) for structure in ("lumped", "walker"))
-    assert len(one) > 8
-    assert one["kind"].tolist() == other["kind"].tolist()
-    np.testing.assert_allclose(one["time"], other["time"], rtol=0.0, atol=1e-11)
-    np.testing.assert_allclose(one["speed_after"], other["speed_after"], rtol=0.0, atol=1e-9)
-    np.testing.assert_allclose(one["pull"], other["pull"], rtol=1e-6, atol=1e-12)
-
-
 def test_a_robot_on_three_legs_lands_as_printed_in_both_engines():
     """Feet that land one after the other, under electrostatics, on legs that press and pull each other."""
     electrostatic = ts.Electrostatic(coefficient=1e-19, offset=1e-6)
@@ -207,29 +187,6 @@ def test_a_robot_on_three_legs_lands_as_printed_in_both_engines():
     assert run.ok and run.ledger.closure < 1e-8
     assert run.events[["kind", "foot"]].tolist() == other[["kind", "foot"]].tolist()
     np.testing.assert_allclose(run.events["time"], other["time"], rtol=0.0, atol=1e-12)
-
-
-@pytest.mark.parametrize("slow", [0.0, 1e-3])
-@pytest.mark.parametrize("adhesion", [None, 1e-3])
-@pytest.mark.parametrize("e", [0.0, 0.5, 0.99])
-def test_bounces_that_accumulate_end_in_bounded_work(e, adhesion, slow):
-    """A ball that restitution alone would let bounce without end; the sum of its flights is a geometric series."""
-    over = np.sqrt(2.0 / 9.81) * (1.0 + e) / (1.0 - e)
-    held = None if adhesion is None else ts.Adhesion(initial=adhesion, rate=0.0)
-    ball = scene("ball", {"ground.restitution.coefficient": e, "ground.adhesion": held})
-    run = ts.simulate(ts.with_values(ball, {"ground.landing": ts.laws.RestituteFirst(speed=slow)}), duration=1.2 * over)
-    assert run.ok and run.ledger.closure < 1e-8
-    last = run.events[-1]
-    assert len(run.events) <= 2 + (np.log(1e-15) / np.log(e) if e > 0.0 else 0.0)
-    assert last["kind"] == (REST if slow == 0.0 and e > 0.0 else CAPTURE)
-    flights = run.events[run.events["kind"] == BOUNCE]
-    if slow == 0.0:
-        assert last["time"] == pytest.approx(over, rel=1e-9)
-    else:  # the first that would depart at 1 mm/s or slower
-        assert np.all(flights["speed_after"] > slow)
-        assert e * last["speed_before"] <= slow
-    assert run.at(np.array([1.2 * over])).state.held.all()
-    assert run.ledger.impacts + run.ledger.adhesion == pytest.approx(9.81, rel=1e-9)
 
 
 @pytest.mark.parametrize("rule", RULES)

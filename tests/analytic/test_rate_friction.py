@@ -226,16 +226,6 @@ def test_every_slip_lasts_as_its_equation_says_however_fast_friction_falls(speed
     np.testing.assert_allclose(slips(run), slip_time(law, 0.2 * PUSH / MASS / speed), rtol=1e-9)
 
 
-@pytest.mark.parametrize(("static", "dynamic"), [(0.5, 0.3), (0.5, 0.49), (0.4, 0.2)])
-def test_two_constants_are_the_limit_of_friction_that_falls_at_once(static: float, dynamic: float) -> None:
-    """v = V (1 - cos wt) + d w sin wt with d = (mu_s - mu_d) N / k is zero at (2 / w) (pi - atan(d w / V))."""
-    run = ts.simulate(on_a_belt(TwoConstants(static=static, dynamic=dynamic)))
-    rate, stretch = np.sqrt(SPRING / MASS), (static - dynamic) * PUSH / SPRING
-    expected = 2.0 / rate * (np.pi - np.arctan(stretch * rate / PULLED))
-    assert run.ok and len(slips(run)) == 15 and run.ledger.closure < 1e-11
-    np.testing.assert_allclose(slips(run), expected, rtol=1e-10)
-
-
 @pytest.mark.parametrize(
     "law",
     [

@@ -11,7 +11,6 @@ from scipy.optimize import brentq
 import tarsus as ts
 from tarsus.model.laws import Friction
 from tarsus.model.scene import Ground, Initial
-from walking_devices import creeping_millipede
 from walking_scenes import GRAVITY, block, moving, sticky, trotter
 
 BOUNCE, CAPTURE, RELEASE, REST, AT_START, SLIP, STICK = 1, 2, 3, 4, 5, 7, 8
@@ -177,14 +176,6 @@ def test_one_foot_lets_go_while_others_hold():
     assert gone["pull"][0] == pytest.approx(2e-6, rel=1e-9)
     held = run.at(np.array([gone["time"][0] * (1.0 + 1e-6)])).state.held[:, 0]
     assert held.tolist() == [True, False, True]
-
-
-def test_a_film_far_stiffer_than_the_legs_takes_few_steps():
-    """C/g0^3 = 0.4 N s/m beside a damper of 0.0018 N s/m: a foot creeps off the ground."""
-    scene = ts.with_values(creeping_millipede(), {"ground.film.thickness": 2e-7})
-    run = ts.simulate(scene, duration=0.02)
-    assert run.ok and run.log.finish[0, 1] < 3000
-    assert run.ledger.laws["film"] < 0.0 and run.ledger.closure < 1e-8
 
 
 def test_a_walker_that_leaves_small_angles_says_so():

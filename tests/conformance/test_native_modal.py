@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 import tarsus as ts
 from scene_files import SCENES
@@ -12,7 +11,6 @@ from tarsus.files.toml import parse_scene
 from tarsus.plan.lowering import lower_scene
 from tarsus.plan.rows import rows_of
 from tarsus.solve.engine import Accuracy, Engine
-from tarsus.study import bench
 
 LOOSE = Accuracy(gap=1e-8)
 
@@ -51,16 +49,6 @@ frequency = "170 Hz"
 """,
         folder=SCENES,
     )
-
-
-@pytest.mark.parametrize(("n", "steps", "rejected"), [(2, 4130, 548), (6, 1515, 358)])
-def test_reference_problems_step_for_step(n, steps, rejected):
-    """P1: no impact wrong, few steps tried too long: 843 and 407 where a film grows as over its last node interval."""
-    chained = bench.TimedChain(n)
-    found = chained.engine.run(chained.rows, chained.accuracy, track=False)
-    times = found.events[np.isin(found.events[:, E_KIND], (1, 2, 4)), 0]
-    assert bench.wrong_impacts(times, bench.reference_impacts(n)) == 0
-    np.testing.assert_allclose(found.finish[0, 1:], (steps, rejected), rtol=0.01)
 
 
 def test_more_feet_than_a_word_has_bits():

@@ -269,26 +269,6 @@ def test_a_film_leaves_the_account_of_small_motion_as_strict():
     assert abs(ledger.residual) == pytest.approx(ledger.closure * max(abs(x) for x in terms))
 
 
-def test_release_comes_where_the_pull_equals_the_strength():
-    """A foot pressed on the ground, then lifted by a ramp of 2 V/ms at 0.1 mN/V: 1 um of spring and 50 uN to beat."""
-    signal = ts.waveforms.Ramp(start=-1.0, stop=39.0, duration=0.02)
-    scene = mass(frequency=500.0, ratio=0.02, gap=0.0, signal=signal, adhesion=ts.Adhesion(initial=5e-5, rate=1e-3))
-    run = check(ts.simulate(scene))
-    assert run.events["kind"].tolist()[:2] == [5, 3]
-    # -1e-4 + 0.2 t = 5e-5 + 1e-3 t
-    assert run.events["time"][1] == pytest.approx(1.5e-4 / 0.199, rel=1e-12)
-
-
-def test_no_free_coordinate_left():
-    """A single mass that sticks: nothing is left to move."""
-    scene = mass(gap=1e-6, speed=-0.1, adhesion=ts.Adhesion(initial=1e-3, rate=0.0), duration=1e-3)
-    run = check(ts.simulate(scene))
-    assert run.events["kind"].tolist() == [2]
-    late = run.at(np.linspace(2e-5, 1e-3, 10))
-    assert late.state.held.all() and np.all(late.state.v == 0.0)
-    assert run.ledger.impacts + run.ledger.adhesion == pytest.approx(0.5e-6 * 0.1**2, rel=1e-12)
-
-
 def test_volts_that_switch_exactly_at_an_impact():
     """Free fall over 10 um under 9.81 m/s^2 lands at the very moment of the switch."""
     fall = math.sqrt(2.0 * 1e-5 / 9.81)

@@ -52,12 +52,6 @@ def texts() -> dict[str, str]:
     return {str(path.relative_to(PACKAGE)): path.read_text(encoding="utf-8") for path in SOURCES}
 
 
-def test_every_file_says_what_it_is():
-    assert len(texts()) > 200
-    headed = re.compile(r'(?:#.*\n|\s)*r?"""\s*\S')
-    assert [name for name, text in texts().items() if not headed.match(text)] == [], "no docstring at its top"
-
-
 def test_no_source_file_configures_anything_at_import():
     """No warnings filters, environment changes, seeds or registrations when a module is imported."""
     forbidden = {"filterwarnings", "simplefilter", "putenv", "seed", "set_num_threads", "use", "rcParams"}

@@ -6,7 +6,6 @@ import os
 import re
 import tomllib
 from pathlib import Path
-from runpy import run_path
 
 import pytest
 
@@ -37,25 +36,6 @@ def test_every_lane_is_run_by_one_of_the_two_scripts():
     for lane in declared():
         assert f"not {lane}" in options["addopts"], f"{lane} runs by default"
         assert re.search(rf"(-m|PYTEST}}) \"?(\w+ or )*{lane}\b", scripts), f"no script of .ci runs {lane}"
-
-
-@pytest.mark.parametrize(
-    ("printed", "words"),
-    [
-        ("....\n4 passed, 70 deselected in 130.03s (0:02:10)\n", "4 passed"),
-        (
-            "== 1 failed, 3 passed in 9.1s ==\n== SkylakeX\n== 4 passed, 1 warning in 8.2s ==\n",
-            "1 failed, 3 passed; 4 passed, 1 warning",
-        ),
-        ("== 2 errors in 0.50s ==\n", "2 errors"),
-        ("a | b\n\nno space   left\n \n", "no space left"),
-        ("a | b\n", "a / b"),
-        ("", "nothing was printed"),
-    ],
-)
-def test_the_table_of_lanes_has_every_closing_line_of_a_lane(printed, words):
-    script = run_path(str(ROOT / ".ci" / "all"))
-    assert script["last_words"](printed, script["Lane"]("").told) == words
 
 
 def test_the_list_of_heavy_tests_names_tests():

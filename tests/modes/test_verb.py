@@ -204,26 +204,6 @@ def test_a_delay_is_found_and_taken_off():
     assert [mode.verdict for mode in fit.modes] == [ModeVerdict.DETERMINED] * 5
 
 
-def test_a_mode_that_moves_between_files_is_one():
-    shifted = [responses(Quantity.VELOCITY, 0.003), responses(Quantity.VELOCITY, 0.003)]
-    files = [
-        FrequencyResponse(
-            (Channel(name, Quantity.VELOCITY, point=name),),
-            (Channel("f", Quantity.FORCE),),
-            one.frequency * factor,
-            one.values[k : k + 1, :1],
-            None,
-            f"{name}.uff",
-        )
-        for k, (name, one, factor) in enumerate(zip("ab", shifted, (1.0, 1.0), strict=True))
-    ]
-    moved = replace(files[1], values=np.roll(files[1].values, 5, axis=-1))
-    fit = ts.modes(files[0], moved, band=(110.0, 990.0))
-    determined = [m.frequency.value for m in fit.modes if m.verdict is ModeVerdict.DETERMINED]
-    assert sum(680.0 < f < 725.0 for f in determined) <= 1
-    assert sum(290.0 < f < 320.0 for f in determined) <= 1
-
-
 def test_what_it_writes_and_compares(tmp_path, capsys):
     frf = responses(Quantity.VELOCITY, 0.001)
     for k in range(3):

@@ -10,7 +10,6 @@ from scene_files import scene as scene_of
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import get_value, with_values
 from tarsus.model.drive.laws import PrandtlIshlinskii
-from tarsus.model.drive.lower import evaluate, lower
 from tarsus.plan.lowering import lower_scene
 from tarsus.solve import channels
 from tarsus.solve.channels import POINT, RunChannel
@@ -192,16 +191,6 @@ def test_slopes_of_outputs_are_those_of_windows_of_other_scenes() -> None:
         size = np.abs(values(scene)).max(axis=1, keepdims=True) / value
         assert np.all(np.abs(slopes[..., p] - by_difference) < 1e-5 * size), path
     assert np.abs(slopes[..., 0]).max() > 0.0
-
-
-def test_pieces_have_their_rate_and_rest_when_they_are_held() -> None:
-    wave = ts.Sine(amplitude=2.0, frequency=40.0)
-    volts = lower(wave, ts.LinearForce(gain=1.0))[1]
-    at = np.linspace(0.0, 0.1, 37)
-    exact = 2.0 * 80.0 * np.pi * np.cos(80.0 * np.pi * at)
-    np.testing.assert_allclose(evaluate(volts.rate(), at), exact, atol=1e-8 * 160.0 * np.pi)
-    ramp = lower(ts.Sampled(times=(0.0, 1.0), levels=(0.0, 3.0)), ts.LinearForce(gain=1.0))[1].rate()
-    np.testing.assert_allclose(evaluate(ramp, [0.5, 1.5, 9.0]), [3.0, 0.0, 0.0], atol=1e-12)
 
 
 def test_another_output_is_one_row_of_the_table(monkeypatch, tmp_path) -> None:

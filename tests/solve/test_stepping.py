@@ -15,7 +15,6 @@ from scene_files import scene as scene_of
 from sliding_scenes import by_modes
 from tarsus.model.laws.ageing_adhesion import AgeingAdhesion
 from tarsus.solve.codes import ResultCode
-from tarsus.solve.commands import remembered
 
 STEPS = 24
 LONG = {"hexapod": 3.87e-3}
@@ -125,20 +124,6 @@ def test_drives_remember_all_volts_that_they_were_told(law):
     assert len(whole.events) > 2
     _same_events(parts, whole.events, 60 * dt, tolerance=1e-8)
     assert sim.state.volts[0] == pytest.approx(whole.scene.actuator_volts["pzt"].volts(np.array(60 * dt)), abs=1e-9)
-
-
-def test_what_larger_moves_wipe_out_is_forgotten_and_nothing_else():
-    rng = np.random.default_rng(5)
-    law = ts.drives.PrandtlIshlinskii(
-        linear=1.0, thresholds=tuple(np.linspace(0.1, 9.0, 12)), weights=tuple(rng.uniform(-1.0, 1.0, 12))
-    )
-    for size in (3.0, 10.0, 30.0):
-        past = rng.uniform(-size, size, (20, 300)) * np.linspace(1.0, 0.2, 300)
-        kept = remembered(past)
-        assert kept.shape[1] < 40
-        for row, own in zip(past, kept, strict=True):
-            after = [row[-1] + 1.0, -2.0, 4.0]
-            assert law.force(after, tuple(own)) == pytest.approx(law.force(after, tuple(row)), rel=1e-12)
 
 
 def test_a_gait_is_told_phases_frequency_and_duty():
@@ -289,29 +274,6 @@ def test_one_session_in_many_threads():
     for _ in range(20):
         alone.step({"pzt": 5.0}, "0.5 ms")
     assert sim.state.x.tobytes() == alone.state.x.tobytes()
-
-
-def test_memory_does_not_grow_with_the_steps():
-    scene = ts.with_values(
-        ts.load_scene("cantilever"),
-        {
-            "robot.drives.pzt.law": {
-                "kind": "prandtl_ishlinskii",
-                "linear": 5e-7,
-                "thresholds": [0.5, 1.0],
-                "weights": [2e-7, 2e-7],
-            }
-        },
-    )
-    sim = ts.Session(scene)
-    sim.reset()
-    volts = np.random.default_rng(0).uniform(-8.0, 8.0, 300)
-    sizes = []
-    for k, one in enumerate(volts):
-        sim.step({"pzt": one}, "20 us")
-        if k % 100 == 99:
-            sizes.append(len(sim._bytes()))
-    assert sizes[2] < 1.2 * sizes[0] < 30_000
 
 
 # ---- derivatives of a step
