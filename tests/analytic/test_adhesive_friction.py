@@ -7,6 +7,7 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
+from tarsus.files.toml import parse_scene, scene_text
 from tarsus.model.laws import AdhesiveFriction, Friction
 from walking_scenes import GRAVITY, block, moving, sticky, trotter
 
@@ -83,3 +84,17 @@ def test_adhesive_friction_needs_adhesion() -> None:
     bare = scene.ground.without_adhesion
     assert bare.adhesion is None and bare.friction is None
     assert sticky().without_adhesion.friction == sticky().friction
+
+
+def test_files_choose_the_law_by_kind_and_coulombs_by_default() -> None:
+    scene = trotter(ground=sticky(friction=AdhesiveFriction(coefficient=0.7)))
+    text = scene_text(scene)
+    assert 'kind = "adhesive"' in text
+    assert parse_scene(text) == scene
+    old = text.replace('kind = "adhesive"\n', "").replace('kind = "adhesive", ', "")
+    assert "adhesive" not in old
+    assert parse_scene(old).ground.friction == Friction(coefficient=0.7)
+    with pytest.raises(InputError, match=r"^ground\.friction.*'glue'"):
+        parse_scene(text.replace('"adhesive"', '"glue"'))
+    with pytest.raises(InputError, match=r"^ground\.friction\.coefficient: .*got -1"):
+        ts.with_values(scene, {"ground.friction.coefficient": -1.0})

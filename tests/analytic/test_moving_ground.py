@@ -70,37 +70,6 @@ def test_a_table_that_passes_below_is_met_where_the_laboratory_says() -> None:
     assert along.events["time"][0] == pytest.approx(math.sqrt(2.0 / G), rel=1e-13)
 
 
-def table_impacts(amplitude: float, rate: float, e: float, until: float) -> list[float]:
-    """Impacts of a ball dropped from rest 1 m above the place where a table swings, by root finding in the laboratory:
-    between impacts a parabola, the table a sine."""
-    height, speed, now, out = 1.0, 0.0, 0.0, []
-
-    def gap(t: float) -> float:
-        return height + speed * (t - now) - 0.5 * G * (t - now) ** 2 - amplitude * math.sin(rate * t)
-
-    while True:
-        looks = now + np.geomspace(1e-8, until, 4000)
-        first = next((k for k, t in enumerate(looks) if gap(t) < 0.0), 0)
-        if first == 0 or looks[first] > until:
-            return out
-        time = brentq(gap, looks[first - 1], looks[first], xtol=1e-17, rtol=1e-15)
-        table = amplitude * rate * math.cos(rate * time)
-        fall = speed - G * (time - now) - table
-        height, speed, now = amplitude * math.sin(rate * time), table - e * fall, time
-        out.append(time)
-
-
-def test_a_ball_on_a_swinging_table_meets_it_as_in_the_laboratory() -> None:
-    amplitude, f, e = 2e-3, 10.0, 0.5
-    moves = {"displacement": {"kind": "sine", "amplitude": amplitude, "frequency": f}}
-    values = {"ground.restitution.coefficient": e, "initial.in_laboratory": True}
-    run = ts.simulate(shaken(moves, values), 1.2)
-    wanted = table_impacts(amplitude, 2.0 * math.pi * f, e, 1.2)
-    bounces = run.events["time"][: len(wanted)]
-    assert run.ok and len(wanted) > 5
-    np.testing.assert_allclose(bounces, wanted[: len(bounces)], rtol=1e-12)
-
-
 # --- a structure, whose base moves or stays ------------------------------------------------------------------
 
 MASS, STIFF = np.diag([2e-3, 1e-3]), np.array([[50.0, -20.0], [-20.0, 20.0]])

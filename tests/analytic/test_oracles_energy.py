@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from scene_files import SCENES, scene
+from scene_files import scene
 
-LAWS = ts.load_laws(SCENES / "squeeze.py")
 TIMES = np.linspace(0.0, 0.1, 101)
 WAVES = {
     "sine": ts.Sine(amplitude=8.0, frequency=50.0),
@@ -39,31 +38,6 @@ def test_cantilever_through_its_hysteresis(device, wave):
     run = ts.simulate(ts.with_values(ts.load_scene(device), {"signals.pzt": WAVES[wave]}), duration=0.06)
     check(run)
     assert np.any(run.events["kind"] == 2)
-
-
-DRAG = LAWS["drag"](coefficient=2e-3, height=2e-6)
-MAGNET = LAWS["magnet"](strength=2e-26, depth="5 um")
-
-
-# Slow: the rest of the grid. Each law and each scene stays once.
-@pytest.mark.parametrize(
-    ("name", "law"),
-    [
-        ("three_feet", MAGNET),
-        ("sticky_feet", DRAG),
-        ("damped_chain", MAGNET),
-        pytest.param("three_feet", DRAG, marks=pytest.mark.slow),
-        pytest.param("sticky_feet", MAGNET, marks=pytest.mark.slow),
-        pytest.param("damped_chain", DRAG, marks=pytest.mark.slow),
-    ],
-    ids=lambda one: one if isinstance(one, str) else one.name(),
-)
-def test_with_a_law_of_the_user(name, law):
-    run = ts.simulate(scene(name, {"ground.laws": {law.name(): law}}))
-    check(run)
-    assert run.ledger.laws[law.name()] != 0.0
-    if law.name() == "drag":
-        assert run.ledger.laws["drag"] < 0.0, "drag takes energy"
 
 
 def test_every_impact_loss_is_the_kinetic_energy_of_the_foot():

@@ -281,3 +281,11 @@ def test_what_lags_can_be_taken_up_at_any_moment(wave, seconds):
     assert evaluate(before, np.array([seconds]))[0] == pytest.approx(now, rel=1e-7)
     forever = evaluate(held, np.array([1e4]))[0]
     assert forever == pytest.approx(LAW.force([last], past)[0], rel=1e-6)
+
+
+def test_inverse_of_a_straight_line_and_of_plays_alone() -> None:
+    line = PrandtlIshlinskii(linear=-2.0, constant=1.0)
+    assert line.monotone_range() == (-math.inf, math.inf)
+    assert line.inverse([1.0, -1999.0, 1e6]).tolist() == pytest.approx([0.0, 1000.0, -499999.5], rel=1e-12)
+    plays = PrandtlIshlinskii(linear=1.0, thresholds=(2.0,), weights=(-0.5,))
+    assert plays.inverse([1.0, 6.0, 3.0]).tolist() == pytest.approx([1.0, 10.0, 7.0], rel=1e-12)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ from tarsus.orbits.starts import Box
 from tarsus.plan.lowering import lower_scene, slot
 from tarsus.report.drawing import drawing_of
 from tarsus.report.motion import motion_of
+from tarsus.report.player import payload, walk_plate
 from tarsus.solve.outputs import Output
 from tarsus.solve.session import Session
 from tarsus.study.sweeping import run_sweep
@@ -292,3 +294,18 @@ def test_a_periodic_motion_on_a_shaker_is_found() -> None:
     start = {"ground.motion.normal.displacement.phase": phase, "initial.velocity": [1.0 / 3.0]}
     orbit = ts.periodic(ts.with_values(shaken, start))
     assert orbit.period == 1.0 and orbit.stable
+
+
+def test_players_draw_it() -> None:
+    plate = {"normal": {"displacement": SINE}, "along": {"displacement": SINE | {"frequency": 50.0}}}
+    run = ts.simulate(moving("millipede", plate), "40 ms")
+    motion = motion_of(run)
+    drawing = drawing_of(motion)
+    assert motion.moved is not None
+    np.testing.assert_allclose(motion.moved[1], 1e-6 * np.sin(200.0 * np.pi * motion.time), atol=1e-12)
+    still = replace(motion, moved=None)
+    lifted, level = drawing.seen(motion), drawing.seen(still)
+    risen = np.broadcast_to(drawing.up * motion.moved[1], lifted[1].shape)
+    np.testing.assert_allclose(lifted[1] - level[1], risen, atol=1e-12)
+    assert payload(motion, drawing)["moved"]["bits"] == 16 and "seen from the laboratory" in walk_plate(motion).caption
+    assert payload(still, drawing)["moved"] is None

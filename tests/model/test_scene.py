@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tarsus.base.errors import InputError
+from tarsus.files.library import load_scene
 from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.waveforms import Sine
 from tarsus.model.laws import Film, Restitution
@@ -193,3 +194,10 @@ def test_beam_of_the_source() -> None:
 
 def test_beam_keeps_as_many_modes_as_damping_ratios() -> None:
     assert beam(damping_ratios=[0.01] * 5).matrices().mass.shape == (5, 5)
+
+
+def test_a_scene_is_printed_as_a_short_table():
+    lines = str(load_scene("cantilever")).splitlines()
+    assert lines[0].startswith("cantilever: beam, 1 foot on ") and max(map(len, lines)) < 120
+    assert ["robot.feet.tip.gap", "70", "µm", "printed"] in [line.split() for line in lines]
+    assert repr(load_scene("cantilever")) == "<Scene 'cantilever': beam with tip>"

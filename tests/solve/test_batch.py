@@ -141,3 +141,22 @@ def test_threads_are_as_many_as_the_process_may_use():
     assert workers() == len(allowed)
     assert list(spread(lambda x: x * x, range(20), 4)) == [x * x for x in range(20)]
     assert list(spread(str, [])) == []
+
+
+@pytest.mark.parametrize("name", ["cantilever", "millipede"])
+def test_a_run_comes_back_from_its_pickle_with_everything(name):
+    run = ran(name)
+    _ = run.measures, run.series, run.plan.signals, run.code
+    back = pickle.loads(pickle.dumps(run))
+    np.testing.assert_array_equal(back.events, run.events)
+    assert repr(back) == repr(run)
+    assert back.ledger == run.ledger
+    assert np.array_equal(back.series.state.x, run.series.state.x)
+    assert repr(dict(back.measures)) == repr(dict(run.measures))
+
+
+def test_a_batch_comes_back_from_its_pickle(grid):
+    _ = grid.codes
+    back = pickle.loads(pickle.dumps(grid))
+    assert repr(back) == repr(grid) and np.array_equal(back.measure("mean_height"), grid.measure("mean_height"))
+    np.testing.assert_array_equal(back.events(3), grid.events(3))

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.measure.switching import rise_squares, squares_per_period
 from tarsus.solve.explored import Explored
 
 TURNED = {
@@ -106,17 +105,3 @@ def test_energy_drawn_and_cost_of_transport_are_those_of_the_library():
     bare = Explored.of(ts.load_scene("millipede", **{"robot.drives.R1.capacitance": None}), 0.1, drives=[])
     _, _, _, measures = bare.shown(np.array([0.0, 0.1]))
     assert np.isnan(measures[bare.measures.index("cost_of_transport"), 0])
-
-
-@pytest.mark.parametrize("duty", [0.3, 0.5])
-def test_squares_of_rises_per_period_are_those_between_instants(duty):
-    """Of square waves and sines, over five whole periods."""
-    waves = [
-        ts.Square(amplitude=7.0, offset=1.0, frequency=50.0, duty=duty, phase=0.4),
-        ts.Sine(amplitude=3.0, frequency=80.0, phase=1.0),
-    ]
-    for wave in waves:
-        track = wave.track()
-        (found,) = squares_per_period(track)
-        edges = np.arange(6) * track.period + 0.37 * track.period
-        np.testing.assert_allclose(rise_squares(wave, edges), found, rtol=1e-12)

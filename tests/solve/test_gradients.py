@@ -376,3 +376,13 @@ def test_a_foot_that_starts_at_a_corner_has_no_derivative() -> None:
     scene = with_values(block(), {"ground.profile": stairs, "robot.feet.block.gap": 1e-3})
     flags = ts.simulate(scene, 0.02, gradients=["ground.profile.start"]).flags
     assert "otherwise" in flags["ground.profile.start"][0]
+
+
+def test_motion_in_the_air_has_derivatives_at_every_moment() -> None:
+    """Also at the edges of a square wave, and where a derivative is far below the largest that it has later."""
+    scene = with_values(ts.load_scene("cantilever", wave="square"), {"robot.feet.tip.gap": 1e-3})
+    paths = ["robot.structure.frequencies.0", "robot.structure.frequencies.1", "robot.drives.pzt.law.weights.0"]
+    run = ts.simulate(scene, 0.02, gradients=paths)
+    assert len(run.events) == 0 and not run.flags
+    for found in run.state_gradients(np.linspace(0.0, 0.02, 900)).values():
+        assert np.isfinite(found.x).all() and np.isfinite(found.v).all() and found.v.any()

@@ -10,7 +10,6 @@ from random_scenes import scene_of as random_scene
 from random_scenes import sliding_scene
 from tarsus.core import _native
 from tarsus.plan.lowering import lower_scene
-from tarsus.plan.slots import rows_for
 from tarsus.solve.packet import packed, packet_arrays, packet_of
 from tarsus.solve.run import Shared, prepared
 
@@ -57,24 +56,6 @@ def test_a_packet_runs_as_simulate_does(case):
         np.testing.assert_array_equal(marks, run.motion.log.marks.ravel())
         body = len(legs.body.body_mass)
         np.testing.assert_array_equal(samples[:, :body].T, states.x[:body])
-
-
-def test_the_row_of_a_packet_is_filled_in_by_the_engine():
-    """Another gap and other laws in the row alone: scales, and where a walker stands, follow as `rows_for` has them."""
-    for name, values in {
-        "hexapod": {"robot.feet.foot1.gap": 3e-7, "ground.film.thickness": 2e-6},
-        "millipede": {"robot.feet.L1.gap": 2e-7, "ground.gravity.acceleration": 8.0},
-    }.items():
-        scene = ts.load_scene(name)
-        engine, own = prepared(scene, {}, 0.02, Shared())
-        arrays = packet_arrays(scene, engine, own, ts.Accuracy())
-        rows = rows_for(scene, engine.plan, {path: np.array([of]) for path, of in values.items()}, 0.02)
-        arrays |= {"rows.parameters": rows.parameters[0], "rows.sources": rows.sources[0]}
-        wanted = ts.simulate(ts.with_values(scene, values), 0.02, ts.Accuracy()).motion.log.events
-        assert not np.array_equal(rows.scales[0], own.scales[0]) and len(wanted) > 20
-        events = _native.Packaged(packed(arrays)).run(np.zeros(0))[2]
-        np.testing.assert_array_equal(events[:, 1:3], wanted[:, 1:3])
-        np.testing.assert_allclose(events[:, 0], wanted[:, 0], rtol=0.0, atol=1e-11)
 
 
 def test_a_packet_that_cannot_start_says_why():

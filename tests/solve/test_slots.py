@@ -15,7 +15,7 @@ from tarsus.model.laws import AdhesiveFriction
 from tarsus.model.laws.ageing_adhesion import AgeingAdhesion
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import lower_scene
-from tarsus.plan.slots import rows_for, slot
+from tarsus.plan.slots import slot
 from tarsus.solve import Accuracy
 from tarsus.solve.run import Shared
 from tarsus.study import bench
@@ -251,23 +251,6 @@ def test_a_session_keeps_its_tables():
     batch = session.batch({"signals.pull.phase": [0.0, 1.0]}, 0.05, threads=1)
     np.testing.assert_array_equal(batch.run(0).events, ts.simulate(chain(), 0.05, Accuracy()).events)
     assert repr(session) == f"Session({chain().name!r})" and "robot.feet.tip.gap" in session.slots
-
-
-def test_tolerances_of_every_run_refer_to_its_own_lengths_and_forces():
-    """The least gap, but no less than a thousandth of the largest length; the largest force: of a drive, of weight, of
-    a law, and of the spring that a foot is moved by."""
-    film = ts.laws.Film(coefficient=1e-21, thickness=5e-6)
-    values = {
-        "robot.feet.tip.gap": np.array([2e-5, 1e-12, 1e-9, 2e-5]),
-        "ground.adhesion.initial": [0.0, 0.0, 0.0, 7.0],
-    }
-    sticky = chain(film=film, adhesion=ts.Adhesion(initial=0.0, rate=1.0))
-    plan = lower_scene(sticky)
-    rows = rows_for(sticky, plan, {path: np.array(of) for path, of in values.items()}, 0.01)
-    assert rows.scales[:, 0] == pytest.approx([2e-5, 5e-6, 5e-9, 2e-5], rel=1e-15)
-    spring = np.diag(plan.system.stiffness).min()
-    span = max(plan.channels[0].span, 2e-5 * spring)
-    assert rows.scales[:, 1] == pytest.approx([span, plan.channels[0].span, plan.channels[0].span, 7.0], rel=1e-12)
 
 
 def test_scales_of_a_law_are_sums_of_its_fields():

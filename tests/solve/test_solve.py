@@ -74,12 +74,6 @@ def test_at_gives_the_states_between_the_events(run):
     np.testing.assert_allclose(force, system.mass @ acceleration, rtol=0, atol=1e-5 * scale)
 
 
-def test_at_starts_at_the_initial_state_and_holds_the_last_one(run):
-    x = run.at(np.array([0.0, run.end_time, 2 * run.end_time])).state.x
-    np.testing.assert_allclose(x[:, 0], run.plan.initial[:3], rtol=1e-12, atol=1e-20)
-    np.testing.assert_allclose(x[:, 2], x[:, 1], rtol=1e-12)
-
-
 def test_dataset_has_dimensions_units_and_names(run):
     data = run.to_dataset(np.linspace(0.0, run.end_time, 11))
     assert dict(data.sizes) == {"time": 11, "foot": 2, "drive": 1, "point": 2}

@@ -77,21 +77,6 @@ def test_a_law_that_is_infinite_on_the_ground_ends_the_run_in_its_sentence() -> 
     assert run.end_time == pytest.approx(math.sqrt(2e-6 / GRAVITY), rel=1e-3)
 
 
-def test_a_leg_wide_electrostatic_law_below_its_electrode_changes_nothing() -> None:
-    """At 0 V its force is 0, also where a step's trial reaches below the electrode."""
-    law = ts.laws.LegElectrostatic(coefficient=1e-20, offset=1e-12, rest=0.0)
-    scene = trotter(ground=sticky())
-    with_law = ts.with_values(
-        scene.model_copy(update={"signals": {}}),
-        {"ground.leg_electrostatic": law, **{f"robot.feet.{foot}.gap": 2e-6 for foot in scene.robot.feet}},
-    )
-    without = ts.with_values(with_law, {"ground.leg_electrostatic": None})
-    one, other = (ts.simulate(s, duration=5e-3) for s in (with_law, without))
-    assert one.ok and len(one.events) > 2
-    np.testing.assert_allclose(one.events["time"], other.events["time"], rtol=1e-9)
-    assert one.ledger.closure < 1e-10
-
-
 def lifted(push: float, friction: float = MU) -> ts.Run:
     """A block pushed along and pulled up ever harder, off the ground after 10 ms."""
     signals = {"along": ts.Constant(level=push), "upward": ts.waveforms.Ramp(stop=2.0 * MASS * GRAVITY, duration=0.02)}
