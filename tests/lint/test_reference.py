@@ -55,34 +55,6 @@ def test_what_is_listed_says_what_it_is(name):
         assert "InputError" in own, f"{name} refuses input, and does not say so"
 
 
-FIRST = (
-    "load_scene",
-    "files.library.device_names",
-    "read_scene",
-    "with_values",
-    "get_value",
-    "base.spec.float_paths",
-    "quantity",
-    "load_laws",
-    "simulate",
-    "simulate_batch",
-    "gradient",
-    "periodic",
-    "branch",
-    "attractors",
-    "sweep",
-    "atlas.verb.atlas",
-    "calibrate.calibrating.calibrate",
-    "load_ensemble",
-    "fit.least_squares",
-    "design.gait",
-    "design.landing",
-    "design.standing",
-    "read_measurement",
-)
-"""Functions that a user meets first."""
-
-
 OWN = [name for name in LISTED if ">>>" in (inspect.getdoc(found(name)) or "")]
 """Names whose docstring has an example."""
 ONCE = list({id(found(name)): name for name in OWN}.values())
