@@ -21,7 +21,7 @@ from tarsus.identify.estimates import Estimates
 from tarsus.identify.flight import WORST
 from tarsus.identify.foot import FootModel
 from tarsus.identify.influence import EVENT, SPEED, Influence, events_of, of_records
-from tarsus.identify.robust_ratio import RobustRatio, robust_ratio
+from tarsus.identify.robust_ratio import RobustRatio, robust_ratio, slope_over
 from tarsus.identify.step import Check, Residual, StepResult, Used, points_and_line
 from tarsus.identify.traces import Trace
 from tarsus.records.excluded import Excluded, enough
@@ -39,6 +39,8 @@ twentieth."""
 _OUTSIDE = 3.5
 """Deviations from the middle ratio beyond which an impact is none like the others: of two thousand normal ones one
 is."""
+_STEEP = 3.0
+"""Standard errors of a slope over speed that chance has once in four hundred campaigns."""
 _ONE_EVENT = 1.5
 """Samples up to which impacts of repeats are one: their clocks differ by less than a sample."""
 TURN = np.array([[1.0, -1.0], [-1.0, 1.0]])
@@ -246,7 +248,7 @@ def _result(
             f"The scatter of e from impact to impact, beyond noise, is {found.scatter:.2g}.",
             f"It is that of impacts at {slow:.3g} to {fast:.3g} mm/s.",
         ),
-        checks=(_departing_more(found, events),),
+        checks=(_over_speed(found, *slope_over(departure, approach, covariance, events, found.value)),),
         bounds={PATH: reached[0]},
         influence=replace(
             influence,
@@ -258,22 +260,18 @@ def _result(
     return step, like
 
 
-def _departing_more(found: RobustRatio, events: NDArray[np.intp]) -> Check:
-    """Whether repeats show an impact that departs with more than others do. One that departs with less may have been
-    caught and let go within a sample; nothing that happens at an impact adds to it."""
-    seen = np.bincount(events)[events] > 1
-    off = np.where(seen, found.off, 0.0)
-    k = int(np.argmax(off))
-    ratio = found.value + found.left[k]
+def _over_speed(found: RobustRatio, slope: float, error: float) -> Check:
+    """Whether the ratio goes by the speed of impact."""
+    slow, fast = 1e3 * found.support.min(), 1e3 * found.support.max()
+    change = slope * np.log(fast / slow)
     cause = (
-        f"an impact at {1e3 * found.support[k]:.3g} mm/s departs with {ratio:.3g} of its approach in repeats, where "
-        f"most have {found.value:.3g} at {1e3 * float(np.median(found.support)):.3g} mm/s: restitution may change with "
-        "speed"
+        f"restitution changes with speed: by {change:+.2g} from {slow:.3g} to {fast:.3g} mm/s, where most have "
+        f"{found.value:.3g} at {1e3 * float(np.median(found.support)):.3g} mm/s"
     )
     return Check(
-        "impact that repeats show to depart with more, in standard deviations",
-        max(float(off[k]), 0.0),
-        _OUTSIDE,
+        "slope of restitution over the logarithm of speed, in standard errors",
+        abs(slope) / error,
+        _STEEP,
         paths=(PATH,),
         cause=cause,
         record="record bounces at further speeds of impact",

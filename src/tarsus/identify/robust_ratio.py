@@ -105,6 +105,29 @@ def robust_ratio(y: Floats, x: Floats, covariance: Floats, events: NDArray[np.in
     )
 
 
+def slope_over(y: Floats, x: Floats, covariance: Floats, events: NDArray[np.intp], value: float) -> tuple[float, float]:
+    """By how much the ratio of events rises with the logarithm of x, and its standard error, with scatter from event to
+    event beyond that slope; infinite where all x are one. Arguments as of `robust_ratio`; value: the ratio found."""
+    of = np.unique(events, return_inverse=True)[1]
+    residual, support, weight = supported(y, x, covariance, value)
+    known = np.bincount(of, weight * support**2)
+    left = np.bincount(of, weight * support * residual) / known
+    over = np.bincount(of, np.log(support)) / np.bincount(of)
+    columns = np.stack([np.ones_like(over), over - over.mean()], axis=1)
+    if np.linalg.matrix_rank(columns) < 2:
+        return 0.0, np.inf
+    line, variance = np.zeros(2), 1.0 / known
+    for _ in range(_ROUNDS):
+        beyond = left - columns @ line
+        variance = 1.0 / known + _scatter(beyond, 1.0 / known)
+        weighted = columns * (_weight(beyond / np.sqrt(variance)) / variance)[:, None]
+        before, line = line, np.linalg.solve(weighted.T @ columns, weighted.T @ left)
+        if np.abs(line - before).max() < 1e-12 * (1.0 + abs(value)):
+            break
+    information = columns.T @ (columns / variance[:, None])
+    return float(line[1]), float(np.sqrt(np.linalg.inv(information)[1, 1]))
+
+
 def _scatter(left: Floats, noise: Floats) -> float:
     """Variance beside that of noise (ne,) with which deviations (ne,) have the weighted mean square of normal ones."""
 
