@@ -6,14 +6,12 @@ options; what is printed (ground of Table 2.2, ranges of Table 4.2, 14 V) stays.
 are, on coarser studies. Interpretation number k of a seed is the same whatever the count.
 
 500 interpretations come with the package, so that a page draws the distribution without computing it: ``tarsus
-reproduce millipede --readings 500 --seed 1`` computes them again; `Interpretations.text` is the packaged file. It names
-the ranges that it was drawn from by a digest, so that one of other ranges is not taken for it.
+reproduce millipede --readings 500 --seed 1`` computes them again.
 """
 
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +22,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
+from tarsus.files.rows import parse_rows
 from tarsus.files.runstore import PLAN_FILE, UNIT_FILES, RunStore
 from tarsus.files.toml import scene_texts
 from tarsus.fit.unknowns import Unknown, Unknowns
@@ -48,8 +47,8 @@ PRINTED = {
 }
 """Reference ground of Table 2.2 in SI, the same in every interpretation."""
 
-FILE = "millipede_interpretations.json"
-"""The packaged interpretations."""
+FILE = "millipede_interpretations.csv"
+"""The packaged interpretations, those of seed 1."""
 
 STORE = "interpretations"
 """Folder of finished interpretations, in the output folder of `tarsus reproduce`."""
@@ -101,24 +100,11 @@ class Interpretations:
         table["choices"] = list(CHOICES)
         return table
 
-    def text(self) -> str:
-        """The packaged file: seed, digest of the ranges, and counts, None where it could not be judged."""
-        table = {"seed": self.seed, "ranges": _digest(), "columns": COUNTS}
-        rows = ",\n".join(json.dumps(one and list(one.values())) for one in self.scores)
-        return json.dumps(table)[:-1] + f', "counts": [\n{rows}\n]}}\n'
-
 
 def packaged_interpretations() -> Interpretations:
     """The interpretations that come with the package."""
-    return parse_interpretations(data_text(FILE))
-
-
-def parse_interpretations(text: str) -> Interpretations:
-    """Interpretations from `Interpretations.text`. Raises InputError for one of other ranges."""
-    table = json.loads(text)
-    if table["ranges"] != _digest():
-        raise InputError("these interpretations were drawn from other ranges; judge them again")
-    return Interpretations(table["seed"], tuple(one and dict(zip(COUNTS, one, strict=True)) for one in table["counts"]))
+    rows = parse_rows(data_text(FILE), FILE).rows
+    return Interpretations(1, tuple({name: int(row[name]) for name in COUNTS} for row in rows))
 
 
 def _digest() -> str:

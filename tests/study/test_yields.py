@@ -12,7 +12,7 @@ from tarsus.study.axes import CUT, Linspace, Normal
 from tarsus.study.manufacture import Saltelli, Scattered
 from tarsus.study.robots import Robots
 from tarsus.study.studyfile import frozen_texts, read_sweep
-from tarsus.study.yields import Leader, YieldStudy, _curve, _difference, leader_of
+from tarsus.study.yields import Leader, _curve, _difference, leader_of
 from walking_devices import creeping_millipede
 
 GAIN, STIFF = "robot.drives.*.law.gain", "robot.structure.legs.*.stiffness_v"
@@ -127,7 +127,7 @@ def test_scatter_that_means_nothing_is_refused(millipede, words, said):
 
 def test_every_wrong_requirement_is_named(millipede):
     with pytest.raises(ts.InputError) as caught:
-        YieldStudy.of(robots(millipede), {"mean_speed": "1 kg", "foot_slip": "2 V"})
+        ts.yield_(millipede, {GAIN: "10%"}, require={"mean_speed": "1 kg", "foot_slip": "2 V"})
     assert [one.split(":")[0] for one in caught.value.problems] == ["mean_speed", "foot_slip"]
 
 

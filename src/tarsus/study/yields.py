@@ -6,6 +6,7 @@ import contextlib
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,13 +24,14 @@ from tarsus.files.library import SceneLike, as_scene
 from tarsus.files.runstore import SWEEP_FILES
 from tarsus.files.whole import write_text
 from tarsus.measure.shares import share_of
+from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 from tarsus.solve import ResultCode, Run
 from tarsus.study.collecting import measures_in
 from tarsus.study.manufacture import Saltelli, Scattered
 from tarsus.study.robots import Robots
 from tarsus.study.sweep import Sweep
-from tarsus.study.sweeping import run_sweep
+from tarsus.study.sweeping import SweepResult, run_sweep
 from tarsus.study.workunit import OUTCOMES
 from tarsus.tables.numbers import amount, interval, percent, spaced
 from tarsus.tables.table import ROW, Column, Table, Tabled
@@ -111,19 +113,14 @@ class Leader:
 
     def sentence(self, measure: str) -> str:
         """What there is to say."""
-        own = f"{self.group} {self.total:.2f} ± {self.error:.2f}"
         if not self.rivals:
             return f"scatter of {self.group} matters most for {measure}: {self.total:.2f} ± {self.error:.2f}"
-        more = (
-            f"about {self.draws} draws would separate these two"
-            if self.draws
-            else "more draws would hardly separate them"
-        )
+        more = f"about {self.draws} draws would" if self.draws else "more draws would hardly"
         rival, *rest = self.rivals
         others = f" and {len(rest)} more" if rest else ""
         return (
-            f"whose scatter matters most for {measure} is not resolved: {own}, and the interval of {rival}{others} "
-            f"overlaps it; {more}"
+            f"whose scatter matters most for {measure} is not resolved: {self.group} {self.total:.2f} ± "
+            f"{self.error:.2f}, and the interval of {rival}{others} overlaps it; {more} separate these two"
         )
 
 
@@ -367,14 +364,49 @@ def yield_(
     (0.75, 0.51, 0.9)
     """
     drawing = as_scene(scene)
-    drawn = Robots.of(
-        drawing, scatter or {}, over, dead=dead, weak=weak, weakness=quantity_of("weakness", weakness, "1")
-    )
-    options = {"chunk": chunk, "starts": starts, "duration": duration, "from_rest": from_rest}
-    study = YieldStudy.of(drawn, require, count=robots, draws=draws, seed=seed, **options)
+    share = quantity_of("weakness", weakness, "1")
+    drawn = Robots.of(drawing, scatter or {}, over, dead=dead, weak=weak, weakness=share)
+    options = {"chunk": chunk, "starts": starts, "duration": duration, "from_rest": from_rest, "seed": seed}
+    walks = isinstance(drawing.robot.structure, Walker)
+    asked = dict.fromkeys(WALKS if walks else BOUNCES) if require is None else require
+    with _named():
+        sweep = drawn.sweep(robots, list(asked), **options)
+    required = _required(drawing, asked)
+    with _named():
+        legs = drawn.legs_sweep(draws, list(asked), **options) if draws else None
+    if draws and legs is None:
+        said = "Sobol indices compare the scatter of two legs or numbers at least; give 0 draws, or more"
+        raise InputError(InputProblem.at("draws", said))
     name = scene if isinstance(scene, str | os.PathLike) else drawing.name
     folder = Path(output) if output is not None else Path(f"{Path(name).stem}.yield")
-    return study.run(folder, resume=resume, threads=threads, progress=progress)
+    done: list[SweepResult] = []
+    for part, one in (("robots", sweep), ("legs", legs)):
+        if one is not None:
+            place, report = folder / part, None if progress is None else partial(_report, progress, part)
+            again = resume and place.exists()
+            done.append(run_sweep(one, place, resume=again, threads=threads, progress=report))
+    found = judged(drawn, [one for one in (sweep, legs) if one is not None], done, required)
+    write_text(folder / "yield.json", json_text(found.to_dict()) + "\n")
+    return found
+
+
+def _report(progress: Progress, part: str, done: int, runs: int, _: object) -> None:
+    progress(done, runs, part)
+
+
+def _required(scene: Scene, require: Values) -> dict[str, float | None]:
+    """Requirements [SI] by measure, None where a measure has none. Raises InputError with each that is wrong."""
+    known = Run.offered(scene, scene.duration)
+    required: dict[str, float | None] = {}
+    problems: list[str] = []
+    for name, value in require.items():
+        try:
+            required[name] = None if value is None else parse_quantity(value, known[name].unit)  # type: ignore[arg-type]
+        except InputError as error:
+            problems += [InputProblem.at(name, one) for one in error.problems]
+    if problems:
+        raise InputError(problems)
+    return required
 
 
 _FIELDS = (
@@ -400,117 +432,49 @@ def _named() -> Iterator[None]:
         raise InputError([InputProblem.at(name, one.said) if name else one for name, one in problems]) from None
 
 
-@dataclass(frozen=True)
-class YieldStudy:
-    """What a yield runs: the sweep of the robots, that of the legs where it is asked for, and requirements [SI] by
-    measure, None where a measure has none."""
+def judged(
+    robots: Robots, sweeps: Sequence[Sweep], done: Sequence[SweepResult], required: Mapping[str, float | None]
+) -> Yield:
+    """What finished runs say: those of the robots, and those of the legs where they were made.
 
-    robots: Robots
-    sweep: Sweep
-    legs: Sweep | None
-    required: Mapping[str, float | None]
-
-    @classmethod
-    def of(
-        cls,
-        robots: Robots,
-        require: Values | None = None,
-        *,
-        count: int = 1024,
-        draws: int = 0,
-        seed: int = 0,
-        **options: Any,
-    ) -> YieldStudy:
-        """The sweeps of so many robots and draws; options: starts, duration, from_rest and chunk of a `Sweep`. Raises
-        InputError with every wrong measure and requirement."""
-        walks = isinstance(robots.scene.robot.structure, Walker)
-        require = dict.fromkeys(WALKS if walks else BOUNCES) if require is None else require
-        known = Run.offered(robots.scene, robots.scene.duration)
-        options = {"chunk": "2 s", **options}
-        with _named():
-            sweep = robots.sweep(count, list(require), seed=seed, **options)
-        required: dict[str, float | None] = {}
-        problems: list[str] = []
-        for name, value in require.items():
-            try:
-                required[name] = None if value is None else parse_quantity(value, known[name].unit)  # type: ignore[arg-type]
-            except InputError as error:
-                problems += [InputProblem.at(name, one) for one in error.problems]
-        if problems:
-            raise InputError(problems)
-        with _named():
-            legs = robots.legs_sweep(draws, list(require), seed=seed, **options) if draws else None
-        if draws and legs is None:
-            raise InputError(
-                InputProblem.at(
-                    "draws", "Sobol indices compare the scatter of two legs or numbers at least; give 0 draws, or more"
-                )
-            )
-        return cls(robots, sweep, legs, required)
-
-    def run(
-        self, folder: Path, *, resume: bool = False, threads: Workers = None, progress: Progress | None = None
-    ) -> Yield:
-        """Run both sweeps in a folder and write ``yield.json`` there; as `yield_`."""
-        files: dict[str, Path] = {}
-        outcomes: Mapping[str, int] = {}
-        for name, sweep in (("robots", self.sweep), ("legs", self.legs)):
-            if sweep is None:
-                continue
-
-            def report(done: int, runs: int, _: object, name: str = name) -> None:
-                if progress is not None:
-                    progress(done, runs, name)
-
-            place = folder / name
-            done = run_sweep(sweep, place, resume=resume and place.exists(), threads=threads, progress=report)
-            files[name] = done.file
-            outcomes = outcomes or done.outcomes
-        found = self.judged(outcomes, files["robots"], files.get("legs"))
-        write_text(folder / "yield.json", json_text(found.to_dict()) + "\n")
-        return found
-
-    def judged(self, outcomes: Mapping[str, int], file: Path, legs: Path | None = None) -> Yield:
-        """What finished runs say: those of the robots, and those of the legs where they were made.
-
-        Raises
-        ------
-        InputError
-            When no robot's run reached its end.
-        """
-        if not outcomes.get(ResultCode.DONE.name):
-            raise InputError("no robot's run reached its end: see its sweep.nc for how they ended")
-        found, units = measures_in(file, self.sweep.measures)
-        motion = self.sweep.motion
-        over = Starts.read(file, self.sweep.measures, str(motion), motion.starts)
-        design, about_legs = self.sweep.design, self.legs.design if self.legs is not None else None
-        assert isinstance(design, Scattered)
-        dead = design.left(self.sweep.vary, slice(0, self.sweep.runs)) == 0.0
-        lost = dead.sum(axis=1)
-        first = found[self.sweep.measures[0]]
-        indices = {}
-        if legs is not None and isinstance(about_legs, Saltelli):
-            for name, one in measures_in(legs, self.sweep.measures)[0].items():
-                # a failed run counts as the worst that was seen: SALib takes no gaps
-                worst = np.nanmax(one) if name in LESS else np.nanmin(one)
-                filled = np.where(np.isfinite(one), one, worst)
-                indices[name] = about_legs.indices(filled) if np.ptp(filled) > 0.0 else {}
-        named = self.robots.legs
-        return Yield(
-            self.robots,
-            self.sweep.measures,
-            units,
-            found,
-            lost,
-            {name: _curve(name, units[name], one) for name, one in found.items()},
-            outcomes,
-            [_group(int(n), lost == n, found) for n in np.unique(lost)],
-            {named.get(path, path): _difference(first, dead[:, i]) for i, path in enumerate(design.parts)},
-            indices,
-            about_legs.count if isinstance(about_legs, Saltelli) else 0,
-            self.required,
-            over,
-        )
+    Raises
+    ------
+    InputError
+        When no robot's run reached its end.
+    """
+    sweep, file, outcomes = sweeps[0], done[0].file, done[0].outcomes
+    if not outcomes.get(ResultCode.DONE.name):
+        raise InputError("no robot's run reached its end: see its sweep.nc for how they ended")
+    found, units = measures_in(file, sweep.measures)
+    design = sweep.design
+    assert isinstance(design, Scattered)
+    dead = design.left(sweep.vary, slice(0, sweep.runs)) == 0.0
+    lost = dead.sum(axis=1)
+    indices, draws = {}, 0
+    for legs, result in zip(sweeps[1:], done[1:], strict=True):
+        assert isinstance(legs.design, Saltelli)
+        draws = legs.design.count
+        for name, one in measures_in(result.file, sweep.measures)[0].items():
+            # a failed run counts as the worst that was seen: SALib takes no gaps
+            worst = np.nanmax(one) if name in LESS else np.nanmin(one)
+            filled = np.where(np.isfinite(one), one, worst)
+            indices[name] = legs.design.indices(filled) if np.ptp(filled) > 0.0 else {}
+    first = found[sweep.measures[0]]
+    return Yield(
+        robots,
+        sweep.measures,
+        units,
+        found,
+        lost,
+        {name: _curve(name, units[name], one) for name, one in found.items()},
+        outcomes,
+        [_group(int(n), lost == n, found) for n in np.unique(lost)],
+        {robots.legs.get(path, path): _difference(first, dead[:, i]) for i, path in enumerate(design.parts)},
+        indices,
+        draws,
+        required,
+        Starts.read(file, sweep.measures, str(sweep.motion), sweep.motion.starts),
+    )
 
 
 def _curve(name: str, unit: str, values: Floats) -> YieldCurve:
