@@ -72,7 +72,7 @@ def test_a_row_without_values_is_predicted(finished):
     lowered = result.lowered
     truth = lowered.forward(0, np.array([[TRUTH["e"], TRUTH["push"]]]), [3])[0, 0, :, 0]
     height = truth[lowered.forward.channels.index("mean_height")]
-    one = next(one for one in result.others[0] if one.measure == "height")
+    one = next(one for one in result.predicted[3] if one.measure == "height")
     assert one.median == pytest.approx(height, rel=0.1)
     entry = json.loads((folder / "calibration.json").read_text())["rows"][3]
     assert entry["fitted"] is False and entry["predicted"]["height"]["median"] == pytest.approx(100.0 * one.median)
@@ -82,7 +82,7 @@ def test_the_folder_holds_an_ensemble_that_predicts_the_same(finished):
     result, folder, _ = finished
     whole = load_ensemble(folder)
     (found,) = whole.predict([{"drop": 200}])
-    for one in result.others[0]:
+    for one in result.predicted[3]:
         assert found[one.measure].median == pytest.approx(one.median, rel=1e-9)
         assert found[one.measure].low == pytest.approx(one.low, rel=1e-9)
     assert found["rate"].p_bounce is not None and found["rate"].p_bounce > 0.8

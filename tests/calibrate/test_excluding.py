@@ -10,8 +10,7 @@ from scipy.optimize import differential_evolution
 
 from calibrate.toys import bent_rows, search
 from tarsus.calibrate.calibrating import solve
-from tarsus.calibrate.ensemble import searched_ensembles
-from tarsus.calibrate.excluding import exclude, missed_by
+from tarsus.calibrate.ensemble import exclude, missed_by, searched_ensembles
 from tarsus.calibrate.objective import SoftLimit
 from tarsus.calibrate.problem import Archive
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tarsus.base.progress import Progress
-from tarsus.calibrate.ensemble import SearchedEnsembles, searched_ensembles
-from tarsus.calibrate.excluding import ExcludedRow, exclude, missed_by
+from tarsus.calibrate.ensemble import ExcludedRow, SearchedEnsembles, exclude, missed_by, searched_ensembles
 from tarsus.calibrate.lowering import Lowered, lower_study
 from tarsus.calibrate.prediction import Discrepancy, Prediction
 from tarsus.calibrate.problem import Archive, CalibrationProblem
@@ -28,19 +28,31 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Solution:
-    """A problem solved.
-
-    fit: the weighted ensembles of the hypotheses that are kept; trained: predictions of the fitted rows by them;
-    refits: the search without each row, and excluded: predictions by these, None where no row was excluded;
-    discrepancy: for new rows.
-    """
+    """A problem solved: the weighted ensembles of the hypotheses that are kept, and the search without each row, None
+    where no row was excluded."""
 
     problem: CalibrationProblem
     fit: SearchedEnsembles
-    trained: tuple[tuple[Prediction, ...], ...]
     refits: tuple[ExcludedRow, ...] | None
-    excluded: tuple[tuple[Prediction, ...], ...] | None
-    discrepancy: Discrepancy
+
+    @property
+    def _enough(self) -> list[ExcludedRow]:
+        """Excluded rows whose misses are the discrepancy of others."""
+        return list(self.refits or ()) if self.problem.trained >= ENOUGH_ROWS else []
+
+    @cached_property
+    def excluded(self) -> tuple[tuple[Prediction, ...], ...] | None:
+        """Predictions of each row by the search without it."""
+        others = self._enough
+        return self.refits and tuple(
+            one.predictions(self.problem, missed_by(self.problem, others, one.row) if others else None)
+            for one in self.refits
+        )
+
+    @cached_property
+    def discrepancy(self) -> Discrepancy:
+        """That of new rows."""
+        return missed_by(self.problem, self._enough) if self._enough else self.fit.discrepancy
 
     @property
     def sets(self) -> int:
@@ -61,15 +73,18 @@ class Solution:
 
 @dataclass(frozen=True)
 class Calibration(Tabled):
-    """A finished calibration: the study, its solution, the ensemble that predicts any row, and predictions of the rows
-    that were not fitted."""
+    """A finished calibration: its solution, the ensemble that predicts any row, and what is predicted of the table's
+    rows, those that were fitted first."""
 
-    described: Described
-    lowered: Lowered
     solution: Solution
     ensemble: WeightedEnsemble
-    others: tuple[tuple[Prediction, ...], ...]
+    predicted: tuple[tuple[Prediction, ...], ...]
     folder: Path | None = None
+
+    @property
+    def lowered(self) -> Lowered:
+        """The study as it was searched."""
+        return self.ensemble.lowered
 
     @property
     def problems(self) -> list[str]:
@@ -132,19 +147,10 @@ def solve(
         return Archive(of, kept, number, report)
 
     fit = searched_ensembles(archive(problem, 0), search)
-    trained = tuple(
-        fit.predictions(problem, row, [one.readings[:, row] for one in fit.ensembles]) for row in range(problem.trained)
-    )
     if not excludes:
-        return Solution(problem, fit, trained, None, None, fit.discrepancy)
+        return Solution(problem, fit, None)
     most = fit.sets  # every other search is about as long
-    refits = [exclude(problem, search, row, archive) for row in range(problem.trained)]
-    enough = problem.trained >= ENOUGH_ROWS
-    excluded = tuple(
-        one.predictions(problem, missed_by(problem, refits, one.row) if enough else None) for one in refits
-    )
-    discrepancy = missed_by(problem, refits) if enough else fit.discrepancy
-    return Solution(problem, fit, trained, tuple(refits), excluded, discrepancy)
+    return Solution(problem, fit, tuple(exclude(problem, search, row, archive) for row in range(problem.trained)))
 
 
 CalibrationStudy = str | os.PathLike[str] | Described
@@ -209,8 +215,10 @@ def calibrate(
     solution = solve(lowered.problem, described.study.search, store, progress)
     ensemble = WeightedEnsemble(lowered, solution.fit.ensembles, solution.fit.weights, solution.discrepancy)
     rows = described.table.rows
-    others = tuple(tuple(one.values()) for one in ensemble.predict([rows[n] for n in lowered.others]))
-    result = Calibration(described, lowered, solution, ensemble, others, None if output is None else Path(output))
+    fitted = replace(ensemble, discrepancy=solution.fit.discrepancy)  # what is missed of rows that it knows
+    parts = (fitted, lowered.trained), (ensemble, lowered.others)
+    predicted = tuple(tuple(one.values()) for by, own in parts for one in by.predict([rows[n] for n in own]))
+    result = Calibration(solution, ensemble, predicted, None if output is None else Path(output))
     if output is not None:
         result.write(output)
     return result

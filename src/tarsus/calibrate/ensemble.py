@@ -1,9 +1,9 @@
 """What every search ends with, that of the whole table and each without a row: ensembles of the hypotheses that fit as
-well as the best, thinned and weighted."""
+well as the best, thinned and weighted; and what the search without a row says of it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from tarsus.calibrate.degrees import Freedom
     from tarsus.calibrate.description import Search
     from tarsus.calibrate.objective import Hypothesis
-
-Readings = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
@@ -69,7 +67,6 @@ class SearchedEnsembles:
     """Ensembles of the hypotheses that are kept, with weights (nb,), their numbers, degrees of freedom and discrepancy
     of the best set; what was found of every hypothesis; and how many sets were visited."""
 
-    problem: CalibrationProblem
     ensembles: tuple[HypothesisEnsemble, ...]
     weights: Floats
     kept: tuple[int, ...]
@@ -82,20 +79,6 @@ class SearchedEnsembles:
     def best(self) -> HypothesisEnsemble:
         """Of the hypothesis with the lowest cost."""
         return min(self.ensembles, key=lambda one: one.best)
-
-    def predictions(
-        self,
-        problem: CalibrationProblem,
-        row: int,
-        readings: Sequence[Readings],
-        discrepancy: Discrepancy | None = None,
-    ) -> tuple[Prediction, ...]:
-        """Predictions of a row of ``problem``, fitted or excluded, from the readings (nm, channels, samples) of each
-        ensemble's members there; with the fit's own discrepancy unless another is given."""
-        cells = problem.objective.cells
-        return predict_row(
-            self.ensembles, self.weights, readings, cells, cells.absolute[row], discrepancy or self.discrepancy
-        )
 
 
 def searched_ensembles(archive: Archive, search: Search) -> SearchedEnsembles:
@@ -110,4 +93,60 @@ def searched_ensembles(archive: Archive, search: Search) -> SearchedEnsembles:
     own = fits[best].pieces(ensembles[best].readings[:1]).costs
     missed = discrepancy_of(problem.objective.cells, own.missed[0], own.wrong[0], freedom.unknowns)
     weights = hypothesis_weights(ensembles, freedom.scale)
-    return SearchedEnsembles(problem, tuple(ensembles), weights, tuple(kept), freedom, missed, found, archive.sets)
+    return SearchedEnsembles(tuple(ensembles), weights, tuple(kept), freedom, missed, found, archive.sets)
+
+
+@dataclass(frozen=True)
+class ExcludedRow:
+    """A row predicted without it.
+
+    row: its place in the table's fitted rows; fit: what the search without it found; readings (nm, channels, samples)
+    of each ensemble's members in the row; missed (nk,): weighted residuals there; wrong (nk,): probability of the
+    wrong existence.
+    """
+
+    row: int
+    fit: SearchedEnsembles
+    readings: tuple[NDArray[np.floating], ...]
+    missed: Floats
+    wrong: Floats
+
+    def predictions(
+        self, problem: CalibrationProblem, discrepancy: Discrepancy | None = None
+    ) -> tuple[Prediction, ...]:
+        """Predictions of the row, ``problem`` being that of the whole table; with the fit's own discrepancy unless
+        another is given."""
+        cells, fit = problem.objective.cells, self.fit
+        own = discrepancy or fit.discrepancy
+        return predict_row(fit.ensembles, fit.weights, self.readings, cells, cells.absolute[self.row], own)
+
+
+def exclude(
+    problem: CalibrationProblem, search: Search, row: int, archive: Callable[[CalibrationProblem, int], Archive]
+) -> ExcludedRow:
+    """Search without a row of the table, and simulate it with what was found.
+
+    Nothing of a row gets into its own prediction: the problem that is searched lacks its cells and its run, the archive
+    is empty, the random numbers are its own, and the search is the whole one of the study.
+
+    archive: makes an empty one of a problem, for the search of this number (`row` + 1; 0 is that of the whole table).
+    """
+    own = archive(problem.without(row), row + 1)
+    fit = searched_ensembles(own, search)
+    alone = problem.objective.only(row)
+    readings, missed, wrong = [], np.zeros(alone.cells.observed.shape[1]), 0.0
+    for weight, one in zip(fit.weights, fit.ensembles, strict=True):
+        read = own.elsewhere(one.hypothesis.run, one.points, problem.rows[row])
+        costs = alone.pieces(read[:, None], one.hypothesis).costs
+        missed = missed + weight * (one.weights @ costs.missed[:, 0])
+        wrong = wrong + weight * (one.weights @ costs.wrong[:, 0])
+        readings.append(read)
+    return ExcludedRow(row, fit, tuple(readings), missed, np.asarray(wrong))
+
+
+def missed_by(problem: CalibrationProblem, found: list[ExcludedRow], row: int | None = None) -> Discrepancy:
+    """Discrepancy from what each excluded row was missed by; those of a row itself stay out of its own prediction,
+    which is so a test of what is said of new rows."""
+    others = [one for one in found if one.row != row]
+    missed, wrong = (np.array([getattr(one, name) for one in others]) for name in ("missed", "wrong"))
+    return discrepancy_of(problem.objective.cells, missed, wrong, 0.0, fitted=False)

@@ -33,7 +33,7 @@ class Lowered:
     """A study ready to be searched.
 
     forward: the forward model; problem: what is searched; trained, others: numbers of the table's rows, from 0, that
-    are fitted and that are only predicted; cells of the latter are those of ``other_cells``.
+    are fitted and that are only predicted; cells: of both, in this order.
     """
 
     study: Study
@@ -42,7 +42,7 @@ class Lowered:
     problem: CalibrationProblem
     trained: tuple[int, ...]
     others: tuple[int, ...]
-    other_cells: Cells
+    cells: Cells
 
     def settings(self) -> list[dict[str, Any]]:
         """What the options of each variant of the runs set in the first row, by path: what differs between variants in
@@ -94,7 +94,7 @@ def lower_study(described: Described, threads: Workers = None) -> Lowered:
         Objective(cells.at(range(len(trained))), tuple(limits), study.search.robust),
         (*range(fitted), *range(len(chosen), len(rows))),
     )
-    return Lowered(study, table, forward, problem, trained, others, cells.at(range(len(trained), len(chosen))))
+    return Lowered(study, table, forward, problem, trained, others, cells)
 
 
 def _split(study: Study, table: TableRows, faults: Faults) -> tuple[tuple[int, ...], tuple[int, ...]]:

@@ -53,8 +53,8 @@ def prediction_entry(one: Prediction, unit: str, observed: float | None = None) 
 
 def calibration_json(result: Calibration) -> dict[str, Any]:
     """All numbers of a calibration; nothing of the machine or of time, so that equal studies give equal tables."""
-    solution, lowered, study = result.solution, result.lowered, result.described.study
-    cells, left = lowered.problem.objective.cells, solution.excluded
+    solution, lowered, study = result.solution, result.lowered, result.lowered.study
+    cells, trained = lowered.problem.objective.cells, result.predicted[: len(lowered.trained)]
     return {
         "format": 1,
         "tarsus": package_version(),
@@ -76,24 +76,9 @@ def calibration_json(result: Calibration) -> dict[str, Any]:
         "branches": _hypotheses(result),
         "choices": _choices(result),
         "constraints": [{"name": one.name, "reason": one.reason} for one in study.constraints],
-        "rows": [
-            *(
-                _row(
-                    result,
-                    number,
-                    cells.observed[n],
-                    training=solution.trained[n],
-                    left_out=None if left is None else left[n],
-                )
-                for n, number in enumerate(lowered.trained)
-            ),
-            *(
-                _row(result, number, lowered.other_cells.observed[n], predicted=result.others[n])
-                for n, number in enumerate(lowered.others)
-            ),
-        ],
+        "rows": [_row(result, n, number) for n, number in enumerate((*lowered.trained, *lowered.others))],
         "summary": {
-            "training": _summary(result, solution.trained),
+            "training": _summary(result, trained),
             "left_out": None if solution.excluded is None else _summary(result, solution.excluded),
             "best": _summary(result, [_at_best(result, n) for n in range(len(lowered.trained))]),
         },
@@ -102,7 +87,7 @@ def calibration_json(result: Calibration) -> dict[str, Any]:
 
 def _search(result: Calibration) -> dict[str, Any]:
     """What was asked of the search of the whole table, and what it took."""
-    search, solution = result.described.study.search, result.solution
+    search, solution = result.lowered.study.search, result.solution
     plan = search.model_dump(
         include={"population", "prescreening", "short", "generations", "local_search", "spread", "members"}
     )
@@ -133,7 +118,7 @@ def _hypotheses(result: Calibration) -> list[dict[str, Any]]:
 
 def _unknowns(result: Calibration, ensemble: HypothesisEnsemble) -> dict[str, Any]:
     """What an ensemble says of each unknown: the best value, the 90 and 95 % intervals of its members, the verdict."""
-    study, unknowns = result.described.study, result.solution.problem.unknowns
+    study, unknowns = result.lowered.study, result.solution.problem.unknowns
     values, weights = unknowns.values(ensemble.points), ensemble.weights
     out = {}
     for i, one in enumerate(ensemble.ranges(unknowns)):
@@ -168,29 +153,31 @@ def _choices(result: Calibration) -> dict[str, dict[str, Any]]:
     out = {}
     for name, weights in result.solution.option_weights().items():
         ranked = sorted(weights.values(), reverse=True)
-        meaning = result.described.study.choices[name].meaning
+        meaning = result.lowered.study.choices[name].meaning
         out[name] = {"weights": weights, "open": len(ranked) > 1 and ranked[1] >= OPEN, "meaning": meaning}
     return out
 
 
 def _conditions(result: Calibration, number: int) -> dict[str, Any]:
     """Cells of a row's conditions."""
-    row = result.described.table.rows[number]
-    return {column: row[column] for column in result.described.study.conditions}
+    row = result.lowered.table.rows[number]
+    return {column: row[column] for column in result.lowered.study.conditions}
 
 
-def _row(result: Calibration, number: int, observed: np.ndarray, **said: Sequence[Prediction] | None) -> dict[str, Any]:
+def _row(result: Calibration, n: int, number: int) -> dict[str, Any]:
     """A row of the table, and what is said of it by measure: None where nothing is."""
-    cells = result.lowered.problem.objective.cells
+    cells, excluded, fitted = result.lowered.cells, result.solution.excluded, n < len(result.lowered.trained)
+    said = {"training" if fitted else "predicted": result.predicted[n]}
+    said |= {"left_out": excluded and excluded[n]} if fitted else {}
     entries = {
         what: found
         and {
             name: prediction_entry(one, unit, value)
-            for name, unit, one, value in zip(cells.names, cells.units, found, observed.tolist(), strict=True)
+            for name, unit, one, value in zip(cells.names, cells.units, found, cells.observed[n].tolist(), strict=True)
         }
         for what, found in said.items()
     }
-    return {"row": number + 1, "conditions": _conditions(result, number), "fitted": "training" in said, **entries}
+    return {"row": number + 1, "conditions": _conditions(result, number), "fitted": fitted, **entries}
 
 
 def _at_best(result: Calibration, n: int) -> list[Prediction]:

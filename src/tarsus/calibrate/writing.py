@@ -41,7 +41,7 @@ def hypothesis_scene(result: Calibration, place: int) -> Scene:
     """The device of a kept hypothesis: its best member, every fitted value with its 95 % interval and its origin."""
     whole = result.ensemble
     ensemble = whole.ensembles[place]
-    lowered, study = result.lowered, result.described.study
+    lowered, study = result.lowered, result.lowered.study
     run = lowered.forward.variants[ensemble.hypothesis.run]
     unknowns = lowered.problem.unknowns
     members = [run.values(unknowns.by_name(one), run.rows[0]) for one in ensemble.points]
