@@ -22,9 +22,11 @@ from tarsus.study.studyfile import frozen_texts, load_sweep, read_sweep
 def test_a_grid_is_every_combination_with_the_last_axis_fastest():
     sweep = small()
     points = sweep.points()
-    assert sweep.runs == 6
+    assert sweep.runs == 6 and sweep.design == Grid()
     assert points[RESTITUTION].tolist() == [0.2, 0.2, 0.2, 0.5, 0.5, 0.5]
     assert points[RATE].tolist() == [1e-6, 5e-6, 25e-6] * 2
+    for axis, values in sweep.points(slice(2, 5)).items():
+        assert np.array_equal(values, points[axis][2:5])
 
 
 def test_ranges_hold_their_ends():
@@ -53,22 +55,6 @@ def test_any_part_of_a_sobol_design_is_that_of_the_library():
     for part in (slice(0, 1234), slice(0, 1), slice(1, 2), slice(511, 514), slice(1024, 1234)):
         found = np.column_stack(list(design.points(axes, part).values()))
         assert np.array_equal(found, whole[part])
-
-
-def test_any_part_of_a_grid_is_that_of_the_whole():
-    sweep = small()
-    whole = sweep.points()
-    for axis, values in sweep.points(slice(2, 5)).items():
-        assert np.array_equal(values, whole[axis][2:5])
-    assert whole[RATE].tolist() == [1e-6, 5e-6, 25e-6] * 2
-
-
-@pytest.mark.parametrize(
-    ("chunk", "said"), [(0, "at least 1"), ("0 s", "above 0"), ("2 m", "chunk"), ("7200 s", "at most")]
-)
-def test_a_unit_is_a_number_of_runs_or_a_time(chunk, said):
-    with pytest.raises(ts.InputError, match=said):
-        small(chunk=chunk)
 
 
 def test_units_by_time_hold_as_many_runs_as_take_it(monkeypatch):
@@ -167,7 +153,10 @@ FAULTS = [
     (GOOD.replace('scene = "cantilever"', ""), "scene: expected the name of a device"),
     (GOOD.replace("20 ms", "1e7 s"), "duration: a run would take about"),
     (f"{GOOD}[set]\nground.film.thickness = 0", "set.ground.film.thickness: "),
-    (f"chunk = 0\n{GOOD}", "chunk: "),
+    (f"chunk = 0\n{GOOD}", "chunk: expected a number of runs of at least 1"),
+    (f'chunk = "0 s"\n{GOOD}', "chunk: expected a time above 0"),
+    (f'chunk = "2 m"\n{GOOD}', "chunk: expected a number of runs, or a time"),
+    (f'chunk = "7200 s"\n{GOOD}', "and at most 3600 s, got 7200 s"),
     (f'{GOOD}[design]\nkind = "sobol"', "design.count: "),
     (
         f'{GOOD}{RATE} = {{ kind = "linspace", start = 0, stop = 1, count = 3 }}\n[design]\nkind = "sobol"\ncount = 4',
@@ -200,10 +189,6 @@ def test_all_faults_are_named_at_once(tmp_path):
         "measures.0",
         "chunk",
     ]
-
-
-def test_a_grid_needs_nothing_said():
-    assert small().design == Grid()
 
 
 def test_the_study_on_the_sweeps_page_is_one(tmp_path):

@@ -74,12 +74,6 @@ def test_finished_units_are_not_run_again(tmp_path, monkeypatch):
     assert run_sweep(small(), folder, resume=True).kept == 6
 
 
-def test_another_sweep_is_not_resumed(tmp_path):
-    run_sweep(small(), tmp_path)
-    with pytest.raises(ts.InputError, match=r"its study\.toml differs"):
-        run_sweep(small(duration=0.03), tmp_path, resume=True)
-
-
 def test_runs_that_end_early_are_kept_with_their_sentence(tmp_path, monkeypatch):
     sweep = small(vary={"ground.film.coefficient": [0.0, 1e-18]}, measures=("peak",))
     batch = scored.simulate_batch
