@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from tarsus.files.library import load_scene
-from tarsus.identify.volts import Volts
+from tarsus.identify.volts import Stretches, Volts
+from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.waveforms import RampedSquare, Sine, Square
 
 RATE = 20e3
@@ -31,7 +32,7 @@ def test_between_samples_the_volts_are_those_of_the_wave(wave):
 def test_a_corner_that_no_sample_hit_is_found():
     _, levels = samples(RampedSquare(amplitude=8.0, frequency=60.0, duty=1.0))
     made = Volts.of(levels, 1)
-    turns = made.levels[made.turns[2:-2]]
+    turns = made.levels[1:-1][np.diff(np.sign(np.diff(made.levels))) != 0.0][2:-2]
     assert np.max(levels) < 7.995
     assert turns == pytest.approx(8.0 * np.sign(turns), abs=1e-3)
 
@@ -45,7 +46,7 @@ def test_memory_is_that_of_the_whole_record():
     dense = np.sort(np.concatenate([np.linspace(0.0, time[first + count - 1], 200_001), time[first : first + count]]))
     whole = drive.law.force(wave.volts(dense), drive.history)
     wanted = np.interp(time[first : first + count], dense, whole)
-    force = made.force(drive.law, drive.history, first, count)
+    force = Stretches([(made, first, count)]).force(drive.law, drive.history)
     assert len(force) == 3 * (count - 1) + 1
     assert force[::3] == pytest.approx(wanted, abs=2e-3 * np.ptp(whole))
 
@@ -57,8 +58,12 @@ def test_square_waves_are_joined_by_lines():
     assert np.all(np.abs(made.fine) <= np.max(np.abs(levels)))
 
 
-def test_forces_beyond_the_record_are_held():
+@pytest.mark.parametrize("law", ["cantilever", "linear"])
+def test_stretches_end_with_their_record(law):
     drive = load_scene("cantilever").robot.drives["pzt"]
+    chosen = drive.law if law == "cantilever" else LinearForce(gain=0.1)
     _, levels = samples(Sine(amplitude=5.0, frequency=300.0), 0.01)
-    force = Volts.of(levels, 3).force(drive.law, drive.history, len(levels) - 4, 10)
-    assert len(force) == 28 and np.all(force[10:] == force[9])
+    made = Volts.of(levels, 3)
+    force = Stretches([(made, 0, len(levels)), (made, len(levels) - 4, 10)]).force(chosen, drive.history)
+    whole = made.force(chosen, drive.history)
+    assert force == pytest.approx(np.append(whole, whole[-10:]))

@@ -135,7 +135,7 @@ def _record(
         """Displacements and velocities of the points from the rest, as seen with some values of the numbers."""
         there = known.model(values)
         scene = with_values(there.driven(signal), gaps)
-        run = simulate(scene, count * step)
+        run = simulate(scene, count * step, shared=known.base.shared)
         if run.ended is not ResultCode.DONE:
             raise InputError(f"the identified device cannot be simulated with this drive: {run.ended}")
         states = run.states(late + step / finer * np.arange(finer * (count - 1) + 1, dtype=np.float64))

@@ -139,20 +139,18 @@ class Bounces(FlightProblem):
 
     def guess(self) -> Floats:
         """First unknowns (ni, q): the foot's lines through the samples around the impact meet there."""
-        out, k, step = [], self.model.points.index(self.model.foot_point), self.step
-        points, normal = len(self.model.points), self.model.normal
-        basis, beside = self.model.rows @ self.free, self.sides[0].rates.shape[1] - 3 - 2 * self.free.shape[1]
-        for one, measured in zip(self.items, self.measured, strict=True):
-            last = measured[:, one.before - 1]
-            approach = normal * last[points + k]
-            departure = normal * measured[points + k, one.before]
-            height = self.model.gap + normal * last[k]
-            late = float(np.clip(-height / approach, 0.05 * step, 0.95 * step))
-            at = np.linalg.lstsq(basis, last[:points] - self.model.rows @ self.grounded, rcond=None)[0]
-            along = self.model.rows @ (self.model.row / float(self.model.row @ self.model.row))
-            speed = np.linalg.lstsq(basis, last[points:] - along * approach, rcond=None)[0]
-            out.append([late, *at, *speed, *np.zeros(beside), approach, departure])
-        return np.array(out)
+        model, step, points = self.model, self.step, len(self.model.points)
+        k, normal = model.points.index(model.foot_point), model.normal
+        last = np.array([seen[:, one.before - 1] for one, seen in zip(self.items, self.measured, strict=True)]).T
+        first = np.array([seen[points + k, one.before] for one, seen in zip(self.items, self.measured, strict=True)])
+        approach, departure = normal * last[points + k], normal * first
+        late = np.clip(-(model.gap + normal * last[k]) / approach, 0.05 * step, 0.95 * step)
+        along = model.rows @ (model.row / float(model.row @ model.row))
+        last[:points] -= (model.rows @ self.grounded)[:, None]
+        last[points:] -= np.outer(along, approach)
+        basis, beside = model.rows @ self.free, self.sides[0].rates.shape[1] - 3 - 2 * self.free.shape[1]
+        at, speed = (np.linalg.lstsq(basis, one, rcond=None)[0].T for one in np.split(last, 2))
+        return np.column_stack([late, at, speed, np.zeros((len(late), beside)), approach, departure])
 
     def fit(self, law: Floats | None = None, start: Floats | None = None) -> BounceFit:
         """Fit every impact, under the forces of the model's ground or others (5,), from unknowns (ni, q) if given."""

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import binary_dilation, convolve1d
+from scipy.ndimage import convolve1d
 
 from tarsus.base.arrays import Floats
 from tarsus.identify.traces import Trace
@@ -69,9 +69,9 @@ class Relation:
 
 def relation_of(x: Floats, v: Floats, volts: Floats, step: float) -> Relation | None:
     """The relation of a displacement [m] and a velocity [m/s] (ns,) under a drive [V]; None of too few samples."""
-    jumped = np.zeros(len(x), dtype=bool)
-    jumped[jumps_of(volts)] = True
-    used = np.logical_not(binary_dilation(jumped, iterations=2 * _REACH))
+    used = np.ones(len(x), dtype=bool)
+    for jump in jumps_of(volts).tolist():
+        used[max(jump - 2 * _REACH, 0) : jump + 2 * _REACH + 1] = False
     used[:_REACH] = used[-_REACH:] = False
     between = bool(np.count_nonzero(used) >= _FEWEST)
     if not between:

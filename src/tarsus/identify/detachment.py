@@ -107,16 +107,15 @@ class Detachments(FlightProblem):
     def guess(self) -> Floats:
         """First unknowns (nr, q)."""
         model, basis = self.model, self.model.rows @ self.free
-        out = []
-        for one in self.items:
-            trace = self.traces[one.trace]
-            near = slice(max(one.hold.last - 4, one.hold.first), one.hold.last + 1)
-            x = trace.x[:, near].mean(axis=1) + model.rest(self.level)
-            v = trace.v[:, near].mean(axis=1)
-            at = np.linalg.lstsq(basis, x - model.rows @ self.grounded, rcond=None)[0]
-            speed = np.linalg.lstsq(basis, v, rcond=None)[0]
-            out.append([(one.first - one.hold.last - 0.5) * self.step, *at, *speed, 0.0, 0.0])
-        return np.array(out)
+        begun, points = np.zeros(len(self.items)), len(self.model.points)
+        motion = np.zeros((2, points, len(self.items)))
+        for r, one in enumerate(self.items):
+            trace, near = self.traces[one.trace], slice(max(one.hold.last - 4, one.hold.first), one.hold.last + 1)
+            motion[:, :, r] = trace.x[:, near].mean(axis=1), trace.v[:, near].mean(axis=1)
+            begun[r] = (one.first - one.hold.last - 0.5) * self.step
+        motion[0] += (model.rest(self.level) - model.rows @ self.grounded)[:, None]
+        at, speed = (np.linalg.lstsq(basis, one, rcond=None)[0].T for one in motion)
+        return np.column_stack([begun, at, speed, np.zeros((len(begun), 2))])
 
     def under(self, sought: Sought, place: Floats, start: Floats | None = None) -> FlightFit:
         """All flights under one film, each by a descent of its own, from unknowns (nr, q) or the best of some."""

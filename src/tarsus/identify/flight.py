@@ -351,14 +351,14 @@ class FlightProblem:
         part = np.arange(len(self.measured)) if part is None else part
         assert law.slopes is not None
         q, size = unknowns.shape[1], unknowns.shape[1] + law.slopes.shape[1]
-        normal, right, cost = (np.zeros((len(part), size, size)), np.zeros((len(part), size)), np.zeros(len(part)))
+        products = np.zeros((len(part), size + 1, size + 1))  # of the slopes and, last, of what is left
         for k in range(len(self.sides)):
             (left, slopes, _), own = self._flown(k, unknowns, law, part)
+            both = np.concatenate([slopes, left[:, :, None]], axis=2)
             for r, one in enumerate(own):
-                rows, off = slopes[one].reshape(-1, size), left[one].ravel()
-                normal[r] += rows.T @ rows
-                right[r] += off @ rows
-                cost[r] += off @ off
+                rows = both[one].reshape(-1, size + 1)
+                products[r] += rows.T @ rows
+        normal, right, cost = products[:, :-1, :-1], products[:, :-1, -1], products[:, -1, -1]
         count = np.array([self.measured[r].size - q for r in part], dtype=float)
         return NormalEquations.split(normal, right, cost, count, q)
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.signal import lfilter
@@ -16,6 +16,10 @@ from tarsus.model.drive.laws import VoltageLaw
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.scene import Scene
 from tarsus.model.standing import rest_state
+from tarsus.solve.shared import Shared
+
+if TYPE_CHECKING:
+    from tarsus.solve import Run
 
 
 @dataclass(frozen=True)
@@ -23,12 +27,14 @@ class FootModel:
     """A scene seen from one foot and one drive.
 
     Displacements are along +z; a force on the foot counts along its normal n, so that ``gap = gap(0) + n . x``.
+    shared: what runs of it have made that others take, such as the force of a drive.
     """
 
     scene: Scene
     foot: str
     drive: str
     points: tuple[str, ...]
+    shared: Shared = field(default_factory=Shared, repr=False, compare=False)
 
     @property
     def law(self) -> VoltageLaw:
@@ -84,6 +90,11 @@ class FootModel:
     def row(self) -> Floats:
         """Row (n,): the foot's displacement along its normal."""
         return self.normal * self.scene.robot.structure.row(self.foot_point)
+
+    @cached_property
+    def by_coordinates(self) -> Floats:
+        """Static displacements (n, np) of the points per newton on each coordinate [m/N]: ``rows K^-1``."""
+        return np.linalg.solve(self.stiffness.T, self.rows.T)
 
     @cached_property
     def by_drive(self) -> Floats:
@@ -171,6 +182,12 @@ class FootModel:
         and left out."""
         begun = {"initial.displacement": rest_state(self.scene), "ground.gravity": None}
         return with_values(self.scene, {"signals": {self.drive: signal}, **begun})
+
+    def run(self, signal: Waveform, seconds: float) -> Run:
+        """A simulation of the device as it is `driven`."""
+        from tarsus.solve import simulate
+
+        return simulate(self.driven(signal), seconds, shared=self.shared)
 
     def changed(self, values: Mapping[str, Any]) -> FootModel:
         """The same with other values in the scene, by path."""

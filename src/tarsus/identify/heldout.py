@@ -12,7 +12,7 @@ from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Curve, Panel
 from tarsus.identify.traces import Trace
 from tarsus.model.drive.waveforms import Waveform
-from tarsus.solve import ResultCode, simulate
+from tarsus.solve import ResultCode
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ def moved(model: FootModel, trace: Trace, signal: Waveform, level: float, until:
     """
     driven = (trace.time >= -1e-9) & (trace.time <= until)
     time = np.maximum(trace.time[driven], 0.0)
-    run = simulate(model.driven(signal), float(time[-1]) + trace.step)
+    run = model.run(signal, float(time[-1]) + trace.step)
     if run.ended is not ResultCode.DONE:
         raise InputError(f"{trace.file}: the identified device cannot be simulated with this drive: {run.ended}")
     seen = model.normal * (trace.x[trace.point(model.foot_point), driven] - level)

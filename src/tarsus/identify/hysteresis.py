@@ -85,13 +85,13 @@ class Loops:
         score = sum(one[:, 1:size, size:] @ (w / self.noise) for one, w in seen) - information @ inside
         return np.asarray(information), np.asarray(score)
 
-    def about_shares(self, model: FootModel) -> tuple[Floats, Floats]:
-        """Of each block information (nb, n - 1, n - 1) and score (nb, n - 1) about the model's participations: what is
-        across the direction in which they move free points, against how far the block moves along it.
+    def about_shares(self, model: FootModel, shares: Floats) -> tuple[Floats, Floats]:
+        """Of each block information (nb, n - 1, n - 1) and score (nb, n - 1) about participations (n - 1,) of a modal
+        load: what is across the direction in which they move free points, against how far the block moves along it.
 
         The points' free motion is along ``by_drive``, linear in the participations; what lies across it is noise."""
-        gains, own = model.by_drive / self.noise, slice(len(self.rest), None)
-        per_share = (np.linalg.inv(model.stiffness).T @ model.rows.T / self.noise)[1:]
+        per_share, own = model.by_coordinates / self.noise, slice(len(self.rest), None)
+        gains, per_share = np.append(model.load[0], shares) @ per_share, per_share[1:]
         size = max(float(np.linalg.norm(gains)), 1e-300)
         along = gains / size
         aside = (per_share - np.outer(per_share @ along, along)) / size
@@ -202,7 +202,7 @@ def _estimate(model: FootModel, loops: Loops, level: float, shares: Shares) -> F
     found = shares.values
     prior = np.linalg.inv(shares.covariance)
     for _ in range(_STEPS if len(found) else 0):
-        information, score = loops.about_shares(with_shares(model, found))
+        information, score = loops.about_shares(model, found)
         total = information.sum(axis=0) + prior
         found = found + np.linalg.solve(total, score.sum(axis=0) + prior @ (shares.values - found))
     return np.concatenate([found, _law(with_shares(model, found), loops, level)])
@@ -219,7 +219,7 @@ def _influence(model: FootModel, loops: Loops, shares: Shares, values: Floats) -
     information[:, split:, split:], score[:, split:] = law / np.outer(size, size), by_law / size
     prior[split:, split:] = _RIDGE * np.eye(len(size))
     if split:
-        information[:, :split, :split], score[:, :split] = loops.about_shares(known)
+        information[:, :split, :split], score[:, :split] = loops.about_shares(known, values[:split])
         prior[:split, :split] = np.linalg.inv(shares.covariance)
     numbers = {id(trace): number for number, trace in enumerate(loops.traces)}
     places = [numbers[id(one.source)] for one in loops.blocks]
@@ -322,7 +322,7 @@ def _shown(model: FootModel, fit: LoopFit) -> tuple[tuple[Panel, ...], tuple[Res
     for number, trace in enumerate(fit.loops.traces):
         blocks = [b for b in fit.loops.blocks if b.source is trace]
         index = np.sort(np.concatenate([b.index[b.free] for b in blocks]))
-        force = Volts.of(trace.volts, 1).force(model.law, model.history, 0, len(trace.volts))
+        force = Volts.of(trace.volts, 1).force(model.law, model.history)
         force = force - force[0]
         for k, point in enumerate(model.points):
             fitted = model.by_drive[k] * force[index]

@@ -94,7 +94,7 @@ def basis_of(law: VoltageLaw, volts: Floats, history: tuple[float, ...]) -> Floa
     """Force (ns, p) per unit of each parameter of `law_names` at the samples (ns,) of a record [V]."""
     names, along = law_names(law), Volts.of(volts, 1)
     units = (with_values(law, dict.fromkeys(names, 0.0) | {name: 1.0}) for name in names)
-    return np.column_stack([along.force(unit, history, 0, len(volts)) for unit in units])
+    return np.column_stack([along.force(unit, history) for unit in units])
 
 
 def moments(rows: Floats, block: NDArray[np.intp], trace: NDArray[np.intp], count: int) -> Floats:
@@ -121,7 +121,7 @@ def calmed(model: FootModel, trace: Trace) -> Trace:
     if trace.gap is None or trace.gap < AWAY * model.gap:
         return trace
     volts = trace.between
-    force = volts.force(model.law, model.history, 0, len(trace.volts))
+    force = volts.force(model.law, model.history)
     force = force - force[0]
     moved = response(model.flow, np.outer(model.inputs[:, 0], force), trace.step / volts.substeps)
     still = np.outer(model.by_drive, force)

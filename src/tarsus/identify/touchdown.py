@@ -82,10 +82,8 @@ def simulated_contacts(model: FootModel, film: FilmFit, signals: Mapping[str, Wa
 def _contacts(model: FootModel, traces: Sequence[Trace], name: str, signal: Waveform) -> tuple[Floats, Floats]:
     """Beginnings and ends (nc,) [s] of the contacts that a simulation with one set's drive shows; of a run that stops
     early, those before."""
-    from tarsus.solve import simulate
-
     until = max(float(t.time[-1]) for t in traces if t.set == name)
-    events = simulate(model.driven(signal), until).events
+    events = model.run(signal, until).events
     events = events[np.isin(events["kind"], (*CONTACT_BEGINS, EventKind.RELEASE))]
     ended = np.flatnonzero(events["kind"][1:] == EventKind.RELEASE)
     ended = ended[np.isin(events["kind"][ended], CONTACT_BEGINS)]

@@ -253,39 +253,49 @@ def _pieces(trace: Trace, foot: str, driven: bool) -> Floats:
     if np.ptp(x) < 6.0 * STILL * noise:
         return np.zeros((0, 3))
     still = (np.abs(v) < STILL * trace.noise_v[k]) & (x < x.min() + 2.0 * STILL * noise)
+    usual = float(np.ptp(x) / max(float(np.ptp(trace.volts)), 1e-300))
     found = [
         (first + 1, last)
         for first, last in runs_of(still)
-        if last - first >= 2 * SHORTEST and not (driven and _moved(trace, k, first, last))
+        if last - first >= 2 * SHORTEST and not (driven and _moved(trace, k, first, last, usual))
     ]
     if not found:
         return np.zeros((0, 3))
-    mean = np.array([x[first:last].mean() for first, last in found])
-    error = np.array([noise / np.sqrt(last - first) for first, last in found])
+    runs = np.array(found)
+    mean, error = _means(x, runs), noise / np.sqrt(np.diff(runs, axis=1)[:, 0])
     low = mean - _SAME * error < (mean + 2.0 * error).min()
-    parts = [
-        part
-        for (first, last), yes in zip(found, low, strict=True)
-        if yes
-        for part in np.array_split(np.arange(first, last), min(_PIECES, (last - first) // SHORTEST))
-    ]
-    return np.array([(x[one].mean(), noise / np.sqrt(len(one)), trace.volts[one].mean()) for one in parts])
+    parts = np.concatenate([_split(first, last) for first, last in runs[low].tolist()])
+    error = noise / np.sqrt(np.diff(parts, axis=1)[:, 0])
+    return np.column_stack([_means(x, parts), error, _means(trace.volts, parts)])
 
 
-def _moved(trace: Trace, point: int, first: int, last: int) -> bool:
+def _split(first: int, last: int) -> NDArray[np.intp]:
+    """Parts (m, 2) of a stretch, the longer ones first."""
+    count = last - first
+    number = np.arange(min(_PIECES, count // SHORTEST) + 1)
+    size, longer = divmod(count, number[-1])
+    ends = first + size * number + np.minimum(number, longer)
+    return np.column_stack([ends[:-1], ends[1:]])
+
+
+def _means(values: Floats, parts: NDArray[np.intp]) -> Floats:
+    """Means (n,) of values over parts (n, 2): first place of each, and the one after its last."""
+    return np.add.reduceat(np.append(values, 0.0), parts.ravel())[::2] / np.diff(parts, axis=1)[:, 0]
+
+
+def _moved(trace: Trace, point: int, first: int, last: int, usual: float) -> bool:
     """Whether a foot that looks still follows the drive, or the drive moves too little to tell.
 
-    Its motion per volt, on each way of the voltage, against that over the whole record."""
+    Its motion per volt, on each way of the voltage, against the ``usual`` one over the whole record [m/V]."""
     part = slice(first + 1, last)
     volts, x = trace.volts[part], trace.x[point, part]
-    up = np.diff(trace.volts, append=trace.volts[-1])[part] > 0.0
+    up = np.diff(trace.volts[first + 1 : last + 1]) > 0.0
     top, bottom = 0.0, 0.0
     for way in (up, ~up):
         if np.count_nonzero(way) > 1:
             off = volts[way] - volts[way].mean()
             top += float(off @ x[way])
             bottom += float(off @ off)
-    usual = float(np.ptp(trace.x[point]) / max(float(np.ptp(trace.volts)), 1e-300))
     if bottom <= 0.0 or trace.noise_x[point] / np.sqrt(bottom) > _FOLLOWS / _SURE * usual:
         return True
     return abs(top / bottom) > _FOLLOWS * usual

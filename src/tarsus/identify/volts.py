@@ -3,8 +3,8 @@ them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,14 +29,14 @@ _STEEP = 10.0
 class Volts:
     """Volts of a record at its samples, at even places between them, and at the corners wherever these are.
 
-    levels (nl,) [V] in order of time; grid (substeps (ns - 1) + 1,): which of them lie on the even places; turns: at
-    which of them the voltage turns; substeps from sample to sample.
+    levels (nl,) [V] in order of time; grid (substeps (ns - 1) + 1,): which of them lie on the even places; substeps
+    from sample to sample; kept: states of plays along them.
     """
 
     levels: Floats
     grid: NDArray[np.intp]
-    turns: NDArray[np.intp]
     substeps: int
+    kept: dict[object, Floats] = field(default_factory=dict, repr=False, compare=False)
 
     @staticmethod
     def of(volts: Floats, substeps: int = SUBSTEPS) -> Volts:
@@ -44,35 +44,28 @@ class Volts:
         neighbours meet, but of volts that jump."""
         place = np.arange(substeps * (len(volts) - 1) + 1) / substeps
         levels, corners, heights = _between(volts, place)
-        where = np.concatenate([place, corners])
-        order = np.argsort(where, kind="stable")
+        order = np.argsort(np.concatenate([place, corners]), kind="stable")
         merged = np.concatenate([levels, heights])[order]
-        grid = np.flatnonzero(order < len(place))
-        moves = np.sign(np.diff(merged))
-        moving = np.flatnonzero(moves)
-        turned = moving[1:][moves[moving[1:]] != moves[moving[:-1]]] if len(moving) else moving
-        return Volts(merged, grid, turned, substeps)
+        return Volts(merged, np.flatnonzero(order < len(place)), substeps)
 
     @property
     def fine(self) -> Floats:
         """Volts at the even places."""
         return self.levels[self.grid]
 
-    def part(self, first: int, count: int) -> tuple[Floats, Floats, NDArray[np.intp]]:
-        """From sample ``first`` on over ``count`` - 1 sampling steps: the turning points before, the volts in order,
-        and which of these lie on even places. Ends with the record."""
-        start = self.substeps * first
-        stop = min(start + self.substeps * (count - 1), len(self.grid) - 1)
-        low, high = self.grid[start], self.grid[stop]
-        before = self.levels[self.turns[: int(np.searchsorted(self.turns, low))]]
-        return before, self.levels[low : high + 1], self.grid[start : stop + 1] - low
+    def states(self, law: PrandtlIshlinskii, history: tuple[float, ...]) -> Floats:
+        """States of a law's plays at the even places: they are the same whatever the plays weigh."""
+        place = law.thresholds, history
+        if place not in self.kept:
+            self.kept.clear()
+            self.kept[place] = law.states(self.levels, history)[self.grid]
+        return self.kept[place]
 
-    def force(self, law: VoltageLaw, history: tuple[float, ...], first: int, count: int) -> Floats:
-        """Force [N] by a law from sample ``first`` on over ``count`` - 1 sampling steps, at even places; held beyond
-        the end of the record, (substeps (count - 1) + 1,)."""
-        before, levels, grid = self.part(first, count)
-        force = law.force(levels, (*history, *before.tolist()))[grid]
-        return np.concatenate([force, np.full(self.substeps * (count - 1) + 1 - len(force), force[-1])])
+    def force(self, law: VoltageLaw, history: tuple[float, ...]) -> Floats:
+        """Force [N] by a law at the even places."""
+        if isinstance(law, PrandtlIshlinskii):
+            return law.force_with(self.fine, self.states(law, history))
+        return law.force(self.levels, history)[self.grid]
 
 
 class Stretches:
@@ -83,24 +76,25 @@ class Stretches:
     """
 
     def __init__(self, parts: Sequence[tuple[Volts, int, int]]) -> None:
-        self.parts = [one.part(first, count) for one, first, count in parts]
-        last = np.cumsum([len(grid) for *_, grid in self.parts]) - 1
+        self.parts: list[tuple[Volts, slice]] = []
+        for volts, first, count in parts:
+            stop = min(volts.substeps * (first + count - 1), len(volts.grid) - 1)
+            self.parts.append((volts, slice(volts.substeps * first, stop + 1)))
+        last = np.cumsum([part.stop - part.start for _, part in self.parts]) - 1
         self.ends = np.array([np.append(0, last[:-1] + 1), last])
         self.plays: tuple[object, Floats, Floats] | None = None
 
     def force(self, law: VoltageLaw, history: tuple[float, ...]) -> Floats:
         """Force [N] at the even places of all parts."""
         if not isinstance(law, PrandtlIshlinskii):
-            return self._along(law.force, history)
+            each = {id(volts): volts.force(law, history) for volts, _ in self.parts}
+            return np.concatenate([each[id(volts)][part] for volts, part in self.parts])
         place = law.thresholds, history
-        if self.plays is None or self.plays[0] != place:  # they are the same whatever the plays weigh
-            volts = np.concatenate([levels[grid] for _, levels, grid in self.parts])
-            self.plays = place, volts, self._along(law.states, history)
+        if self.plays is None or self.plays[0] != place:
+            levels = np.concatenate([volts.levels[volts.grid[part]] for volts, part in self.parts])
+            states = np.concatenate([volts.states(law, history)[part] for volts, part in self.parts])
+            self.plays = place, levels, states
         return law.force_with(*self.plays[1:])
-
-    def _along(self, of: Callable[[Floats, tuple[float, ...]], Floats], history: tuple[float, ...]) -> Floats:
-        """What a law makes of the volts of each part and those before, at the even places."""
-        return np.concatenate([of(levels, (*history, *before.tolist()))[grid] for before, levels, grid in self.parts])
 
 
 def jumps_of(volts: Floats) -> NDArray[np.intp]:

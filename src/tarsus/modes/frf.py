@@ -188,12 +188,14 @@ def estimate_frf(
     frequency = np.zeros(0)
     for record in records:
         rows = np.array([record[name] for name in names])
-        window = "boxcar" if segment is None else "hann"
-        # csd(a, b) is <conj(A) B>
-        frequency, found = csd(
-            rows[:, None], rows[None, :], first.rate, window, nperseg=size, noverlap=size // 2, detrend="constant"
-        )
-        full = np.asarray(found, dtype=complex)
+        if segment is None:
+            frequency, whole = np.fft.rfftfreq(size, 1.0 / first.rate), np.fft.rfft(rows - rows.mean(axis=1)[:, None])
+            full = whole.conj()[:, None] * whole
+        else:  # csd(a, b) is <conj(A) B>
+            frequency, found = csd(
+                rows[:, None], rows[None, :], first.rate, "hann", nperseg=size, noverlap=size // 2, detrend="constant"
+            )
+            full = np.asarray(found, dtype=complex)
         inside = (frequency >= band[0]) & (frequency <= band[1]) & (frequency > 0.0)
         if np.count_nonzero(inside) < 3:
             raise InputError(

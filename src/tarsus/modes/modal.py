@@ -43,6 +43,8 @@ into parts."""
 _EXPLAINED = 0.1
 """Part of what one pole leaves that two may leave for these to be two modes: simulated pairs taken for one leave 0.01
 to 0.03 where that puts the damping a fifth off, and second poles in measured responses of one mode 0.11 or more."""
+_HOPELESS = 0.5
+"""Part of it above which a first round of weights is the last: the others take off a few percent."""
 _STEADY = 0.5
 """Part of the orders that must have a pole for it to be taken for a neighbour beforehand."""
 _DAMPING_MOVES = 1.5
@@ -264,7 +266,8 @@ def identify_modes(
         found = [PoleCandidate(m.pole, m.orders, strength_of(m, part)) for m in near.modes]
         poles, candidates, more = near.poles, sorted(found, key=lambda one: -one.strength), []
     steady = [one.pole for one in candidates if one.pole.real < 0.0 and one.orders >= _STEADY * len(orders)]
-    kept = _refined(part, channels, [one.pole for one in candidates], [one.pole for one in more], steady, poles)
+    models = poles if near is None else {}
+    kept = _refined(part, channels, [one.pole for one in candidates], [one.pole for one in more], steady, models)
     seen = {one.pole: one.orders for one in (*more, *candidates)}
     if not kept:
         raise InputError(
@@ -323,12 +326,14 @@ def _refined(
     A pole sees those before it as neighbours, and those to come that are ``steady`` unless they lead it astray; then
     all, except those whose damping is uncertain by half or more and that are not the strongest; where neighbours lead
     it astray, it stays as it was. Where one pole stands for two, which ``models`` of the band have, the second joins,
-    and all are refined again.
+    and all are refined again; without models none is looked for.
     """
     frequency, line, window = frf.frequency, frf.line, Surroundings(hann=frf.hann)
 
-    def refined(start: complex, others: Complexes, residues: Complexes | None = None) -> LocalFit | None:
-        fit = refine_pole(frequency, channels, start, others, residues, window)
+    def refined(
+        start: complex, others: Complexes, residues: Complexes | None = None, most: float = np.inf
+    ) -> LocalFit | None:
+        fit = refine_pole(frequency, channels, start, others, residues, window, most)
         if fit is None or fit.significance < _SIGNIFICANT:
             return None
         if frf.hann and abs(fit.pole.real) < _SMEARED * np.pi * line:
@@ -363,7 +368,7 @@ def _refined(
                 fits[pole] = refined(fit.pole, ends[others], residues[:, others]) or fit
 
     all_refined()
-    seconds = [_second(fits, pole, refined) for pole in certain]
+    seconds = [_second(fits, pole, refined) for pole in certain] if models else []
     seconds = [one for one in seconds if one is not None and _shown(one.pole, models, line) and _certain(one, line)]
     if seconds:
         fits |= {one.pole: one for one in seconds}
@@ -383,14 +388,15 @@ def _certain(fit: LocalFit, line: float) -> bool:
 
 
 def _second(
-    fits: Mapping[complex, LocalFit], pole: complex, refined: Callable[[complex, Complexes], LocalFit | None]
+    fits: Mapping[complex, LocalFit], pole: complex, refined: Callable[..., LocalFit | None]
 ) -> LocalFit | None:
     """The fit of a second pole beside one that stands for two, as of beating modes, or None.
 
     It is sought from half a half-power band to either side, and taken where the two leave much less than the one.
     """
     one, ends = fits[pole], np.array([fit.pole for fit in fits.values()])
-    found = [refined(one.pole + way * abs(one.pole.real), ends) for way in (1.0j, -1.0j)]
+    most = _HOPELESS * _left(one)
+    found = [refined(one.pole + way * abs(one.pole.real), ends, most=most) for way in (1.0j, -1.0j)]
     left = [(_left(fit) / _left(one), fit) for fit in found if fit is not None and fit.pole.real < 0.0]
     part, best = min(left, key=lambda pair: pair[0], default=(1.0, None))
     return best if part < _EXPLAINED else None

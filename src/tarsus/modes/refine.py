@@ -94,21 +94,30 @@ class _Problem:
         self.start = start
         line = 2.0 * np.pi * (frequency[1] - frequency[0])
         self.unit = np.maximum(np.abs(start.real), 0.1 * line)
-        self.target = stacked(values, 1).T * weights
+        self.values = stacked(values, 1).T
         self.weights = weights
+        self._columns: tuple[bytes, Floats, Floats] | None = None
 
     def poles(self, theta: Floats) -> Complexes:
         half = len(self.start)
         return self.start + self.unit * (theta[:half] + 1.0j * theta[half:])
 
+    def columns(self, theta: Floats) -> tuple[Floats, Floats]:
+        """Orthonormal basis (2 nf, k) of what poles and background give, and its triangle (k, k); kept for the last
+        place, where residuals and derivatives are asked for, and residuals again under other weights."""
+        if self._columns is None or self._columns[0] != theta.tobytes():
+            own = modal_columns(self.frequency, self.poles(theta), self.hann)
+            columns = stacked(np.concatenate([own, self.background], axis=1), 0)
+            self._columns = theta.tobytes(), *np.linalg.qr(columns)
+        return self._columns[1:]
+
     def solve(self, theta: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         """Weighted residuals (2 nf, nc), weighted linear parameters (k, nc), orthonormal basis (2 nf, k), triangle."""
-        own = modal_columns(self.frequency, self.poles(theta), self.hann)
-        columns = np.concatenate([own, self.background], axis=1)
-        basis, triangle = np.linalg.qr(stacked(columns, 0))
-        inner = basis.T @ self.target
+        basis, triangle = self.columns(theta)
+        target = self.values * self.weights
+        inner = basis.T @ target
         linear = np.asarray(np.linalg.solve(triangle, inner), dtype=float)
-        return self.target - basis @ inner, linear, basis, triangle
+        return target - basis @ inner, linear, basis, triangle
 
     def slope(self, poles: Complexes) -> Complexes:
         """Derivatives (nf, np) of the poles' curves by the poles; those of smeared ones, which are analytic, by central
@@ -145,6 +154,7 @@ def refine_pole(
     others: Complexes,
     residues: Complexes | None = None,
     window: Surroundings = USUAL,
+    most: float = np.inf,
 ) -> LocalFit | None:
     """Maximum-likelihood fit of one pole in its own window.
 
@@ -167,11 +177,13 @@ def refine_pole(
         Of these (nc, np), as far as known: what those that are not fitted give is taken off first.
     window
         Lines to use, the degree of the background, and whether a window smears both.
+    most
+        Level of noise, the geometric mean over channels, above which a round is the last: weights do not mend that.
 
     Returns
     -------
     LocalFit or None
-        None where the lines do not determine it: too few, or a start that leads out of the window.
+        None where the lines do not determine it: too few, a start that leads out of the window, or too much is left.
     """
     lines = window.lines(frequency, start)
     f, h = frequency[lines], values[:, lines]
@@ -199,7 +211,9 @@ def refine_pole(
         theta = found.x
         misfit = found.fun.reshape(-1, len(level))
         level = np.maximum(level * np.sqrt(np.sum(misfit**2, axis=0) / freedom), 1e-9 * power)
-        problem = _Problem(f, h, 1.0 / level, near, beside, window)
+        if np.exp(np.mean(np.log(level))) > most:
+            return None
+        problem.weights = 1.0 / level
     pole = complex(problem.poles(theta)[0])
     if not f[0] <= pole.imag / (2.0 * np.pi) <= f[-1]:
         return None
