@@ -96,7 +96,7 @@ class _Problem:
         self.unit = np.maximum(np.abs(start.real), 0.1 * line)
         self.values = stacked(values, 1).T
         self.weights = weights
-        self._columns: tuple[bytes, Floats, Floats] | None = None
+        self._kept = b"", np.zeros((0, 0)), np.zeros((0, 0))
 
     def poles(self, theta: Floats) -> Complexes:
         half = len(self.start)
@@ -105,11 +105,11 @@ class _Problem:
     def columns(self, theta: Floats) -> tuple[Floats, Floats]:
         """Orthonormal basis (2 nf, k) of what poles and background give, and its triangle (k, k); kept for the last
         place, where residuals and derivatives are asked for, and residuals again under other weights."""
-        if self._columns is None or self._columns[0] != theta.tobytes():
+        if self._kept[0] != theta.tobytes():
             own = modal_columns(self.frequency, self.poles(theta), self.hann)
-            columns = stacked(np.concatenate([own, self.background], axis=1), 0)
-            self._columns = theta.tobytes(), *np.linalg.qr(columns)
-        return self._columns[1:]
+            basis, triangle = np.linalg.qr(stacked(np.concatenate([own, self.background], axis=1), 0))
+            self._kept = theta.tobytes(), basis, triangle
+        return self._kept[1:]
 
     def solve(self, theta: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         """Weighted residuals (2 nf, nc), weighted linear parameters (k, nc), orthonormal basis (2 nf, k), triangle."""
