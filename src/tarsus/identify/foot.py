@@ -16,7 +16,7 @@ from tarsus.model.drive.laws import VoltageLaw
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.scene import Scene
 from tarsus.model.standing import rest_state
-from tarsus.solve.shared import Shared
+from tarsus.solve import Shared
 
 if TYPE_CHECKING:
     from tarsus.solve import Run

@@ -96,7 +96,7 @@ class _Problem:
         self.unit = np.maximum(np.abs(start.real), 0.1 * line)
         self.values = stacked(values, 1).T
         self.weights = weights
-        self._kept = b"", np.zeros((0, 0)), np.zeros((0, 0))
+        self._kept: tuple[bytes, Floats, Floats] = b"", np.zeros((0, 0)), np.zeros((0, 0))
 
     def poles(self, theta: Floats) -> Complexes:
         half = len(self.start)
@@ -107,8 +107,8 @@ class _Problem:
         place, where residuals and derivatives are asked for, and residuals again under other weights."""
         if self._kept[0] != theta.tobytes():
             own = modal_columns(self.frequency, self.poles(theta), self.hann)
-            basis, triangle = np.linalg.qr(stacked(np.concatenate([own, self.background], axis=1), 0))
-            self._kept = theta.tobytes(), basis, triangle
+            found = np.linalg.qr(stacked(np.concatenate([own, self.background], axis=1), 0))
+            self._kept = theta.tobytes(), found.Q, found.R
         return self._kept[1:]
 
     def solve(self, theta: Floats) -> tuple[Floats, Floats, Floats, Floats]:
