@@ -20,6 +20,7 @@ def test_p1_whole_sequence(n, count):
     found = impacts(run.events)["time"]
     assert run.ok and len(found) == count
     np.testing.assert_allclose(found, expected, rtol=1e-8)
+    assert bench.wrong_impacts(bench.TimedChain(n).impacts(), expected) == 0
     if n == 2:
         assert run.ledger.closure < 1e-8
 

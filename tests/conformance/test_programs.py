@@ -15,7 +15,7 @@ import tarsus as ts
 from example_laws import EXAMPLES, OWN
 from tarsus.base.errors import InputError
 from tarsus.core import _native
-from tarsus.model.laws import Law, LegElectrostatic
+from tarsus.model.laws import Law, LegElectrostatic, RestituteFirst
 from tarsus.model.laws.program import Builder, Op, Program
 from tarsus.model.laws.translate import translate
 
@@ -335,3 +335,27 @@ def test_random_expressions(tmp_path_factory, expression, random):
     arguments = np.array([[random.uniform(-2.0, 2.0) for _ in range(5)] for _ in range(4)])
     plain = [function(*point, 1.5) for point in arguments.T]
     np.testing.assert_array_equal(values(translate(function, 4), arguments, (1.5,)), plain)
+
+
+def test_the_landing_rule_is_a_program():
+    program = translate(RestituteFirst.excess, 1)
+    np.testing.assert_array_equal(values(program, np.array([[1.0, 2.0]]), (1.5,)), [-0.5, 0.5])
+
+
+def test_what_is_known_is_computed_as_python_does_and_done_once():
+    def known(x):
+        return x * (7 // 2 + 2**3 - 10 % 4) + x / 4.0 + (x * 9)
+
+    program = translate(known)
+    assert [Op(op) for op in program.code[:, 0]] == [Op.MULTIPLY, Op.MULTIPLY, Op.ADD, Op.ADD]
+    assert sorted(program.constants) == [0.25, 9.0]
+
+    def constant(x):
+        return 2.0
+
+    assert values(translate(constant), np.array([[1.0, 5.0]])).tolist() == [2.0, 2.0]
+
+    def unchanged(x):
+        return x
+
+    assert values(translate(unchanged), np.array([[1.0, 5.0]])).tolist() == [1.0, 5.0]

@@ -7,7 +7,7 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
-from tarsus.design.adaptive import adapt
+from tarsus.design.adaptive import _few, adapt
 from tarsus.design.gait_choice import gait_choice
 from tarsus.design.runs import Runs
 
@@ -131,3 +131,10 @@ def test_a_bad_request_is_refused_whole():
     ):
         with pytest.raises(InputError, match=word):
             adapt(scene, **{"free": FREE, "over": BOX, **given})
+
+
+def test_few_gaits_are_those_that_lose_least_together():
+    costs = np.array([[0.0, 3.0, 1.0], [3.0, 0.0, 1.0], [0.0, 3.0, 1.0], [3.0, 0.0, 1.0]]) - 4.0
+    assert _few(costs, 1) == [2]
+    assert _few(costs, 3)[:2] in ([2, 0], [2, 1]) and sorted(_few(costs, 3)) == [0, 1, 2]
+    assert _few(np.zeros((4, 3)), 3) == [0]

@@ -401,3 +401,15 @@ def test_a_front_is_shown_by_members_along_it():
     way = np.hypot(*np.diff(costs[rows], axis=0).T)
     assert way.max() < 1.5 * way.min()
     assert search_of(2000).candidates == pytest.approx(2000, abs=search_of(2000).population)
+
+
+def test_presets_are_objectives_with_limits(scene, monkeypatch):
+    asked = []
+    monkeypatch.setattr("tarsus.design.presets.gait", lambda *given, **named: asked.append((given, named)))
+    ts.design.steady(scene, FREE, "2 mm/s", candidates=64)
+    ts.design.hold(scene, FREE, "3 s")
+    (steady, kept), (hold, lifted) = asked
+    assert steady[2] == "least vertical_amplitude" and kept["candidates"] == 64
+    assert limits_of(scene, kept["limits"])[0].value == 2e-3
+    assert hold[2] == "most longest_hold, least foot_slip" and lifted["from_rest"] == 3.0
+    assert limits_of(scene, lifted["limits"]) == ()

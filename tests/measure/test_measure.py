@@ -211,3 +211,10 @@ def test_a_run_that_stopped_early_has_the_periods_that_it_reached():
     never = period_statistics(Hand(table((0.0, START, 0.0, 0.0)), 10.0, 5.0, reached=0.0))
     assert all(np.isnan(one.value) and one.n == 0 for one in never.values())
     assert [one.kind for one in never.warnings] == [CautionKind.FEW_PERIODS]
+
+
+def test_a_measure_that_was_renamed_says_its_present_name():
+    measures = whole_run_statistics(Hand(table(), 1.0, 0.25))
+    with pytest.raises(KeyError, match="did you mean 'total_rebounds_any_height'"):
+        measures["all_rebounds"]
+    assert "all_rebounds" not in measures and "total_rebounds_any_height" in measures

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.signal import chirp, lfilter
+from scipy.signal.windows import hann
 
 from tarsus.base.errors import InputError
 from tarsus.modes import Estimator, ModeVerdict, estimate_frf, identify_modes
+from tarsus.modes.lsfd import pole_curves
 from tarsus.records.measurement import Channel, Measurement, Quantity
 
 RATE = 4096.0
@@ -122,3 +124,13 @@ def test_what_records_cannot_give():
         estimate_frf([tone], ["u0"], ["v"], BAND)
     with pytest.raises(InputError, match="are drive and response channels swapped"):
         estimate_frf([good], ["v"], ["u0"], BAND)
+
+
+def test_a_pole_through_a_window_is_the_transform_of_its_motion_times_the_windows_autocorrelation():
+    count, length, pole = 4096, 0.5, complex(-9.0, 2.0 * np.pi * 203.0)
+    window = hann(count, sym=False)
+    held = np.correlate(window, window, "full")[count - 1 :] / (window @ window)
+    time, f = length / count * np.arange(count), np.arange(180.0, 220.0, 1.0 / length)
+    turning = np.exp((pole - 2.0j * np.pi * f[:, None]) * time) * held
+    wanted = np.trapezoid(turning, time, axis=1)
+    assert pole_curves(f, np.array([pole]), True)[:, 0] == pytest.approx(wanted, rel=1e-4)

@@ -329,3 +329,26 @@ def test_damage_is_told_and_ends_nothing(tmp_path, name):
         except ts.InputError:
             refused += 1
     assert refused >= 5
+
+
+@pytest.mark.parametrize("version", ["5", "7.3"])
+def test_matlab_vectors(tmp_path, version):
+    content = {"t": TIME, "tip": TIP, "volts": VOLTS, "H": RESPONSE, "f": LINES, "fs": np.array(1000.0)}
+    path = tmp_path / "record.mat"
+    if version == "5":
+        savemat(path, {**content, "remark": "hi"})
+    else:
+        matlab_7_3(path, content)
+    record = read_measurement(path, channels={"tip": "mm/s", "volts": "V"})
+    check(record, "tip", "volts")
+    notes = "\n".join(record.notes)
+    assert "not used, since no time series: 'H'" in notes and "not used: 'remark'" in notes
+    response = read_response(path, channels={"H": "m/s/N"})
+    assert response.values[0, 0] == pytest.approx(RESPONSE)
+    assert response.frequency == pytest.approx(LINES)
+
+
+def test_numbers_that_may_have_to_be_multiplied_are_told(tmp_path):
+    record = read_measurement(hdf(tmp_path / "record.h5", attributes={"gain": 0.5, "offset": 0.0}, time=TIME))
+    said = [note for note in record.notes if "attribute" in note]
+    assert said == ["record.h5: 'velocity' has the attribute gain = 0.5, which is of no convention and is not applied"]

@@ -100,3 +100,10 @@ def test_a_sound_file_is_in_shares_of_full_scale_and_its_unit_is_chosen(tmp_path
     record = read_measurement(path, channels={"1": {"unit": "mm/s", "factor": 2.5}, "2": "V"}, drive="2")
     assert record.step == 1 / 48000 and record.drive == "2"
     assert record.values == pytest.approx(shares.T * [[2.5e-3], [1.0]], abs=1.1 * finest)
+
+
+def test_a_clipped_channel_is_accepted_as_chosen(tmp_path):
+    wave = np.sin(0.05 * N)
+    path = table(tmp_path, **{"tip [mm/s]": np.clip(wave, -0.8, 0.8), "drive [V]": np.sign(wave)})
+    accepted = read_measurement(path, channels={"tip": {"accept_clipped": True}, "drive": {}})
+    assert "channel 'tip' is clipped" in "\n".join(accepted.notes) and accepted.drive == "drive"
