@@ -141,9 +141,9 @@ def frame_limit(legs: int, characters: int) -> int:
     return min(MOST_FRAMES, int(characters * 3 / 4 / (10.0 + 7.0 * legs)))
 
 
-def whole_motion(run: Run) -> Motion:
-    """The motion of a run at the times of its series."""
-    return _motion(run, run.variables())
+def whole_motion(run: Run, variables: Variables | None = None) -> Motion:
+    """The motion of a run at the times of its series; variables: those of the run, if at hand."""
+    return _motion(run, run.variables() if variables is None else variables)
 
 
 def motion_of(run: Run, most: int = MOST_FRAMES, whole: Motion | None = None) -> Motion:

@@ -17,7 +17,7 @@ from tarsus.files.summary import about, account, deviation, measures_summary
 from tarsus.model.structure import Walker
 from tarsus.report import figures, walk_figures
 from tarsus.report.explorer import small_explorer
-from tarsus.report.motion import motion_of, whole_motion
+from tarsus.report.motion import Motion, motion_of, whole_motion
 from tarsus.report.pages import Fold, Plate, Section, marked, said, sections_page, sources, terms, write_page
 from tarsus.report.panels import Window
 from tarsus.report.player import walk_plate
@@ -60,10 +60,11 @@ def report_html(
     run: Run, companion: Run | None = None, others: Attractors | None = None, *, static: bool = True
 ) -> str:
     """The page as text; see `write_report`."""
-    series = series_of(run)
+    variables = run.variables()
+    series, whole = series_of(run, variables), whole_motion(run, variables)
     detail = series.last_periods(CLOSE_UP)
     walker = isinstance(run.scene.robot.structure, Walker)
-    motion, forces = _walk(run, detail) if walker else _motion(run, series, detail)
+    motion, forces = _walk(run, whole, detail) if walker else _motion(series, whole, detail)
     explorer = "" if static else small_explorer(run)
     sections = [
         Section("The walk" if walker else "Motion", *motion),
@@ -130,9 +131,8 @@ def _warnings(run: Run) -> list[str]:
     return remarks if created is None else [created, *remarks]
 
 
-def _walk(run: Run, detail: Window) -> tuple[list[Plate], list[Plate]]:
+def _walk(run: Run, whole: Motion, detail: Window) -> tuple[list[Plate], list[Plate]]:
     """Figures of a walk, and those of the forces on its feet."""
-    whole = whole_motion(run)
     motion: list[Plate] = [walk_plate(motion_of(run, whole=whole)), walk_figures.travel(whole)]
     if "yaw" in whole.body:
         motion.append(walk_figures.path_above(whole))
@@ -141,13 +141,12 @@ def _walk(run: Run, detail: Window) -> tuple[list[Plate], list[Plate]]:
     return [*motion, walk_figures.footfalls(whole, detail)], [walk_figures.ground_forces(whole, detail)]
 
 
-def _motion(run: Run, series: RunSeries, detail: Window) -> tuple[list[Plate], list[Plate]]:
+def _motion(series: RunSeries, whole: Motion, detail: Window) -> tuple[list[Plate], list[Plate]]:
     """Figures of the motion of points, and those of the forces on the first feet."""
     motion: list[Plate] = [figures.motion(series, series.whole)]
     if detail != series.whole:
         plate = figures.motion(series, detail)
         motion.append(Plate(plate.picture, f"The last {CLOSE_UP} drive periods of the run. {plate.caption}"))
-    whole = whole_motion(run)
     motion.append(walk_plate(whole.taken(series.inside(detail)).thinned(FRAMES)))
     turns = figures.turns(series)
     motion += [turns] if turns is not None else []

@@ -62,9 +62,9 @@ class RunSeries:
         return ((self.complete - number) * self.period, self.complete * self.period)
 
 
-def series_of(run: Run) -> RunSeries:
-    """Collect a run's series, contact intervals and drive period."""
-    return _series(run, run.variables())
+def series_of(run: Run, variables: Variables | None = None) -> RunSeries:
+    """A run's series, contact intervals and drive period; variables: those of the run, if at hand."""
+    return _series(run, run.variables() if variables is None else variables)
 
 
 def last_turns(run: Run, turns: int, samples: int) -> RunSeries:

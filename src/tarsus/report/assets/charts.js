@@ -8,7 +8,6 @@ function color(name) {
   return colors.get(name);
 }
 addEventListener("themechange", () => colors.clear());
-const between = (value, least, most) => Math.min(Math.max(value, least), most);
 
 /** Numbers of a packed column; null where there is none. */
 function column({ bits, low, step, data }) {
@@ -18,18 +17,9 @@ function column({ bits, low, step, data }) {
   return Array.from(whole, (q) => (q === none ? null : (low + q) * step));
 }
 
-/** A number with as many digits as steps of its axis have, or with four. */
-const minus = (text) => text.replace("-", "−");
+/** A number with as many digits as steps of its axis have. */
 const digits = (step) => (`${Number(step.toPrecision(3))}`.split(".")[1] || "").length;
 const tick = (value, step) => minus((Math.abs(value) < 1e-9 * step ? 0 : value).toFixed(digits(step)));
-const raised = (power) => power.replace(/./g, (sign) => (sign === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(sign)]));
-function shown(value) {
-  if (value === null || value === undefined) return "";
-  const size = Math.abs(value);
-  if (size === 0 || (size >= 1e-4 && size < 1e6)) return minus(`${Number(value.toPrecision(4))}`);
-  const [mantissa, power] = value.toExponential(3).split("e"), digits = minus(`${Number(mantissa)}`);
-  return `${digits === "1" ? "" : `${digits}·`}10${raised(power.replace("+", ""))}`;
-}
 
 /** Numbers in units of a step; null where there is none. */
 function scaled(values, step) {
@@ -109,7 +99,7 @@ class Charts {
       scales: { x: { time: false, distr: this.spec.log ? 3 : 1, range: (_, low, high) => [low, high] }, y: { dir: this.flipped(panel) ? -1 : 1, range: (_, low, high) => this.reach(panel, low, high) } },
       axes: [
         { ...axis, show: last, gap: 3, size: 26, space: (_, __, ___, ____, room) => (room < 250 ? 34 : 50), grid: { show: false },
-          values: (_, marks, __, ___, step) => marks.map((v) => (this.spec.log ? v === null ? "" : shown(v) : tick(v, step))) },
+          values: (_, marks, __, ___, step) => marks.map((v) => (this.spec.log ? v === null ? "" : plain(v) : tick(v, step))) },
         { ...axis, size: (_, words) => this.wide(words), gap: 4, space: panel.height < 120 ? 18 : 26,
           ...(names ? { splits: () => names.map((_, at) => at), values: () => names, grid: { show: false }, ticks: { show: false }, space: 0,
             font: names.length > 12 ? `10px ${this.face}` : font }
@@ -204,9 +194,9 @@ class Charts {
     const { idx, idxs } = u.cursor, none = idx === null || idx === undefined;
     for (const out of this.panels[i].querySelectorAll("output")) {
       const lines = none ? [] : (out.dataset.lines || out.parentNode.dataset.lines).split(" ");
-      out.textContent = shown(lines.map((line) => u.data[line][idxs[line]]).find((value) => value !== null && value !== undefined));
+      out.textContent = plain(lines.map((line) => u.data[line][idxs[line]]).find((value) => value !== null && value !== undefined));
     }
-    if (i === 0) this.now.textContent = none ? "" : `: ${shown(u.data[0][idx])}`;
+    if (i === 0) this.now.textContent = none ? "" : `: ${plain(u.data[0][idx])}`;
   }
 
   listen() {

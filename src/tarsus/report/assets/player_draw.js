@@ -8,8 +8,6 @@ const ROUNDING = 1 + 1e-9;
 const roundBelow = (value) => ROUND.filter((step) => step <= value * ROUNDING).pop() || ROUND[0];
 const roundAbove = (value) => ROUND.find((step) => step * ROUNDING >= value) || ROUND[ROUND.length - 1];
 
-const between = (value, least, most) => Math.min(Math.max(value, least), most);
-
 /** A pen for a canvas of a width and height [CSS pixels], sharp on any screen. */
 function penFor(canvas, width, height, font) {
   const sharp = window.devicePixelRatio || 1;
