@@ -7,7 +7,7 @@ shown.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
@@ -16,12 +16,13 @@ from typing import TYPE_CHECKING, Any
 
 from tarsus.base.errors import InputError
 from tarsus.cli import console, requests
-from tarsus.cli.options import Changes, Pages, check_new_file
+from tarsus.cli.options import check_new_file
 from tarsus.cli.verb import MADE, SCENES, Verb
 from tarsus.cli.words import is_given, kind_of
 
 if TYPE_CHECKING:
     from tarsus.files.output import OutputFolder
+    from tarsus.model.scene import Scene
 
 PROGRESS = ("Progress", "OnProgress")
 """Types of what is told how far the work has come."""
@@ -43,21 +44,30 @@ class Asked:
     verb: str
     words: Mapping[str, Any]
 
-    @property
-    def changes(self) -> Changes:
-        """What is changed of the scene."""
-        return self.words.get("changes") or Changes(law=self.words.get("law"))
-
-    @cached_property
-    def pages(self) -> Pages:
-        """What becomes of the folder and the console."""
-        flags = {name: self.words[name] for name in ("overwrite", "json") if name in self.words}
-        return self.words.get("pages") or Pages(**flags)
+    def flag(self, name: str) -> bool:
+        """Whether a word without a value was said."""
+        return self.words.get(name, False)
 
     @property
-    def resume(self) -> bool:
-        """Whether the folder is continued."""
-        return self.words.get("resume", False)
+    def law(self) -> Sequence[Path]:
+        """Files with laws of the user."""
+        return self.words.get("law") or ()
+
+    def scene(self, name: str) -> Scene:
+        """The device or scene file of a name, changed as the line says."""
+        return requests.scene_for(name, requests.settings(self.words.get("set") or ()), self.law)
+
+    def _named(self, name: str, kind: str) -> Any:
+        """What a name stands for, changed: a scene; of "SceneLike | Sweep" also a study, of "Run | SceneLike" a run's
+        folder."""
+        values = self.words.get("set") or ()
+        if kind == "Run | SceneLike" and Path(name).is_dir():
+            if values:
+                raise InputError("--set is for a device or scene: a folder's run is over")
+            return Path(name)
+        if kind == "SceneLike | Sweep" and requests.is_study(name):
+            return requests.study_for(name, requests.settings(values), self.law)
+        return self.scene(name)
 
     @cached_property
     def arguments(self) -> dict[str, Any]:
@@ -71,7 +81,7 @@ class Asked:
                 continue
             try:
                 if argument.type in SCENES:
-                    found[name] = self.changes.named(value, argument.type)
+                    found[name] = self._named(value, argument.type)
                 elif (kind := kind_of(argument)) is not None:
                     found[name] = kind.value(value, f"--{name.replace('_', '-')}")
             except InputError as error:
@@ -79,7 +89,7 @@ class Asked:
         if problems:
             raise InputError(problems)
         if "law" in self.command.taken:
-            found["law"] = self.changes.law or ()
+            found["law"] = self.law
         if self.command.scene in found and "duration" in found:
             requests.refuse_too_long(found[self.command.scene], found["duration"])
         return found
@@ -92,9 +102,16 @@ class Asked:
         return output
 
     def _target(self, folder: Path, resume: bool | None) -> OutputFolder:
-        """The folder under the rule that all verbs share, checked."""
-        names = tuple(loaded(self.command.files))
-        return self.pages.target(folder, self.verb, names, resume=resume)
+        """The folder under the rule that all verbs share, checked: nothing of another's is in the way. ``resume``: of
+        verbs that can continue."""
+        from tarsus.files.output import OutputFolder
+
+        if resume and self.flag("overwrite"):
+            raise InputError("--resume continues what the folder holds and --overwrite begins again: give one of them")
+        files, resumable = tuple(loaded(self.command.files)), resume is not None
+        target = OutputFolder(folder, self.verb, files, self.flag("overwrite"), resumable=resumable)
+        target.check(resume=bool(resume))
+        return target
 
     @contextlib.contextmanager
     def writing(self, folder: Path | None, resume: bool | None = None) -> Iterator[None]:
@@ -109,7 +126,7 @@ class Asked:
     def check(self, folder: Path | None) -> None:
         """Refuse a folder or a file that is in the way, before any time is spent."""
         if folder is not None and self.command.endings:
-            check_new_file(folder, loaded(self.command.endings), self.pages.overwrite)
+            check_new_file(folder, loaded(self.command.endings), self.flag("overwrite"))
         elif folder is not None:
             self._target(folder, self.words.get("resume"))
 
@@ -119,16 +136,16 @@ class Asked:
         command, given = self.command, {**self.arguments, **more}
         bar = command.taken.get("progress")
         with contextlib.ExitStack() as stack:
-            if self.words.get("threads") is not None:
+            if "on" in self.words:
+                given["threads"] = stack.enter_context(requests.workers_for(self.words["on"], self.words["threads"]))
+            elif self.words.get("threads") is not None:
                 given["threads"] = self.words["threads"]
-            if "work" in self.words:
-                given["threads"] = stack.enter_context(self.words["work"].workers())
             if "resume" in self.words:
                 stack.enter_context(console.resumable())
-                given.setdefault("resume", self.resume)
+                given.setdefault("resume", self.flag("resume"))
             if bar is not None and bar.type in PROGRESS:
                 title = command.title or "runs"
-                given["progress"] = stack.enter_context(console.progress_bar(title, time_left="work" in self.words))
+                given["progress"] = stack.enter_context(console.progress_bar(title, time_left="on" in self.words))
             elif command.title:
                 stack.enter_context(console.spinner(command.title))
             many = next((one.name for one in command.taken.values() if one.many), None)
@@ -163,7 +180,7 @@ class Asked:
 
     def paged(self, found: Any, folder: Path | None) -> Written:
         """The page of a result, where one is wanted: its text or, of several, what writes them."""
-        if not self.command.page or not self.pages.report or folder is None:
+        if not self.command.page or not self.flag("report") or folder is None:
             return []
         from tarsus.report.pages import write_page
 
@@ -177,8 +194,8 @@ class Asked:
         if isinstance(found, Path) or not hasattr(found, "to_dict"):
             (file,) = written
             about = {"file": str(file), "bytes": file.stat().st_size}
-            return console.files(written, about if self.pages.json else None)
-        console.show(found, self.pages.json, written)
+            return console.files(written, about if self.flag("json") else None)
+        console.show(found, self.flag("json"), written)
         problems = list(getattr(found, "problems", ()))
         console.complain(problems)
         return 0 if getattr(found, "ok", not problems) else 1

@@ -97,7 +97,7 @@ def whole(asked: Asked, file: Path, /, *, request: Many = None) -> int:
     scene = settings_of(DesignSettings, file, **given).scene
     if scene is None:
         raise InputError(f"{file}: scene: name a device or a scene file")
-    return asked.carry_out(**{**given, "scene": asked.changes.scene(scene), "request": file})
+    return asked.carry_out(**{**given, "scene": asked.scene(scene), "request": file})
 
 
 design.default(line_of(GRAMMAR, "design", whole))

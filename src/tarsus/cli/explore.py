@@ -21,9 +21,8 @@ def explore(asked: Asked) -> int:
             with console.spinner("compiling the engine for pages, once (a minute or two)"):
                 compiled_engine()
         found = function()
-        changes = asked.changes
-        name = "" if changes.law else asked.words["scene"]
-        found = replace(found, name=name, words=texts_of(changes.set_ or (), "--set"))
+        name = "" if asked.law else asked.words["scene"]
+        found = replace(found, name=name, words=texts_of(asked.words["set"] or (), "--set"))
         found.write(file)
     about = {"file": str(file), "bytes": file.stat().st_size, "sliders": list(found.sliders)}
-    return console.files([file], about if asked.pages.json else None)
+    return console.files([file], about if asked.flag("json") else None)

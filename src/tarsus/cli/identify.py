@@ -29,7 +29,7 @@ def identify(asked: Asked) -> int:
         written = [*(write_track if track else write_identification)(found, folder), *asked.paged(found, folder)]
     if not track:
         _complain(found)
-    console.show(found, asked.pages.json, written)
+    console.show(found, asked.flag("json"), written)
     return 1 if (found.alarms if track else found.not_done) else 0
 
 

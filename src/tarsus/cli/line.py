@@ -69,28 +69,24 @@ def _arguments(command: Verb, own: dict[str, inspect.Parameter]) -> list[inspect
 
 def _shared(command: Verb) -> list[inspect.Parameter]:
     """Options that mean the same in every verb that takes them."""
-    found = []
+    taken, writes = command.taken, bool(command.files or command.endings)
+    found: list[tuple[str, Any, Any]] = []
     if command.scene is not None:
-        found.append(_parameter("changes", options.Changes, options.UNCHANGED))
-    elif "law" in command.taken:
-        found.append(_parameter("law", options.LawFiles, None))
-    if "threads" in command.taken:
-        several = command.taken["threads"].type == "Workers"
-        found.append(
-            _parameter("work", options.Work, options.HERE) if several else _parameter("threads", options.Threads, None)
-        )
-    writes = bool(command.files or command.endings)
+        found.append(("set", options.Set, None))
+    if command.scene is not None or "law" in taken:
+        found.append(("law", options.LawFiles, None))
+    if "threads" in taken:
+        found.append(("threads", options.Threads, None))
+        found += [("on", options.On, None)] * (taken["threads"].type == "Workers")
     if writes:
         said = Parameter(help=command.declared.said.get("output", "Folder for what is found and its page."))
         needed = command.needs_output
         folder = Annotated[options.Folder if needed else options.MaybeFolder, said]
-        found.append(_parameter("output", folder, NO_DEFAULT if needed else None))
-    if "resume" in command.taken:
-        found.append(_parameter("resume", options.Resume, False))
-    if command.page or command.paged:
-        return [*found, _parameter("pages", options.Pages, options.PAGES)]
-    flags = [_parameter("overwrite", options.Overwrite, False)] if writes else []
-    return [*found, *flags, _parameter("json", options.Json, False)]
+        found.append(("output", folder, NO_DEFAULT if needed else None))
+    found += [("resume", options.Resume, False)] * ("resume" in taken)
+    found += [("overwrite", options.Overwrite, False)] * writes
+    found += [("report", options.Report, True)] * bool(command.page or command.paged)
+    return [_parameter(*one) for one in (*found, ("json", options.Json, False))]
 
 
 def _own_options(hook: Callable[..., int]) -> dict[str, inspect.Parameter]:

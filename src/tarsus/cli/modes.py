@@ -35,10 +35,10 @@ def modes(asked: Asked, *, against: Path | None = None) -> int:
     with asked.writing(folder):
         if folder is not None:
             written = write_modes(fit, folder, names)
-            if asked.pages.report:
+            if asked.flag("report"):
                 written.append(write_page(modes_html(fit, names), folder / "report.html"))
     beside = None if earlier is None else compared(fit, earlier)
-    if asked.pages.json:
+    if asked.flag("json"):
         console.print_json(summary_of(fit, names) | ({} if beside is None else {"compared": beside.json()}))
         return 0
     console.table(fit.table(), *([] if beside is None else [beside]))

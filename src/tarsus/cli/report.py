@@ -16,7 +16,7 @@ def report(asked: Asked, *, browser: bool = True) -> int:
     """
     with asked.calling() as function:
         page = function()
-    print(page) if not asked.pages.json else console.print_json({"page": str(page)})
+    print(page) if not asked.flag("json") else console.print_json({"page": str(page)})
     if browser:
         import webbrowser
 

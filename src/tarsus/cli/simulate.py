@@ -47,8 +47,8 @@ def simulate(
     written: list[Path] = []
     with asked.writing(folder):
         if folder is not None:
-            written = _write(run, others, folder, mat=mat, report=asked.pages.report, static=static)
-    if asked.pages.json:
+            written = _write(run, others, folder, mat=mat, report=asked.flag("report"), static=static)
+    if asked.flag("json"):
         console.print_json(run_data(run, written, others))
     else:
         console.table(run.table(), *([] if others is None else [others.beside(run)]))

@@ -11,8 +11,8 @@ def sweep(asked: Asked) -> int:
 
     named, folder = asked.words["study"], asked.folder()
     assert folder is not None
-    resume = asked.resume
-    if (named / PLAN_FILE).exists() and asked.words["output"] is None and not asked.pages.overwrite:
+    resume = asked.flag("resume")
+    if (named / PLAN_FILE).exists() and asked.words["output"] is None and not asked.flag("overwrite"):
         folder, resume = named, True
     with asked.writing(folder, resume=resume), asked.calling(output=folder, resume=resume) as function:
         found = function()
