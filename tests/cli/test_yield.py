@@ -63,8 +63,6 @@ def test_runs_about_legs_can_be_left_out(tarsus, tmp_path):
     found = json.loads((tmp_path / "out" / "yield.json").read_text(encoding="utf-8"))
     with xr.open_dataset(tmp_path / "out" / "robots" / "sweep.nc") as robots:
         assert found["settled"] == robots["settled"].values.mean() and set(2 * robots["settled"].values) <= {0, 1, 2}
-        between = robots["mean_speed_over_starts"].values
-    assert found["between_starts_90"]["mean_speed"] == pytest.approx(np.quantile(between, 0.9))
     assert found["motion"] in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert result.code == 0 and "runs" not in result.err.replace("runs/s", "")
     assert not (tmp_path / "out" / "legs").exists()

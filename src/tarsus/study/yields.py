@@ -144,52 +144,6 @@ def leader_of(indices: Mapping[str, Mapping[str, float]], draws: int) -> Leader 
 
 
 @dataclass(frozen=True)
-class Starts:
-    """What measures are taken over. words: as told; between (nr,) by measure: standard deviation [SI] from start to
-    start of every robot, over its attractors by their share; settled: share of all starts from which robots repeat at
-    the end. Nothing between starts of an episode.
-    """
-
-    words: str
-    between: Mapping[str, Floats] = field(default_factory=dict)
-    settled: float | None = None
-
-    @classmethod
-    def read(cls, file: Path, names: Sequence[str], words: str, starts: int) -> Starts:
-        """From a collected file of runs from so many starts; 0 of an episode."""
-        if not starts:
-            return cls(words)
-        found = measures_in(file, [*(f"{name}{BETWEEN}" for name in names), "settled"])[0]
-        settled = float(found.pop("settled").mean())
-        return cls(words, {name.removesuffix(BETWEEN): one for name, one in found.items()}, settled)
-
-    @property
-    def largest(self) -> dict[str, float]:
-        """What nine robots in ten do not exceed [SI] of what is between their starts, by measure."""
-        known = {name: one[np.isfinite(one)] for name, one in self.between.items()}
-        return {name: float(np.quantile(one, 0.9)) for name, one in known.items() if len(one)}
-
-    def notes(self, units: Mapping[str, str]) -> list[str]:
-        """Sentences about one robot's starts."""
-        if self.settled is None:
-            return []
-        parts = [f"{spaced(name)} {amount(one, units[name], 2)}" for name, one in self.largest.items()]
-        most = f"; from start to start one robot's values differ by up to {', '.join(parts)} (standard deviation, nine "
-        return [
-            f"measures are means over settled motions by their share of the starts{most * bool(parts)}"
-            f"{'in ten robots)' * bool(parts)}; {percent(self.settled)} of the runs had settled"
-        ]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return {"motion": self.words, "settled": self.settled, "between_starts_90": self.largest}
-
-
-BETWEEN = "_over_starts"
-"""Ending of what a sweep keeps of a measure between starts."""
-
-
-@dataclass(frozen=True)
 class Yield(Tabled):
     """What the runs say.
 
@@ -197,7 +151,8 @@ class Yield(Tabled):
     measure; outcomes: runs by how they ended; by_dead: for each number of dead legs robots, failed, and quantiles 5,
     50, 95 % of each measure; cost: by leg the mean of the first measure when it is dead, minus that when it is not, and
     its standard error; indices: by measure and group, as `Saltelli.indices`, from so many draws; required [SI] by
-    measure, None where nothing is; motion: what measures are taken over.
+    measure, None where nothing is; motion: what measures are taken over, in words; settled: share of all starts from
+    which robots repeat at the end, None of an episode.
     """
 
     robots: Robots
@@ -212,7 +167,8 @@ class Yield(Tabled):
     indices: Mapping[str, Mapping[str, Mapping[str, float]]]
     draws: int = 0
     required: Mapping[str, float | None] = field(default_factory=dict)
-    motion: Starts = field(default_factory=lambda: Starts(""))
+    motion: str = ""
+    settled: float | None = None
 
     @property
     def leaders(self) -> dict[str, Leader]:
@@ -243,13 +199,17 @@ class Yield(Tabled):
             )
             for name, curve in self.curves.items()
         ]
+        notes = [one.sentence(name) for name, one in self.leaders.items()]
+        if self.settled is not None:
+            of = "measures are means over settled motions by their share of the starts"
+            notes.insert(0, f"{of}; {percent(self.settled)} of the runs had settled")
         columns = ["measure", "is", *(Column(f"{share:.0%} of robots", ROW) for share in SHARES)]
         ended = Table("", ["runs", "outcome"], [(n, OUTCOMES[name]) for name, n in self.outcomes.items()])
         return Table(
-            f"{self.robots.scene.name}: {len(self.lost)} robots, {self.motion.words}",
+            f"{self.robots.scene.name}: {len(self.lost)} robots, {self.motion}",
             [*columns, "what is required"],
             rows,
-            notes=[*self.motion.notes(self.units), *(one.sentence(name) for name, one in self.leaders.items())],
+            notes=notes,
             parts=[ended],
             units=[self.units[name] for name in self.curves],
         )
@@ -271,7 +231,8 @@ class Yield(Tabled):
         return {
             "scene": self.robots.scene.name,
             "robots": len(self.lost),
-            **self.motion.to_dict(),
+            "motion": self.motion,
+            "settled": self.settled,
             "measures": list(self.measures),
             "outcomes": dict(self.outcomes),
             "curves": curves,
@@ -473,7 +434,8 @@ def judged(
         indices,
         draws,
         required,
-        Starts.read(file, sweep.measures, str(sweep.motion), sweep.motion.starts),
+        str(sweep.motion),
+        float(measures_in(file, ["settled"])[0]["settled"].mean()) if sweep.motion.starts else None,
     )
 
 
