@@ -202,12 +202,10 @@ def source_model() -> dict[str, Any]:
 
 def naive(experiment: str, studied: str) -> dict[str, float]:
     """Errors of predictors that know the other measured rows of an experiment's table alone."""
-    from tarsus_reproduce.compared import known_naively
-    from tarsus_reproduce.rows import CANTILEVER, HEIGHTS
+    from tarsus.calibrate.results import naive_by_measure
+    from tarsus_reproduce.ensembles import packaged_study
 
-    table = CANTILEVER if experiment == "cantilever" else HEIGHTS
-    (quantity,) = (one for one in table.quantities if one.studied == studied)
-    return known_naively(table, quantity)
+    return naive_by_measure(packaged_study(experiment))[studied]
 
 
 def cantilever() -> str:

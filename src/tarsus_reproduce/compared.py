@@ -15,15 +15,15 @@ import numpy as np
 
 from tarsus.calibrate.description import TableSampling
 from tarsus.calibrate.prediction import Prediction
-from tarsus.calibrate.results import errors_table
-from tarsus.calibrate.skill import naive_errors, naive_predictions, skill_of
+from tarsus.calibrate.results import errors_table, naive_by_measure
+from tarsus.calibrate.skill import naive_predictions, skill_of
 from tarsus.calibrate.weighted_ensemble import WeightedEnsemble
 from tarsus.files.library import load_scene
 from tarsus.model.scene import Scene, Source
 from tarsus.tables import Column, Section, Table
-from tarsus_reproduce.ensembles import device_ensemble, packaged_ensemble, packaged_errors
+from tarsus_reproduce.ensembles import device_ensemble, packaged_ensemble, packaged_errors, packaged_study
 from tarsus_reproduce.reproduction import CALIBRATED, PREDICTED, FigureCall, NumberRow, Progress, numbers_table
-from tarsus_reproduce.rows import PrintedQuantity, PrintedRow, PrintedTable, packaged_rows
+from tarsus_reproduce.rows import PrintedQuantity, PrintedRow, PrintedTable
 
 GOOD = 0.30
 """Relative error below which Table 2.3 counts a case as good."""
@@ -198,7 +198,7 @@ class ComparedTable:
         """Figures of merit, what the calibration says of each row that was excluded, every number, and their figure."""
         files = dict.fromkeys(row.printed.origin for row in self.rows if row.printed.origin != "packaged")
         stars = [f"* = from {name}." for name in files]
-        excluded = () if self.calibration is None else (_excluded_table(self.how.table, self.calibration),)
+        excluded = () if self.calibration is None else (_excluded_table(self.how.study, self.calibration),)
         merits = merits_table(self.how.table, summary_of(self.how.table, self.rows))
         shown = numbers_table(f"{title}, row by row", self.numbers, [*notes, *stars])
         return Section(
@@ -321,9 +321,9 @@ EXCLUDED = (
 )
 
 
-def _excluded_table(table: PrintedTable, calibration: Mapping[str, Any]) -> Table:
-    """What the calibration of the packaged ensemble says of its errors, with skill against the packaged rows."""
-    naive = {one.studied: known_naively(table, one) for one in table.quantities}
+def _excluded_table(study: str, calibration: Mapping[str, Any]) -> Table:
+    """What the calibration of a packaged study says of its errors, with skill against the packaged rows."""
+    naive = naive_by_measure(packaged_study(study))
 
     def known(name: str, found: Mapping[str, Any]) -> dict[str, Any]:
         return {**found, "skill": skill_of(found["mean_relative_error"], naive[name])}
@@ -334,10 +334,3 @@ def _excluded_table(table: PrintedTable, calibration: Mapping[str, Any]) -> Tabl
         if words != "told" and part
     }
     return errors_table(summary, "The ensemble by its calibration", (EXCLUDED, *calibration.get("told", ())))
-
-
-def known_naively(table: PrintedTable, one: PrintedQuantity) -> dict[str, float]:
-    """Errors of predictors that know the other measured rows of a printed table alone."""
-    rows = [row for row in packaged_rows(table) if row.measured is not None]
-    values = [math.nan if (value := row.seen("measured", one)) is None else value for row in rows]
-    return naive_errors(np.array(values), [_alike(row, rows) for row in rows])

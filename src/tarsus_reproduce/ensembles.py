@@ -37,7 +37,7 @@ def _packaged(device: str) -> dict[str, Any]:
 
 
 @lru_cache
-def _study(name: str) -> Lowered:
+def packaged_study(name: str) -> Lowered:
     """A packaged study; whether there is a bounce is judged of every table."""
     lowered = lower_study(load_study(name))
     cells = lowered.problem.objective.cells
@@ -48,7 +48,7 @@ def _study(name: str) -> Lowered:
 
 def packaged_ensemble(device: str) -> WeightedEnsemble | None:
     """The packaged ensemble of a device; None for a device without one."""
-    return ensemble_of_table(_packaged(device), _study(device)) if device in FILES else None
+    return ensemble_of_table(_packaged(device), packaged_study(device)) if device in FILES else None
 
 
 def device_ensemble(study: str, scene: Scene, driven: Callable[[Scene, Mapping[str, Any]], Scene]) -> WeightedEnsemble:
@@ -56,7 +56,7 @@ def device_ensemble(study: str, scene: Scene, driven: Callable[[Scene, Mapping[s
 
     driven: the device under the conditions of a row; what it changes of signals and gaps is taken.
     """
-    lowered = _study(study)
+    lowered = packaged_study(study)
 
     def changes(_: Any, row: Mapping[str, Any]) -> dict[str, Any]:
         made = driven(scene, row)

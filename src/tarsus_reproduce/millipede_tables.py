@@ -38,7 +38,7 @@ FIGURES = {
 def reproduce_millipede(
     devices: str | Sequence[str] | None = None,
     *,
-    interpretations: int = 0,
+    readings: int = 0,
     seed: int = 1,
     folder: Path | None = None,
     resume: bool = True,
@@ -46,16 +46,16 @@ def reproduce_millipede(
     progress: Progress | None = None,
 ) -> Reproduction:
     """Every trend of section 4.4.1 on devices, with a distribution of the score over what is not printed; arguments and
-    errors as for `tarsus_reproduce.verb.reproduce` (interpretations are its readings) and `judge_devices`."""
+    errors as for `tarsus_reproduce.verb.reproduce` and `judge_devices`."""
     found = judge_devices(devices, progress=progress)
-    if interpretations:
+    if readings:
         first = devices if isinstance(devices, str) else (devices or VARIANTS)[0]
         drawn = judged_interpretations(
-            load_scene(first), interpretations, seed, folder=folder, resume=resume, threads=threads, progress=progress
+            load_scene(first), readings, seed, folder=folder, resume=resume, threads=threads, progress=progress
         )
     else:
         drawn = packaged_interpretations()
-    return millipede_reproduction(found, drawn, packaged=not interpretations)
+    return millipede_reproduction(found, drawn, packaged=not readings)
 
 
 def millipede_reproduction(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -122,27 +123,18 @@ def _reproduced(
     """An experiment with options of its own."""
     if device is not None and one.experiment != "millipede":
         _check_points(one.experiment, device)
-    chosen, rows = device or one.device, asked.get("rows")
+    run: Callable[..., Reproduction]
     if one.experiment == "cantilever":
-        from tarsus_reproduce.cantilever import reproduce_cantilever
+        from tarsus_reproduce.cantilever import reproduce_cantilever as run
+    elif one.experiment == "millipede":
+        from tarsus_reproduce.millipede_tables import reproduce_millipede as run
 
-        return reproduce_cantilever(chosen, rows, progress)
-    if one.experiment == "millipede":
-        from tarsus_reproduce.millipede_tables import reproduce_millipede
+        asked = {**asked, "folder": folder, "resume": resume, "threads": threads}
+    else:
+        from tarsus_reproduce.robot_tables import reproduce_robot
 
-        return reproduce_millipede(
-            chosen,
-            interpretations=asked.get("readings", 0),
-            seed=asked.get("seed", 1),
-            folder=folder,
-            resume=resume,
-            threads=threads,
-            progress=progress,
-        )
-    from tarsus_reproduce.robot_tables import reproduce_robot
-    from tarsus_reproduce.robots import SEEDS
-
-    return reproduce_robot(one.experiment, chosen, rows, seeds=asked.get("seeds", SEEDS), progress=progress)
+        run = partial(reproduce_robot, one.experiment)
+    return run(device or one.device, **asked, progress=progress)
 
 
 def _together(experiment: Sequence[str], all: bool, nowhere: bool, asked: Iterable[str]) -> list[str]:

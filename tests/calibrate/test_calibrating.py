@@ -16,6 +16,7 @@ from calibrate.toys import BALL, ball_study
 from tarsus.base.errors import InputError
 from tarsus.calibrate.calibrating import calibrate
 from tarsus.calibrate.lowering import lower_study
+from tarsus.calibrate.skill import naive_errors
 from tarsus.calibrate.studyfile import STUDY_FILE, load_study
 from tarsus.calibrate.weighted_ensemble import load_ensemble
 from tarsus.fit import Verdict
@@ -119,6 +120,14 @@ def test_the_folder_explains_itself(finished, tmp_path):
     _, folder, file = finished
     again = load_study(folder / STUDY_FILE)
     assert again.study == load_study(file).study and again.table.rows == load_study(file).table.rows
+
+
+def test_skill_is_against_predictors_that_take_numbers_of_conditions_as_such(finished):
+    result, folder, _ = finished
+    height, drops = result.lowered.problem.objective.cells.observed[:, 1], [{"drop": float(d)} for d in (50, 80, 120)]
+    told = json.loads((folder / "calibration.json").read_text())["summary"]["training"]["measures"]["height"]
+    assert told["naive"] == naive_errors(height, drops) != naive_errors(height, [{"drop": str(d)} for d in drops])
+    assert told["skill"] == 1.0 - told["mean_relative_error"] / min(told["naive"].values())
 
 
 def test_threads_do_not_change_a_byte(finished, tmp_path):

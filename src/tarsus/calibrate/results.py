@@ -19,6 +19,7 @@ from tarsus.tables.table import ROW
 if TYPE_CHECKING:
     from tarsus.calibrate.calibrating import Calibration
     from tarsus.calibrate.ensemble import HypothesisEnsemble
+    from tarsus.calibrate.lowering import Lowered
 
 OPEN = 0.1
 """A choice is open when another option keeps so much of the weight: odds of less than ten to one decide nothing."""
@@ -195,8 +196,7 @@ def _at_best(result: Calibration, n: int) -> list[Prediction]:
 def _summary(result: Calibration, predictions: Sequence[Sequence[Prediction]]) -> dict[str, Any]:
     """By measure: mean relative and absolute errors, share of values in their intervals, Brier score, rows whose
     existence is more likely right than wrong, and the skill against predictors that know nothing, with their errors."""
-    cells = result.lowered.problem.objective.cells
-    conditions = [_conditions(result, number) for number in result.lowered.trained]
+    cells, known = result.lowered.problem.objective.cells, naive_by_measure(result.lowered)
     out: dict[str, Any] = {}
     holds_all: list[bool] = []
     for k, (name, unit) in enumerate(zip(cells.names, cells.units, strict=True)):
@@ -204,7 +204,7 @@ def _summary(result: Calibration, predictions: Sequence[Sequence[Prediction]]) -
         holds = [one.holds(o) for one, o in pairs if one.low < one.high]
         holds_all += holds
         above = [abs(one.median / o - 1.0) for one, o in pairs if o > 0.0]
-        naive = naive_errors(cells.observed[:, k], conditions)
+        naive = known[name]
         brier = [(one.p_bounce - (o > 0.0)) ** 2 for one, o in pairs if one.p_bounce is not None]
         entry: Mapping[str, Any] = {
             "cells": len(pairs),
@@ -222,6 +222,13 @@ def _summary(result: Calibration, predictions: Sequence[Sequence[Prediction]]) -
         }
         out[name] = entry
     return {"measures": out, "held": _mean(holds_all)}
+
+
+def naive_by_measure(lowered: Lowered) -> dict[str, dict[str, float]]:
+    """Errors of predictors that know the other fitted rows alone (`naive_errors`), by measure."""
+    cells, rows = lowered.problem.objective.cells, lowered.forward.variants[0].rows
+    conditions = [row.cells for row in rows[: len(lowered.trained)]]
+    return {name: naive_errors(cells.observed[:, k], conditions) for k, name in enumerate(cells.names)}
 
 
 def _mean(values: Sequence[float] | Sequence[bool]) -> float | None:
