@@ -24,8 +24,12 @@ def beam() -> Atlas:
     return ts.atlas("cantilever", x=gap, y=volts, depth=4, coarse=2)
 
 
-def test_a_pixel_of_the_map_is_the_class_of_its_point(beam):
-    text = atlas_html(beam)
+@pytest.fixture(scope="module")
+def text(beam) -> str:
+    return atlas_html(beam)
+
+
+def test_a_pixel_of_the_map_is_the_class_of_its_point(beam, text):
     found = re.search(r'base64,([^"]+)" id="\w+" width="17" height="17" transform="matrix\(\S+ 0 0 -', text)
     assert found, "its own size, drawn upward"
     pixels = np.array(Image.open(io.BytesIO(base64.b64decode(found[1]))).convert("RGB")).astype(int)
@@ -38,9 +42,9 @@ def test_a_pixel_of_the_map_is_the_class_of_its_point(beam):
         assert colour in text, f"the key of {words(code)}"
 
 
-def test_a_run_of_each_class_is_named(beam):
+def test_a_run_of_each_class_is_named(beam, text):
     line = r"<dt>([^<]+)</dt><dd>tarsus simulate scene\.toml --set (\S+)=(\S+) --set (\S+)=(\S+) --duration \S+s</dd>"
-    found = re.findall(line, atlas_html(beam))
+    found = re.findall(line, text)
     assert {one[0] for one in found} == {words(code) for code in beam.classes}
     for name, x, gap, y, volts in found:
         assert (x, y) == (beam.x.path, beam.y.path) and beam.class_at(float(gap), float(volts)) == name

@@ -43,18 +43,17 @@ addEventListener("DOMContentLoaded", async () => {
   found.faults = faults;
   found.requests = performance.getEntriesByType("resource").map((one) => one.name).filter((name) =>
   !name.startsWith("blob:"));
-  found.wide = document.documentElement.scrollWidth - innerWidth;
   ready(found);
 });
 """
 
 
-def watched(folder, chromium, explorer, steps: str, **look: int) -> dict[str, Any]:
+def watched(folder, chromium, explorer, steps: str) -> dict[str, Any]:
     """What steps find in an explorer's page."""
     probe = f"<script>{READY}{PROBE.replace('STEPS', steps)}</script></body>"
     path = folder / "explore.html"
     path.write_text(explorer.html().replace("</body>", probe), encoding="utf-8")
-    found = chromium.found_in(path, **look)
+    found = chromium.found_in(path)
     assert found["faults"] == [] and found["requests"] == []
     return found
 
@@ -219,11 +218,6 @@ def test_what_stops_the_engine_is_told_and_the_page_goes_on(tmp_path, chromium, 
         """,
     )
     assert found["said"].startswith("The engine stopped: ") and found["later"] == 0 and found["hidden"]
-
-
-def test_it_fits_a_phone(tmp_path, chromium, explorer):
-    found = watched(tmp_path, chromium, explorer, "await turn('tip gap', 90);", width=420)
-    assert found["wide"] <= 0
 
 
 def test_the_widget_of_a_notebook_carries_values_both_ways(tmp_path, chromium, explorer):

@@ -50,12 +50,6 @@ def test_a_webm_without_ffmpeg_is_refused(tmp_path, monkeypatch):
         ts.movie(ts.simulate("millipede-printed", "12 ms"), tmp_path / "walk.webm")
 
 
-def test_what_cannot_be_shown_is_said(tmp_path):
-    with pytest.raises(ts.InputError) as refused:
-        ts.movie(ts.simulate("cantilever", "2 ms"), tmp_path / "walk.mp4", width=10)
-    assert len(refused.value.problems) == 2 and not list(tmp_path.iterdir())
-
-
 @pytest.mark.parametrize("name", ["cantilever", "hexapod"])
 def test_robots_without_legs_move_too(tmp_path, name):
     with Image.open(ts.movie(name, tmp_path / "a.gif", width=160, periods=1, duration="25 ms")) as movie:

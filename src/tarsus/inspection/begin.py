@@ -20,13 +20,14 @@ from tarsus.inspection.begin_walker import walker_text
 from tarsus.tables.table import Table
 from tarsus.tables.view import View
 
-TEMPLATES = {
-    "device": "device.toml",
-    "law": "law.py",
-    "study": "study.toml",
-    "design": "design.toml",
-    "campaign": "campaign.toml",
+KINDS = {
+    "device": ("device.toml", "run it with `tarsus simulate {} -o FOLDER`"),
+    "law": ("law.py", "try it with `tarsus simulate cantilever --law {}`"),
+    "study": ("study.toml", "run it with `tarsus sweep {} -o FOLDER`"),
+    "design": ("design.toml", "run it with `tarsus design {} -o FOLDER`"),
+    "campaign": ("campaign.toml", "say what each set is for, then `tarsus check {0}` and `tarsus identify {0}`"),
 }
+"""Kinds of files: a name of one, which of a device and a law is that of its template, and what to do with it."""
 
 
 def new(
@@ -64,10 +65,10 @@ def new(
     InputError
         Where there is such a file already, or no records, or a device that cannot be read.
     """
-    if kind not in TEMPLATES:
-        raise InputError(f"kind: expected one of {', '.join(TEMPLATES)}, got '{kind}'")
-    target = Path(path) / "campaign.toml" if kind == "campaign" else Path(path)
-    wanted = Path(TEMPLATES[kind]).suffix
+    if kind not in KINDS:
+        raise InputError(f"kind: expected one of {', '.join(KINDS)}, got '{kind}'")
+    name, onward = KINDS[kind]
+    target, wanted = Path(path) / name if kind == "campaign" else Path(path), Path(name).suffix
     if target.suffix != wanted:
         raise InputError(f"'{target}': a {kind} is a {wanted} file")
     if target.exists():
@@ -84,7 +85,7 @@ def new(
         text = _text(kind, device) if made is None else made(device, target.parent)
     write_text(target, text)
     data = {"file": str(target), "remarks": remarks}
-    return View(data, Table(f"wrote {target}; {_next(kind, target)}", (), ()), tuple(together(remarks)))
+    return View(data, Table(f"wrote {target}; {onward.format(target)}", (), ()), tuple(together(remarks)))
 
 
 def _text(kind: str, device: str | None) -> str:
@@ -94,15 +95,4 @@ def _text(kind: str, device: str | None) -> str:
     if device is not None:
         text, title = scene_text(load_scene(device)), device_title(device)
         return f"# {title}\n{text}" if title else text
-    return (packaged("tarsus.inspection") / "templates" / TEMPLATES[kind]).read_text(encoding="utf-8")
-
-
-def _next(kind: str, target: Path) -> str:
-    """What to do with it."""
-    said = {
-        "law": f"try it with `tarsus simulate cantilever --law {target}`",
-        "study": f"run it with `tarsus sweep {target} -o FOLDER`",
-        "design": f"run it with `tarsus design {target} -o FOLDER`",
-        "campaign": f"say what each set is for, then `tarsus check {target}` and `tarsus identify {target}`",
-    }
-    return said.get(kind, f"run it with `tarsus simulate {target} -o FOLDER`")
+    return (packaged("tarsus.inspection") / "templates" / KINDS[kind][0]).read_text(encoding="utf-8")
