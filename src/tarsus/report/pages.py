@@ -34,7 +34,6 @@ _MICRO = re.compile(r"(?<=\d )u(?=(?:m|N|s|g|V|J|W)\b)")
 """The prefix as terminals and files write it."""
 
 _COMMENT = re.compile(r"^ *(?:/\*\*.*?\*/|//[^\n]*)\n", re.DOTALL | re.MULTILINE)
-_HEADING = re.compile(r"<h2>(.*?)</h2>")
 _SCRIPT = re.compile(r"(<script\b.*?</script>)", re.DOTALL)
 """What no reader sees: data and programs, which stay as they are."""
 
@@ -99,8 +98,8 @@ def whole(table: Any) -> Markup:
 def sections_page(title: str, about: Sequence[Any], sections: Iterable[Section | None], footer: str = "") -> str:
     """The page of sections, those that are None left out. about: texts and parts below its title; footer: after who
     made the page."""
-    body = rendered("sections.html", title=title, about=about, sections=list(sections), footer=footer)
-    return page(title, body)
+    shown = [one for one in sections if one is not None]
+    return page(title, rendered("sections.html", title=title, about=about, sections=shown, footer=footer))
 
 
 @lru_cache
@@ -119,22 +118,11 @@ def rendered(template: str, **values: Any) -> Markup:
 
 
 def page(title: str, body: str) -> str:
-    """The whole page around `body`, with a list of its headings before the first of them."""
-    headings: list[tuple[str, Markup]] = []
-
-    def marked(found: re.Match[str]) -> str:
-        headings.append((f"part-{len(headings) + 1}", Markup(found[1])))
-        return f'<h2 id="{headings[-1][0]}">{found[1]}</h2>'
-
+    """The whole page around `body`, with what its figures need."""
     parts = _SCRIPT.split(body)
-    seen = [_MICRO.sub("µ", _HEADING.sub(marked, one)) for one in parts[::2]]
+    parts[::2] = seen = [_MICRO.sub("µ", one) for one in parts[::2]]
     charts, plays = (any(mark in one for one in seen) for mark in ('<div class="charts"', '<div class="walk"'))
-    parts[::2] = seen
-    body = Markup("".join(parts))
-    first = body.find('<h2 id="part-1">')
-    if first >= 0:
-        body = body[:first] + rendered("contents.html", headings=headings) + body[first:]
-    return str(rendered("base.html", title=title, body=body, charts=charts, plays=plays))
+    return str(rendered("base.html", title=title, body=Markup("".join(parts)), charts=charts, plays=plays))
 
 
 def write_page(text: str, path: str | Path) -> Path:
