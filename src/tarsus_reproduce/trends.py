@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.signal import find_peaks
-from scipy.stats import spearmanr
 
 from tarsus.base.arrays import Floats
 from tarsus.measure import STANDSTILL
@@ -138,6 +137,8 @@ def judge(said: str, curve: TrendCurve, beyond: float | None = None) -> Finding:
 
 def _look(said: str, x: Floats, y: Floats, spread: Floats) -> _ReplicateLook:
     """What a replicate (nx,) shows of a claim."""
+    from scipy.stats import spearmanr  # takes longer to load than a verb
+
     known = np.isfinite(y)
     noise = spread[known & np.isfinite(spread)]
     x, y = x[known], y[known]

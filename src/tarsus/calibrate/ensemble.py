@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from tarsus.base.arrays import Floats
 from tarsus.calibrate.prediction import Discrepancy, Prediction, discrepancy_of, predict_row
@@ -40,7 +40,7 @@ def ensemble_of(fit: HypothesisFit, scale: float, count: int, states: Floats | N
     """
     points, costs = fit.costs_visited()
     best = int(np.argmin(costs))
-    most = costs[best] + scale * chi2.ppf(LEVEL, points.shape[1])
+    most = costs[best] + scale * chdtri(points.shape[1], 1.0 - LEVEL)
     inside = costs <= most
     cloud, share, order = points[inside], np.exp((costs[best] - costs[inside]) / (2.0 * scale)), costs[inside]
     if states is not None:

@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from tarsus.base.arrays import Floats
 from tarsus.calibrate.objective import Cells, existence, tolerance
@@ -40,7 +40,7 @@ INTERVAL = 0.8
 """Probability of the intervals."""
 FEWEST = 3
 """Cells of a measure from which its own residuals are used; with fewer those of all measures are."""
-NODES = norm.ppf((np.arange(15) + 0.5) / 15.0)
+NODES = ndtri((np.arange(15) + 0.5) / 15.0)
 """Middles of fifteen equal parts of a standard normal, by which the discrepancy is added without random numbers."""
 WORST = 6.0
 """Largest factor that one standard deviation of the discrepancy is: its 80 % interval then spans two orders."""
@@ -122,7 +122,7 @@ def discrepancy_of(
         used = own if len(own) >= FEWEST else everything
         if len(used):
             level = min(1.0, INTERVAL * (len(used) + 1) / len(used))
-            sigma[k] = max(1.0, float(np.quantile(used, level)) / norm.ppf(0.5 + 0.5 * INTERVAL) * factor)
+            sigma[k] = max(1.0, float(np.quantile(used, level)) / ndtri(0.5 + 0.5 * INTERVAL) * factor)
         judged = wrong[np.isfinite(wrong[:, k]), k]
         if len(judged):
             error[k] = min(0.5, (float(judged.sum()) + 0.5) / (len(judged) + 1.0))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from tarsus.base.arrays import Floats
 
@@ -59,7 +59,7 @@ def doubts_of(residuals: Floats, jacobian: Floats, records: Sequence[slice], err
     lags = {at.start: lag for at in records if (lag := _lag(residuals[at])) > 0}
     free = max(len(residuals) - jacobian.shape[1], 1)
     squares = float(residuals @ residuals)
-    large = chi2.sf(squares, free) < CHANCE
+    large = chdtrc(free, squares) < CHANCE
     if not (lags or large):
         return Doubts(errors, np.zeros(len(errors), dtype=bool))
     spread = _sandwich(residuals, jacobian, records, lags)

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
-from scipy.stats import f as f_distribution
+from scipy.special import chdtri, fdtri
 
 from tarsus.base.arrays import Floats
 from tarsus.identify.draws import newton_draws, newton_root
@@ -77,7 +76,7 @@ def beyond_chance(
     fine, coarse = (_spread(influence, level, prior) for level in (finer, coarser))
     if fine is None or coarse is None:
         return np.zeros(len(influence.paths), dtype=bool)
-    limit = f_distribution.isf(chance, coarse[1], fine[1])
+    limit = fdtri(coarse[1], fine[1], 1.0 - chance)
     return np.asarray(coarse[0] > limit * fine[0], dtype=np.bool_)
 
 
@@ -86,5 +85,5 @@ def beyond_noise(influence: Influence, level: str, prior: Floats | None = None) 
     found = _spread(influence, level, prior)
     if found is None:
         return np.zeros(len(influence.paths), dtype=bool)
-    limit = chi2.isf(CHANCE / len(influence.paths), found[1]) / found[1]
+    limit = chdtri(found[1], CHANCE / len(influence.paths)) / found[1]
     return np.asarray(found[0] > limit, dtype=np.bool_)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import t
+from scipy.special import stdtrit
 
 from tarsus.base.arrays import Floats
 
@@ -27,7 +27,7 @@ def student(groups: float) -> float:
     """Factor on deviations of draws over few groups: n / (n - 1) in the variance, and Student's 97.5 % quantile."""
     if groups <= 1.5:
         return np.inf
-    return float(np.sqrt(groups / (groups - 1.0)) * t.ppf(0.975, groups - 1.0) / NORMAL)
+    return float(np.sqrt(groups / (groups - 1.0)) * stdtrit(groups - 1.0, 0.975) / NORMAL)
 
 
 def drawn_level(level: tuple[float, float], seed: int) -> Floats:
@@ -95,7 +95,7 @@ def _widening(information: Floats, inverse: Floats, row: Floats) -> float:
         return 0.0
     freedom = left**2 / float(np.sum(linked**2))
     # less than one degree is none: what was known beforehand has most of the variance, and bounds it
-    return float(np.sqrt(own / left) * t.ppf(0.975, max(freedom, 1.0)) / NORMAL)
+    return float(np.sqrt(own / left) * stdtrit(max(freedom, 1.0), 0.975) / NORMAL)
 
 
 def _at_least(covariance: Floats, noise: Floats) -> Floats:

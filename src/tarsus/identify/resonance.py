@@ -15,7 +15,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
@@ -226,7 +226,7 @@ def of_sweeps(found: Resonances, order: Mapping[str, int], volts: Mapping[str, f
 
 def _drawn(number: Range, random: np.random.Generator) -> Floats:
     """Draws of a number with its interval: normal, of the same 95 %."""
-    deviation = number.half_width(1.0) / norm.ppf(0.5 + 0.5 * number.level)
+    deviation = number.half_width(1.0) / ndtri(0.5 + 0.5 * number.level)
     return number.value + deviation * random.standard_normal(DRAWS)
 
 

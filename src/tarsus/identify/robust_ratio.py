@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
-from scipy.stats import norm
 
 from tarsus.base.arrays import Floats
 from tarsus.impacts.estimates import supported
@@ -32,7 +31,7 @@ def _weight(off: Floats) -> Floats:
 
 
 _GRID = np.linspace(-8.0, 8.0, 4001)
-_NORMAL = float(np.sum(norm.pdf(_GRID) * _weight(_GRID) * _GRID**2) * (_GRID[1] - _GRID[0]))
+_NORMAL = float(np.sum(np.exp(-0.5 * _GRID**2) * _weight(_GRID) * _GRID**2) / np.sum(np.exp(-0.5 * _GRID**2)))
 """Mean square of normal deviations with these weights: that of events at the scatter that is found."""
 
 

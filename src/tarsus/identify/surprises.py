@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from tarsus.base.arrays import Floats
 from tarsus.base.spec import float_paths
@@ -126,7 +126,7 @@ def surprises(influences: Sequence[Influence], seed: int) -> Surprises:
             most = np.maximum(most, by_chance)
     figures.sort(key=lambda one: -one.strength)
     # no figure is less of a surprise than one alone would be, whose signs may be few
-    limit = max(float(np.quantile(most, 1.0 - CHANCE)), float(norm.isf(0.5 * CHANCE)))
+    limit = max(float(np.quantile(most, 1.0 - CHANCE)), -float(ndtri(0.5 * CHANCE)))
     return Surprises(limit, tuple(figures))
 
 

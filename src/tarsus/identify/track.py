@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
@@ -28,7 +28,7 @@ FALSE_ALARMS = 0.01
 TRACK_FILES = ("track.json", "track.csv", "report.html")
 """Everything that a series leaves in its folder, with its report."""
 
-_WIDE = float(norm.ppf(0.975))
+_WIDE = float(ndtri(0.975))
 """Standard errors in half of a 95 % interval."""
 
 
@@ -207,7 +207,7 @@ def drift_of(values: ArrayLike, errors: ArrayLike, tests: int) -> tuple[int | No
         Comparisons made in the whole series, of all its numbers.
     """
     value, error = np.asarray(values, dtype=float), np.asarray(errors, dtype=float)
-    limit = float(norm.isf(0.5 * FALSE_ALARMS / max(tests, 1)))
+    limit = -float(ndtri(0.5 * FALSE_ALARMS / max(tests, 1)))
     known = np.flatnonzero(np.isfinite(value) & np.isfinite(error))
     since, rate = None, (float("nan"), float("nan"))
     for end in range(1, len(known)):

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from tarsus.base.arrays import Floats
 from tarsus.fit.record_problem import UNDER, RecordFit, RecordProblem
@@ -58,7 +58,7 @@ def asked_of_feet(windows: TiedWindows, fit: RecordFit, paths: Sequence[str]) ->
         left, inverse = score @ way, np.linalg.inv(way.T @ whole @ way)
         found = inverse @ (left.sum(axis=0) - beforehand @ way[before])
         gain = float(found @ np.linalg.solve(inverse, found))
-        limit = float(chi2.isf(CHANCE / len(paths), len(own) - 1))
+        limit = float(chdtri(len(own) - 1, CHANCE / len(paths)))
         out[path] = gain / (limit * _scatter(way.T @ information @ way, left, inverse, found))
     return {path: gain for path, gain in out.items() if gain > 1.0}
 

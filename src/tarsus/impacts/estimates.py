@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import norm, t
+from scipy.special import ndtri, stdtrit
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
@@ -50,7 +50,7 @@ def spread(values: ArrayLike) -> Spread:
         return Spread(mean, np.nan, np.nan, np.nan, np.nan, 1)
     scatter = float(known.std(ddof=1))
     std = scatter / np.sqrt(known.size)
-    half = float(t.ppf(0.975, known.size - 1)) * std
+    half = float(stdtrit(known.size - 1, 0.975)) * std
     return Spread(mean, std, mean - half, mean + half, scatter, int(known.size))
 
 
@@ -98,10 +98,10 @@ def common_ratio(
     residual, support, weight = supported(y, x, cov, ratio, scatter)
     total = float(np.sum(weight * support**2))
     if y.size == 1:
-        std, reach = total**-0.5, float(norm.ppf(0.975))
+        std, reach = total**-0.5, float(ndtri(0.975))
     else:
         std = float(np.sqrt(np.sum(weight * residual**2) / (y.size - 1) / total))
-        reach = float(t.ppf(0.975, y.size - 1))
+        reach = float(stdtrit(y.size - 1, 0.975))
     if following is not None:
         pull, turn = weight * support, np.array([1.0, -ratio])
         linked = pull[:-1] * pull[1:] * (turn @ np.asarray(following, dtype=float).reshape(-1, 2, 2) @ turn)

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from tarsus.base.arrays import Floats
 from tarsus.impacts.detection import Impacts
@@ -162,7 +162,7 @@ def _row(
     air *= noise * np.sqrt(share / (1.0 + share))
     covariance = np.einsum("akp,bkp->ab", close, close) + np.einsum("akp,bkp->ab", air, air)
     time = subtracted.start + (middle - 0.5) * subtracted.step + fit.late
-    probability = float(chi2.sf(fit.misfit, fit.freedom))
+    probability = float(chdtrc(fit.freedom, fit.misfit))
     return time, velocity, fit.change, covariance, probability, own
 
 

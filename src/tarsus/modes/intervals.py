@@ -7,7 +7,7 @@ from enum import Enum
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import norm, t
+from scipy.special import ndtri, stdtrit
 
 from tarsus.base.arrays import Floats
 from tarsus.fit.ranges import Range
@@ -69,8 +69,8 @@ class Scatter:
         left = total - scaled.information + floor  # a group may hold nearly all
         off = np.linalg.solve(left, scaled.score[..., None])[..., 0] @ slope
         deviation = np.sqrt((groups - 1.0) / groups * np.sum((off - off.mean()) ** 2))
-        own = max(t.ppf(_TAIL, count - 1.0) * deviation, norm.ppf(_TAIL) * least)
-        half = float(np.hypot(own, norm.ppf(_TAIL) * spread))
+        own = max(stdtrit(count - 1.0, _TAIL) * deviation, ndtri(_TAIL) * least)
+        half = float(np.hypot(own, ndtri(_TAIL) * spread))
         return Range(value, value - half, value + half, unit=unit)
 
 

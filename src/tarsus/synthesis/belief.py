@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm, qmc
+from scipy.special import ndtri
 
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
@@ -71,7 +71,7 @@ class Belief:
         for one in unknown.values():
             low, high = sorted(scene.interval(next(iter(one))) or (0.0, 0.0))
             known = low * high > 0.0 and bool(np.isfinite([low, high]).all())
-            wide.append(abs(np.log(high / low)) / (2.0 * norm.ppf(0.5 + 0.5 * LEVEL)) if known else spread)
+            wide.append(abs(np.log(high / low)) / (2.0 * ndtri(0.5 + 0.5 * LEVEL)) if known else spread)
         covariance = np.diag(np.square(wide))
         told = {j: logs for j, name in enumerate(unknown) if (logs := _logs((draws or {}).get(name))) is not None}
         if told:
@@ -86,6 +86,8 @@ class Belief:
 
     def draws(self, count: int, seed: int = 0) -> Floats:
         """Logarithms (count, np) over those of the values: these themselves, then draws spread evenly (Sobol)."""
+        from scipy.stats import qmc  # takes longer to load than a verb
+
         if count <= 1:
             return np.zeros((count, len(self.unknown)))
         # scipy before 1.15 knows no rng
