@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 import tarsus as ts
 from tarsus.model.laws import Friction
-from tarsus.model.scene import Ground, Initial
+from tarsus.model.scene import Initial
 from walking_scenes import GRAVITY, block, moving, sticky, trotter
 
 BOUNCE, CAPTURE, RELEASE, REST, AT_START, SLIP, STICK = 1, 2, 3, 4, 5, 7, 8
@@ -94,73 +94,6 @@ def test_no_foot_goes_below_the_ground_and_no_stuck_foot_drifts():
     assert series.slipping.any()
     bound = 0.2 * np.maximum(series.contact + series.strength, 0.0)
     assert np.all(np.abs(series.friction[held]) <= bound[held] * (1.0 + 1e-9) + 1e-15)
-
-
-def alike(legs: int, ground: Ground, turning: bool = False):
-    """A body on legs at one place that all do the same."""
-    scene = trotter(legs=1, ground=ground, turning=turning)
-    robot = scene.robot
-    leg, drive, foot = robot.structure.legs["leg0"], robot.drives["leg0"], robot.feet["leg0"]
-    names = [f"leg{i}" for i in range(legs)]
-    weights = {"leg0_hip": float(legs), "leg0_hip_x": 0.7 * legs}
-    for name in names:
-        weights |= {name: -1.0, f"{name}_x": -0.7}
-    pushed = drive.model_copy(update={"load": drive.load.model_copy(update={"weights": weights})})
-    structure = robot.structure.model_copy(update={"legs": dict.fromkeys(names, leg)})
-    body = structure.body.model_copy(update={"mass": 3e-7})
-    return scene.model_copy(
-        update={
-            "robot": robot.model_copy(
-                update={
-                    "structure": structure.model_copy(update={"body": body}),
-                    "drives": {"leg0": pushed},
-                    "feet": {name: foot.model_copy(update={"point": name}) for name in names},
-                }
-            )
-        }
-    )
-
-
-def test_legs_in_phase_are_one_leg_of_as_many_fold_parameters():
-    count = 5
-    ground = sticky(
-        film=ts.Film(coefficient=1e-23, thickness=1e-6), electrostatic=ts.Electrostatic(coefficient=1e-19, offset=1e-6)
-    )
-    many = ts.simulate(alike(count, ground), duration=0.05)
-    fold = {
-        "ground.adhesion.initial": count * 2e-7,
-        "ground.adhesion.rate": count * 1e-5,
-        "ground.film.coefficient": count * 1e-23,
-        "ground.electrostatic.coefficient": count * 1e-19,
-        "robot.drives.leg0.law.gain": count * 2e-6,
-    }
-    one_scene = alike(1, ground)
-    for name in ("mass", "stiffness_v", "damping_v", "stiffness_l", "damping_l"):
-        path = f"robot.structure.legs.leg0.{name}"
-        fold[path] = count * ts.get_value(one_scene, path)
-    one = ts.simulate(ts.with_values(one_scene, fold), duration=0.05)
-    first = many.events[many.events["foot"] == 0]
-    assert len(one.events) > 20
-    assert len(many.events) == count * len(one.events)
-    assert first["kind"].tolist() == one.events["kind"].tolist()
-    np.testing.assert_allclose(first["time"], one.events["time"], rtol=1e-9)
-    way = one.marks["body"][:, 0]
-    np.testing.assert_allclose(many.marks["body"][:, 0], way, rtol=1e-9, atol=1e-9 * np.abs(way).max())
-
-
-def test_mirrored_robots_walk_mirrored_paths():
-    scene = trotter(legs=5, ground=sticky())
-    walker = scene.robot.structure
-    legs = {name: leg.model_copy(update={"y": -leg.y}) for name, leg in walker.legs.items()}
-    structure = walker.model_copy(update={"legs": legs})
-    mirror = scene.model_copy(update={"robot": scene.robot.model_copy(update={"structure": structure})})
-    left, right = (ts.simulate(one, duration=0.04) for one in (scene, mirror))
-    assert np.abs(left.marks["body"][:, 2]).max() > 1e-6, "it rolls"
-    np.testing.assert_allclose(
-        left.marks["body"][:, [0, 1, 3]], right.marks["body"][:, [0, 1, 3]], rtol=1e-9, atol=1e-15
-    )
-    np.testing.assert_allclose(left.marks["body"][:, 2], -right.marks["body"][:, 2], rtol=1e-9, atol=1e-12)
-    assert left.events[["kind", "foot"]].tolist() == right.events[["kind", "foot"]].tolist()
 
 
 def test_one_foot_lets_go_while_others_hold():

@@ -78,33 +78,19 @@ def test_dataset_has_dimensions_units_and_names(run):
     data = run.to_dataset(np.linspace(0.0, run.end_time, 11))
     assert dict(data.sizes) == {"time": 11, "foot": 2, "drive": 1, "point": 2}
     assert data["foot"].values.tolist() == ["left", "right"] and data["drive"].values.tolist() == ["pzt"]
-    units = {
-        "time": "s",
-        "volts": "V",
-        "charge": "C",
-        "current": "A",
-        "drive_force": "N",
-        "displacement": "m",
-        "velocity": "m/s",
-        "gap": "m",
-        "gap_rate": "m/s",
-        "contact": "1",
-        "pull": "N",
-        "adhesion_strength": "N",
-        "film_force": "N",
-        "electrostatic_force": "N",
-        "drag_force": "N",
-        "contact_force": "N",
-        "kinetic_energy": "J",
-        "elastic_energy": "J",
-        "work_in": "J",
-        "damping_loss": "J",
-        "film_work": "J",
-        "electrostatic_work": "J",
-        "drag_work": "J",
-        "impact_loss": "J",
-        "adhesion_loss": "J",
+    of_unit = {
+        "s": "time",
+        "V": "volts",
+        "C": "charge",
+        "A": "current",
+        "m": "displacement gap",
+        "m/s": "velocity gap_rate",
+        "1": "contact",
+        "N": "drive_force pull adhesion_strength film_force electrostatic_force drag_force contact_force",
+        "J": "kinetic_energy elastic_energy work_in damping_loss film_work electrostatic_work drag_work impact_loss"
+        " adhesion_loss",
     }
+    units = {name: unit for unit, names in of_unit.items() for name in names.split()}
     assert {name: data[name].attrs["units"] for name in units} == units
     assert all(data[name].attrs["long_name"] for name in units)
     assert set(data.data_vars) == set(units) - {"time"}
