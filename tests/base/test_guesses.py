@@ -8,7 +8,9 @@ import pytest
 import tarsus as ts
 import wrong_inputs
 from tarsus.atlas.axis import MapAxis
+from tarsus.base.quantities import Quantity
 from tarsus.base.spec import by_path, get_value, one_number, paths_of
+from tarsus.records.measurement import Channel
 
 AMPLITUDE, FREQUENCY = "signals.pzt.amplitude", "signals.pzt.frequency"
 
@@ -221,3 +223,13 @@ WRONG: dict[str, tuple[wrong_inputs.Ask, wrong_inputs.Said]] = {
 @wrong_inputs.cases(WRONG)
 def test_wrong_input_is_a_sentence(ask: wrong_inputs.Ask, said: wrong_inputs.Said, tmp_path) -> None:
     wrong_inputs.is_refused(ask, said, tmp_path)
+
+
+def test_a_path_of_a_message_is_python_too(beam: ts.Scene) -> None:
+    assert beam.robot.feet.tip.gap == beam.robot.feet["tip"].gap  # type: ignore[attr-defined]
+    assert Channel("tip", Quantity.VELOCITY).unit == "m/s"
+
+
+def test_a_run_is_no_table_of_feet(run: ts.Run) -> None:
+    with pytest.raises(TypeError, match=r"a run has no \['tip'\]: .*to_dataset.*measures.*gap .*\(tip\)"):
+        run["tip"]

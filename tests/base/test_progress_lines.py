@@ -46,3 +46,20 @@ def test_short_work_says_nothing(capsys):
 def test_an_error_passes(capsys):
     with pytest.raises(ZeroDivisionError), console.progress_bar("gaits"):
         raise ZeroDivisionError
+
+
+def test_the_longer_it_takes_the_fewer_lines(capsys, monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(lines.time, "monotonic", lambda: now[0])
+    count = 0
+    shown = lines.Lines("x", False)
+    waits = iter(range(43200))  # a day, in the beats of two seconds
+
+    def wait(_):
+        now[0] += lines.SOON
+        return next(waits, None) is None
+
+    monkeypatch.setattr(shown._over, "wait", wait)
+    shown._beat()
+    count = len(capsys.readouterr().err.splitlines())
+    assert 100 < count < 250

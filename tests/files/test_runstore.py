@@ -436,3 +436,14 @@ def test_files_in_the_way_are_named(tmp_path):
     for folder in (tmp_path / "file", tmp_path / "file" / "below"):
         with pytest.raises(InputError, match="is a file, a folder is needed"):
             output(folder).check()
+
+
+def test_a_function_gives_as_many_values_as_points():
+    with pytest.raises(ValueError, match="7 points"):
+        RunStore().evaluate(POINTS, lambda points: {"sum": points.sum(axis=1)[1:]})
+
+
+def test_new_and_empty_folders_are_written(tmp_path):
+    write(output(tmp_path), "a.txt")
+    write(output(tmp_path / "new" / "below"), "a.txt")
+    assert names(tmp_path) == {"a.txt", "new/below/a.txt"}

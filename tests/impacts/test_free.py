@@ -79,3 +79,10 @@ def test_a_rigid_body_moves_freely_too():
     assert fit is not None
     assert fit.change == pytest.approx([1.5, 1.5], abs=1e-9)
     assert abs(fit.late) < 1e-20, "constant velocities do not tell the instant"
+
+
+def test_samples_that_do_not_determine_an_impact():
+    free = FreeResponse(structure(), POINTS, NOISE, STEP)
+    assert fit_impact(free, samples(BEFORE, CHANGE, 0.0, 2, 1), 2) is None
+    still = fit_impact(free, np.zeros((20, 6)), 10)
+    assert still is not None and not np.any(still.change) and not np.any(still.weights[-1])

@@ -89,3 +89,16 @@ def test_what_a_settled_motion_has_not_is_refused(given, said):
 def test_an_episode_lasts_a_drive_period():
     with pytest.raises(ts.InputError, match="expected at least a drive period"):
         motion_asked(0.01, from_rest=0.009)
+
+
+def test_walkers_are_measured_by_their_settled_motion():
+    walker = {"name": "x", "scene": ts.load_scene("millipede"), "vary": GROUND, "measures": ("stride",)}
+    assert Sweep(**walker).motion == SettledMotion(1.0, 4)
+    assert Sweep(**walker, starts=7, duration=2.0).motion == SettledMotion(2.0, 7)
+    assert Sweep(**walker, from_rest="0.2 s").motion == FromRest(0.2)
+    slow = walker | {"vary": {"gait.frequency": ["10 Hz", "100 Hz"]}}
+    assert Sweep(**slow).motion == SettledMotion(2.0, 4)
+    tip = ts.load_scene("cantilever", wave="sine", hz=200, duration="20 ms")
+    held = {"name": "x", "scene": tip, "vary": GROUND, "measures": ("peak",)}
+    assert Sweep(**held).motion == FromRest(0.02)
+    assert Sweep(**held, starts=3).motion == SettledMotion(1.0, 3)

@@ -13,8 +13,8 @@ from tarsus.base.spec import get_value, with_values
 from tarsus.model.drive.waveforms import RampedSquare, Square, SweptSine
 from tarsus.records.purpose import Purpose
 from tarsus.solve.outputs import Output
-from tarsus.synthesis.belief import Belief
-from tarsus.synthesis.information import Sensing, deviations, told_by
+from tarsus.synthesis.belief import Belief, field_limits
+from tarsus.synthesis.information import Sensing, Told, deviations, told_by
 from tarsus.synthesis.proposals import proposals
 from tarsus.synthesis.ranking import TRUST, rank
 from tarsus.synthesis.recordings import Recording, placed
@@ -193,3 +193,18 @@ def test_what_cannot_be_ranked_is_said_at_once():
     blind = Sensing(noise={}, share={})
     with pytest.raises(InputError, match="the instruments show nothing"):
         told_by(walker, walk(walker, walker.gait, "walk"), {}, blind)
+
+
+def test_information_about_other_names_is_none():
+    told = Told(("a", "gain of b"), np.diag([4.0, 1.0]))
+    assert np.diag(told.about(("c", "gain of b", "a"))).tolist() == [0.0, 1.0, 4.0]
+    assert deviations(told.matrix) == pytest.approx([0.5, 1.0], rel=1e-4)
+
+
+def test_limits_are_those_of_the_description():
+    assert field_limits(DEVICE, "ground.restitution.coefficient") == (0.0, 1.0)
+    assert field_limits(DEVICE, "robot.structure.damping_ratios.0")[0] == 0.0
+    with pytest.raises(InputError, match="unknown path"):
+        field_limits(DEVICE, "ground.restitution.coeficient")
+    with pytest.raises(InputError, match="the path of a number"):
+        field_limits(DEVICE, "ground.restitution")
