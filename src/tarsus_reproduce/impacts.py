@@ -8,9 +8,9 @@ import numpy as np
 
 from tarsus.base.arrays import Floats
 from tarsus.base.events import IMPACTS
-from tarsus.impacts.energy import directed
 from tarsus.impacts.shapes import mode_shapes
 from tarsus.measure.mac import mac
+from tarsus.model.impact_energy import directed
 from tarsus.model.laws import DominantMode, ImpactMap, MassWeighted, MeasuredImpactMap
 from tarsus.model.scene import Scene
 from tarsus.solve import Run

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tarsus.files.library import load_scene
-from tarsus.impacts.energy import creation_warning
+from tarsus.model.impact_energy import creation_warning
 from tarsus.model.scene import Scene
 from tarsus.tables import Column, Section, Table
 from tarsus_reproduce.compared import ComparedTable

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import find_peaks
 
 from tarsus.base.arrays import Floats
 from tarsus.measure.history import Counting, EventHistories
@@ -57,6 +56,8 @@ def oscillations_per_step(gap: Floats, steps: float) -> float:
     span = float(np.ptp(gap))
     if span == 0.0:
         return 0.0
+    from scipy.signal import find_peaks  # which takes longer to load than a verb
+
     return len(find_peaks(gap, prominence=PROMINENCE * span)[0]) / steps
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from tarsus.base.plausible import remarks
 from tarsus.base.spec import FloatInfo, float_paths
-from tarsus.impacts.energy import directed
+from tarsus.model.impact_energy import directed
 from tarsus.model.laws import MassWeighted
 from tarsus.model.scene import Scene
 from tarsus.model.values import LONGEST_LIST, ValueRow, grouped, value_rows

@@ -13,7 +13,6 @@ from tarsus.files.installed import kind_of
 from tarsus.files.library import load_scene
 from tarsus.files.tables import FileKind
 from tarsus.inspection import comparison, records, studies
-from tarsus.inspection.folders import result_view
 from tarsus.inspection.runs import run_data
 from tarsus.inspection.scenes import scene_view
 from tarsus.model.laws.userfile import laws_of
@@ -103,6 +102,8 @@ def show(
             from tarsus.validation import load_experiment
 
             return studies.experiment_view(load_experiment(name))
+    from tarsus.inspection.folders import result_view  # which loads every verb's results
+
     return result_view(kind, Path(name))
 
 

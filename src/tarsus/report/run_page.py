@@ -125,7 +125,7 @@ def _warnings(run: Run) -> list[str]:
     remarks: list[str] = list(run.remarks)
     if run.scene.ground.impact is None:
         return remarks
-    from tarsus.impacts.energy import creation_warning  # with its package come scipy's statistics
+    from tarsus.model.impact_energy import creation_warning
 
     created = creation_warning(run.scene)
     return remarks if created is None else [created, *remarks]
