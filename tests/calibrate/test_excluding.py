@@ -120,9 +120,11 @@ def test_the_interval_of_a_row_left_out_is_made_without_its_own_miss():
 
 
 def test_the_sets_to_come_are_told():
-    """Once the whole table has been searched the rows left out are as much work each."""
-    told = []
-    solve(bent_rows(4, rows=4)[0], search(leave_out=True, spread=3), progress=lambda *now: told.append(now))
+    """Once the whole table has been searched the rows left out are as much work each; each is predicted."""
+    told, problem = [], bent_rows(4, rows=4)[0]
+    found = solve(problem, search(leave_out=True, spread=3), progress=lambda *now: told.append(now))
+    assert [[one.measure for one in row] for row in found.excluded or ()] == [["y0", "y1", "y2"]] * 4
+    assert (found.discrepancy.sigma == missed_by(problem, list(found.refits or ())).sigma).all()
     done, total, stages = zip(*told, strict=True)
     assert list(done) == sorted(done) and all(a <= b for a, b in zip(done, total, strict=True))
     left_out = stages.index("each row excluded")

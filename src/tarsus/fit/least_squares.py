@@ -11,8 +11,8 @@ from tarsus.fit.residuals import Found, Residuals
 from tarsus.fit.uncertainty import uncertainty_of
 
 SETTLED = 1e-6
-"""A descent ends where the next step is shorter than this part of a standard error: an exact Jacobian makes the last
-steps quadratic, so that six digits more than any interval shows cost one step."""
+"""A descent ends where the next step is shorter than this part of a standard error: with slopes that are right to six
+digits the last steps shrink a millionfold, so that six digits more than any interval shows cost one step."""
 
 
 def least_squares(
