@@ -43,11 +43,10 @@ class Solution:
     @cached_property
     def excluded(self) -> tuple[tuple[Prediction, ...], ...] | None:
         """Predictions of each row by the search without it."""
-        others = self._enough
-        return self.refits and tuple(
-            one.predictions(self.problem, missed_by(self.problem, others, one.row) if others else None)
-            for one in self.refits
-        )
+        if self.refits is None:
+            return None
+        missed = [missed_by(self.problem, self._enough, one.row) if self._enough else None for one in self.refits]
+        return tuple(one.predictions(self.problem, by) for one, by in zip(self.refits, missed, strict=True))
 
     @cached_property
     def discrepancy(self) -> Discrepancy:

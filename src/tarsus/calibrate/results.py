@@ -168,8 +168,9 @@ def _conditions(result: Calibration, number: int) -> dict[str, Any]:
 def _row(result: Calibration, n: int, number: int) -> dict[str, Any]:
     """A row of the table, and what is said of it by measure: None where nothing is."""
     cells, excluded, fitted = result.lowered.cells, result.solution.excluded, n < len(result.lowered.trained)
-    said = {"training" if fitted else "predicted": result.predicted[n]}
-    said |= {"left_out": excluded and excluded[n]} if fitted else {}
+    said: dict[str, Sequence[Prediction] | None] = {"training" if fitted else "predicted": result.predicted[n]}
+    if fitted:
+        said["left_out"] = None if excluded is None else excluded[n]
     entries = {
         what: found
         and {
