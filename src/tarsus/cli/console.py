@@ -116,13 +116,15 @@ def table(*tables: Table) -> None:
 
 
 def show(found: Any, json: bool = False, written: Iterable[Path] = ()) -> int:
-    """A result of a verb as its table, or as its plain data, then its remarks; files that were written."""
+    """A result of a verb as its table, or as its plain data, then remarks that no note of it says; files that were
+    written."""
+    shown = found.table()
     if json:
         print_json(found.to_dict())
     else:
-        table(found.table())
+        table(shown)
         wrote(written)
-    note(getattr(found, "remarks", ()))
+    note(one for one in getattr(found, "remarks", ()) if one not in shown.notes)
     return 0
 
 
