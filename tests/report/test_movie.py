@@ -44,10 +44,12 @@ def test_a_webm_has_the_frames_of_the_gif(tmp_path):
     assert np.corrcoef(middle.ravel(), wanted.ravel())[0, 1] > 0.9
 
 
-def test_a_webm_without_ffmpeg_is_refused(tmp_path, monkeypatch):
+def test_a_webm_without_ffmpeg_and_other_endings_are_refused(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(ts.InputError, match="a WebM needs ffmpeg on the path"):
-        ts.movie(ts.simulate("millipede-printed", "12 ms"), tmp_path / "walk.webm")
+    walk = ts.simulate("millipede-printed", "12 ms")
+    for name, said in (("walk.webm", "a WebM needs ffmpeg on the path"), ("walk.mp4", "ending in .gif or .webm")):
+        with pytest.raises(ts.InputError, match=said):
+            ts.movie(walk, tmp_path / name)
 
 
 @pytest.mark.parametrize("name", ["cantilever", "hexapod"])
