@@ -138,12 +138,6 @@ def test_the_result_is_a_device_that_runs(tmp_path):
         assert kept["samples"].shape == (400, len(found.known.paths))
 
 
-def test_the_account_names_what_was_used():
-    told = summary_of(identified())
-    assert told["files"] == {"read": len(identified().readings), "used": len(identified().readings)}
-    assert all(step["used"] for step in told["steps"].values())
-
-
 def test_every_number_has_a_verdict_and_correlations():
     told = summary_of(identified())
     numbers = {path: one for step in told["steps"].values() for path, one in step["parameters"].items()}

@@ -43,8 +43,9 @@ def fit_poles(frequency: Floats, values: Complexes, orders: Sequence[int]) -> di
     poles = {}
     for order in orders:
         size = order + 1
-        part = response[..., :size, :size]
-        normal = square[..., :size, :size] - np.einsum("oira,ojrb->ijab", part.conj(), part, optimize=True)
+        part = response[..., :size, :size].transpose(0, 2, 1, 3).reshape(-1, inputs * size)
+        both = (part.conj().T @ part).reshape(inputs, size, inputs, size)
+        normal = square[..., :size, :size] - both.transpose(0, 2, 1, 3)
         matrix = normal.transpose(2, 0, 3, 1).reshape(size * inputs, size * inputs)
         tail = np.linalg.lstsq(matrix[inputs:, inputs:], -matrix[inputs:, :inputs], rcond=None)[0]
         companion = np.eye(order * inputs, k=-inputs, dtype=complex)
