@@ -43,9 +43,11 @@ def by_group(groups: ArrayLike, *rows: Floats) -> tuple[Floats, ...]:
 
 
 def newton_draws(levels: Sequence[tuple[Floats, Floats]], seed: int, prior: Floats | None = None) -> Floats:
-    """Deviations (draws, p) of an estimate, of the covariance of which `newton_root` gives a root."""
-    root = newton_root(levels, prior)
-    return np.random.default_rng([seed, 11]).standard_normal((DRAWS, len(root))) @ root.T
+    """Deviations (draws, p) of an estimate, of the covariance of which `newton_root` gives a root: by the triangular
+    one, which alone is no matter of rounding where directions are equally uncertain."""
+    triangle = np.linalg.qr(newton_root(levels, prior).T).R
+    triangle *= np.where(np.diag(triangle) < 0.0, -1.0, 1.0)[:, None]
+    return np.random.default_rng([seed, 11]).standard_normal((DRAWS, len(triangle))) @ triangle
 
 
 def newton_root(levels: Sequence[tuple[Floats, Floats]], prior: Floats | None = None) -> Floats:
@@ -68,10 +70,7 @@ def newton_root(levels: Sequence[tuple[Floats, Floats]], prior: Floats | None = 
     """
     total = levels[0][0].sum(axis=0) + (0.0 if prior is None else prior)
     inverse = np.linalg.inv(total)
-    root, noise = (
-        np.zeros_like(inverse),
-        inverse,
-    )  # of the data and, where they tell nothing, of what was known before
+    root, noise = np.zeros_like(inverse), inverse  # of the data and, where they tell nothing, of what was known before
     for information, score in levels:
         covariance = np.zeros_like(inverse)
         if len(score) > 1:
