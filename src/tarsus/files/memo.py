@@ -129,7 +129,7 @@ class Memo:
         known = len(self._place)
         self._place.update({key: known + i for i, key in enumerate(_keys(points))})
         for name, array in {POINTS: points, **arrays}.items():
-            own = self._known.get(name, array[:0])
+            own = self._known[name] if name in self._known else array[:0]
             kind = np.result_type(own, array)  # of longer texts, a wider one
             if len(own) < len(self) or own.dtype != kind:  # twice the room, so that each is copied about once
                 room = np.empty((2 * len(self), *array.shape[1:]), kind)

@@ -94,7 +94,7 @@ class FootModel:
     @cached_property
     def by_coordinates(self) -> Floats:
         """Static displacements (n, np) of the points per newton on each coordinate [m/N]: ``rows K^-1``."""
-        return np.linalg.solve(self.stiffness.T, self.rows.T)
+        return np.asarray(np.linalg.solve(self.stiffness.T, self.rows.T), dtype=np.float64)
 
     @cached_property
     def by_drive(self) -> Floats:
