@@ -349,20 +349,21 @@ class Walker(Structure):
         feet = [m for one in ends for m in (one.mass, one.mass)] + [one.mass for one in ends if self.sways]
         mass = np.diag([*self.body_mass(), *feet])
         damping, stiffness = np.zeros_like(mass), np.zeros_like(mass)
-        nb = self.body_size
+        nb, nl = self.body_size, len(self.legs)
         damping[:nb, :nb], stiffness[:nb, :nb] = self.within()
-        for name, end in zip(self.legs, ends, strict=True):
-            x, z = self.above(name)
-            along, upward = -self.row(f"{name}_x"), -self.row(name)
-            along[:nb], upward[:nb] = x, z
-            stiffness += end.stiffness_l * np.outer(along, along) + end.stiffness_v * np.outer(upward, upward)
-            damping += end.damping_l * np.outer(along, along) + end.damping_v * np.outer(upward, upward)
-            leg = self.legs[name]
+        for k, (name, end) in enumerate(zip(self.legs, ends, strict=True)):
+            leg, (x, z) = self.legs[name], self.above(name)
+            springs = [
+                (nb + 2 * k, x, end.stiffness_l, end.damping_l),
+                (nb + 2 * k + 1, z, end.stiffness_v, end.damping_v),
+            ]
             if leg.stiffness_t is not None and leg.damping_t is not None:
-                across = -self.row(f"{name}_y")
-                across[:nb] = self.hip_row_y(name)
-                stiffness += leg.stiffness_t * np.outer(across, across)
-                damping += leg.damping_t * np.outer(across, across)
+                springs.append((nb + 2 * nl + k, self.hip_row_y(name), leg.stiffness_t, leg.damping_t))
+            for at, of_body, own_stiffness, own_damping in springs:
+                row = np.zeros(len(mass))
+                row[:nb], row[at] = of_body, -1.0
+                stiffness += own_stiffness * np.outer(row, row)
+                damping += own_damping * np.outer(row, row)
         return Matrices(mass, damping, stiffness)
 
     def row(self, point: str) -> Array:
