@@ -62,7 +62,8 @@ def branches_over(found: Atlas, count: int, threads: Workers = None) -> list[Ove
 
     def followed(level: float) -> list[tuple[str, float, float]]:
         tracer = Tracer(with_values(found.scene, {y.path: level}), x.path, x.unit, (x.low, x.high), False, None)
-        for tracer.ends in ((x.low, x.high), (x.high, x.low)):
+        for ends in ((x.low, x.high), (x.high, x.low)):
+            tracer.ends = ends
             with contextlib.suppress(InputError):
                 tracer.own(None)
         return [(one.kind, one.at, level) for made in tracer.branches for one in made.special]
