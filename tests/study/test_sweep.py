@@ -95,8 +95,9 @@ def test_an_unknown_of_a_fit_is_an_axis():
 def test_values_that_vary_together_take_one_value():
     together = {"film": {"kind": "list", "values": [1e-21, 2e-21], "paths": ["ground.film.coefficient"]}}
     assert small(vary=together).paths("film") == ("ground.film.coefficient",)
-    with pytest.raises(ts.InputError, match="one unit"):
+    with pytest.raises(ts.InputError) as caught:
         small(vary={"both": {"kind": "list", "values": [0.1], "paths": [RESTITUTION, RATE]}})
+    assert caught.value.problems == ["vary.both: paths that vary together must be of one unit"]
 
 
 @pytest.mark.parametrize(

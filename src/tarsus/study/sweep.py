@@ -134,12 +134,10 @@ class Sweep(Description):
         for name, item in value.items():
             paths = _paths(scene, name, item)
             wrong = [fault for path in paths for fault in _path_faults(scene, known, name, path)]
-            wrong += [
-                (f"{name}.paths", f"'{path}' varies on axis '{owner[path]}' already") for path in paths if path in owner
-            ]
+            wrong += [(name, f"'{path}' varies on axis '{owner[path]}' already") for path in paths if path in owner]
             owner.update({path: name for path in paths})
             if not wrong and len({known[path].unit for path in paths}) > 1:
-                wrong = [(f"{name}.paths", "values that vary together must be of one unit")]
+                wrong = [(name, "paths that vary together must be of one unit")]
             if wrong:
                 faults += wrong
                 continue
