@@ -97,7 +97,7 @@ def test_values_that_vary_together_take_one_value():
     assert small(vary=together).paths("film") == ("ground.film.coefficient",)
     with pytest.raises(ts.InputError) as caught:
         small(vary={"both": {"kind": "list", "values": [0.1], "paths": [RESTITUTION, RATE]}})
-    assert caught.value.problems == ["vary.both: paths that vary together must be of one unit"]
+    assert caught.value.problems == ["Sweep.vary.both: paths that vary together must be of one unit"]
 
 
 @pytest.mark.parametrize(
