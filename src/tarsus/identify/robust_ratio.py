@@ -74,9 +74,7 @@ def robust_ratio(y: Floats, x: Floats, covariance: Floats, events: NDArray[np.in
     of = np.unique(events, return_inverse=True)[1]
     value, scatter, change = float(np.median(np.bincount(of, x * y) / np.bincount(of, x * x))), 0.0, np.inf
     for _ in range(_ROUNDS):
-        residual, support, weight = supported(y, x, covariance, value)
-        known = np.bincount(of, weight * support**2)
-        left = np.bincount(of, weight * support * residual) / known
+        residual, support, weight, known, left = _by_event(y, x, covariance, of, value)
         scatter = _scatter(left, 1.0 / known)
         variance = 1.0 / known + scatter
         student = _weight(left / np.sqrt(variance))
@@ -108,9 +106,7 @@ def slope_over(y: Floats, x: Floats, covariance: Floats, events: NDArray[np.intp
     """By how much the ratio of events rises with the logarithm of x, and its standard error, with scatter from event to
     event beyond that slope; infinite where all x are one. Arguments as of `robust_ratio`; value: the ratio found."""
     of = np.unique(events, return_inverse=True)[1]
-    residual, support, weight = supported(y, x, covariance, value)
-    known = np.bincount(of, weight * support**2)
-    left = np.bincount(of, weight * support * residual) / known
+    _, support, _, known, left = _by_event(y, x, covariance, of, value)
     over = np.bincount(of, np.log(support)) / np.bincount(of)
     columns = np.stack([np.ones_like(over), over - over.mean()], axis=1)
     if np.linalg.matrix_rank(columns) < 2:
@@ -125,6 +121,16 @@ def slope_over(y: Floats, x: Floats, covariance: Floats, events: NDArray[np.intp
             break
     information = columns.T @ (columns / variance[:, None])
     return float(line[1]), float(np.sqrt(np.linalg.inv(information)[1, 1]))
+
+
+def _by_event(
+    y: Floats, x: Floats, covariance: Floats, of: NDArray[np.intp], value: float
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Residual, x and weight (n,) of pairs about a ratio; of events (ne,), which ``of`` numbers (n,): information of
+    the ratio, and the ratio less that value."""
+    residual, support, weight = supported(y, x, covariance, value)
+    known = np.asarray(np.bincount(of, weight * support**2), dtype=np.float64)
+    return residual, support, weight, known, np.bincount(of, weight * support * residual) / known
 
 
 def _scatter(left: Floats, noise: Floats) -> float:
