@@ -51,8 +51,7 @@ def reproduce_cantilever(
     return Reproduction(
         name="cantilever",
         title="Micro-cantilever under periodic drive",
-        about=f"{found.device}, {len(found.rows)} drives",
-        data=found.to_dict(),
+        about=f"{found.device}, {len(found.printed)} drives",
         rows=numbers_table("", found.numbers, repeated=True),
         sections=(found.section("Table A.1", [NOTE], CAPTION),),
         problems=found.problems,

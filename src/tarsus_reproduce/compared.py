@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from tarsus.calibrate.description import TableSampling
-from tarsus.calibrate.prediction import Prediction
 from tarsus.calibrate.results import errors_table, naive_by_measure
 from tarsus.calibrate.skill import naive_predictions, skill_of
 from tarsus.calibrate.weighted_ensemble import WeightedEnsemble
@@ -30,9 +29,8 @@ GOOD = 0.30
 HALF = 0.5
 """A number of bounces is right when it is less than half a bounce off; half a bounce a period is one that exists."""
 
-MINE, SOURCE, SOURCE_COLUMN = "ours", "source", "ours_against_source"
-"""Models of a row, by their names in files; the last is ours against the source's model instead of the measurement."""
-_MODELS = {SOURCE: "source's model", MINE: "Tarsus", SOURCE_COLUMN: "Tarsus, against the source's model"}
+SOURCE, MINE, SOURCE_COLUMN = MODELS = ("source's model", "Tarsus", "Tarsus, against the source's model")
+"""Models of a row; the last is ours against the source's model instead of the measurement."""
 
 
 @dataclass(frozen=True)
@@ -49,8 +47,11 @@ class TableComparison:
     sampling: TableSampling
     share: str
 
-    def row(self, ensemble: WeightedEnsemble, printed: PrintedRow) -> ComparedRow:
-        """Predict a row."""
+    def predicted(self, ensemble: WeightedEnsemble, printed: PrintedRow) -> tuple[list[NumberRow], tuple[str, ...]]:
+        """Every quantity of a row and the share of windows with a bounce; sentences of runs that ended early.
+
+        A star marks a row of a file.
+        """
         conditions = ensemble.lowered.study.conditions
         asked = {name: value for name, value in printed.conditions.items() if name in conditions}
         (scene,) = ensemble.scenes([asked])
@@ -58,92 +59,39 @@ class TableComparison:
             asked |= {f"signals.{name}.frequency": printed.freq_hz for name in scene.signals}
         (found,) = ensemble.predict([asked], sampling=self.sampling)
         period = next(iter(scene.signals.values())).period
-        early = max(one.failed for one in found.values())
-        fitted = printed.origin == "packaged" and printed.measured is not None and _calibrated(scene)
-        return ComparedRow(
-            printed,
-            printed.freq_hz or (1.0 / period if period else math.nan),
-            {one.key: found[one.studied] for one in self.table.quantities},
-            found["bounces"].p_bounce,
-            CALIBRATED if fitted else PREDICTED,
-            (f"{early:.0%} of the runs ended early",) if early else (),
-        )
-
-
-def _calibrated(scene: Scene) -> bool:
-    """Whether any number of a device was calibrated."""
-    return any(origin.source is Source.CALIBRATED for origin in scene.provenance.values())
-
-
-@dataclass(frozen=True)
-class ComparedRow:
-    """A row, and our predictions [SI] by key of the table's quantities.
-
-    freq_hz: drive frequency [Hz] of the best member; p_bounce: probability of a bounce in a period or window; role:
-    whether the device was calibrated on this row; problems: sentences of runs that did not reach their end.
-    """
-
-    printed: PrintedRow
-    freq_hz: float
-    ours: Mapping[str, Prediction]
-    p_bounce: float | None
-    role: str
-    problems: tuple[str, ...]
-
-    @property
-    def case(self) -> str:
-        """The drive in words; a star marks a row of a file."""
-        star = "" if self.printed.origin == "packaged" else " *"
-        return f"{self.freq_hz:.4g} Hz, {self.printed.words}{star}"
-
-    def pair(self, one: PrintedQuantity, model: str) -> tuple[float | None, float | None]:
-        """What a model is held against, and what it says of a quantity, in the table's units."""
-        measured, source = (self.printed.seen(who, one) for who in ("measured", "source"))
-        if model == SOURCE:
-            return measured, source
-        return source if model == SOURCE_COLUMN else measured, one.plain(self.ours[one.key])["median"]
-
-    def to_dict(self, table: PrintedTable) -> dict[str, Any]:
-        """Plain data, in the table's units."""
-        printed, every = self.printed, table.quantities
-        return {
-            **printed.conditions,
-            "freq_hz": self.freq_hz,
-            "origin": printed.origin,
-            "role": self.role,
-            "source": printed.source,
-            "measured": printed.measured,
-            MINE: {one.key: one.plain(self.ours[one.key]) for one in every},
-            "p_bounce": self.p_bounce,
-            "errors": {name: {one.key: one.error(*self.pair(one, name)) for one in every} for name in _MODELS},
-            "problems": list(self.problems),
-        }
-
-    def numbers(self, how: TableComparison) -> list[NumberRow]:
-        """Every quantity in SI, and the share of windows with a bounce."""
+        hertz = printed.freq_hz or (1.0 / period if period else math.nan)
+        packaged = printed.origin == "packaged"
+        case = f"{hertz:.4g} Hz, {printed.words}{'' if packaged else ' *'}"
+        known = any(origin.source is Source.CALIBRATED for origin in scene.provenance.values())
+        role = CALIBRATED if packaged and printed.measured is not None and known else PREDICTED
         rows = []
-        for one in how.table.quantities:
-            values = (self.printed.seen(who, one) for who in ("measured", "source"))
-            measured, source = (None if value is None else value / one.factor for value in values)
-            ours = self.ours[one.key]
+        for one in self.table.quantities:
+            measured, source = (printed.si(who, one) for who in ("measured", "source"))
+            ours = found[one.studied]
             ends = ours.median, ours.low, ours.high
-            rows.append(NumberRow(self.case, self.role, one.words, one.unit, measured, source, ends))
-        chance = math.nan if self.p_bounce is None else self.p_bounce
-        return [*rows, NumberRow(self.case, self.role, how.share, "%", None, None, (chance, math.nan, math.nan))]
+            rows.append(NumberRow(case, role, one.words, one.unit, measured, source, ends, printed.conditions))
+        chance = found["bounces"].p_bounce
+        share = math.nan if chance is None else chance, math.nan, math.nan
+        early = max(one.failed for one in found.values())
+        said = (f"{case}: {early:.0%} of the runs ended early",) if early else ()
+        return [*rows, NumberRow(case, role, self.share, "%", None, None, share)], said
 
 
 @dataclass(frozen=True)
 class ComparedTable:
     """A table as predicted.
 
-    device: in words; runs: of every row; calibration: what that of the packaged ensemble says of its errors, None of a
+    device: in words; runs: of every row; printed: its rows; numbers: every number of every row; problems: sentences of
+    the runs that did not reach their end; calibration: what that of the packaged ensemble says of its errors, None of a
     device that is named.
     """
 
     how: TableComparison
     device: str
     runs: int
-    rows: tuple[ComparedRow, ...]
+    printed: tuple[PrintedRow, ...]
+    numbers: tuple[NumberRow, ...]
+    problems: tuple[str, ...]
     calibration: Mapping[str, Any] | None
 
     @classmethod
@@ -164,46 +112,27 @@ class ComparedTable:
         members = sum(len(one.weights) for one in ensemble.ensembles)
         each = math.ceil(draws / members)
         how = replace(how, sampling=how.sampling.model_copy(update={"draws": each}))
-        done: list[ComparedRow] = []
-        for one in printed:
+        numbers: list[NumberRow] = []
+        problems: list[str] = []
+        for done, one in enumerate(printed):
             if progress is not None:
                 frequency = "" if one.freq_hz is None else f"{one.freq_hz:g} Hz, "
-                progress(len(done), len(printed), f"{frequency}{one.words}")
-            done.append(how.row(ensemble, one))
+                progress(done, len(printed), f"{frequency}{one.words}")
+            rows, said = how.predicted(ensemble, one)
+            numbers += rows
+            problems += said
         words = device or (packaged if members == 1 else f"{packaged}, a weighted ensemble of {members}")
-        return cls(how, words, members * each, tuple(done), packaged_errors(packaged) if device is None else None)
-
-    @property
-    def problems(self) -> tuple[str, ...]:
-        """Sentences of the runs that did not reach their end."""
-        return tuple(f"{row.case}: {one}" for row in self.rows for one in row.problems)
-
-    @property
-    def numbers(self) -> list[NumberRow]:
-        """Every number of every row."""
-        return [number for row in self.rows for number in row.numbers(self.how)]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data: lengths in um, times in ms, rates in 1/s."""
-        table = self.how.table
-        return {
-            "device": self.device,
-            "runs": self.runs,
-            "ok": not self.problems,
-            "rows": [row.to_dict(table) for row in self.rows],
-            "summary": summary_of(table, self.rows),
-        }
+        errors = packaged_errors(packaged) if device is None else None
+        return cls(how, words, members * each, tuple(printed), tuple(numbers), tuple(problems), errors)
 
     def section(self, title: str, notes: Sequence[str], caption: str) -> Section:
         """Figures of merit, what the calibration says of each row that was excluded, every number, and their figure."""
-        files = dict.fromkeys(row.printed.origin for row in self.rows if row.printed.origin != "packaged")
+        files = dict.fromkeys(row.origin for row in self.printed if row.origin != "packaged")
         stars = [f"* = from {name}." for name in files]
         excluded = () if self.calibration is None else (_excluded_table(self.how.study, self.calibration),)
-        merits = merits_table(self.how.table, summary_of(self.how.table, self.rows))
         shown = numbers_table(f"{title}, row by row", self.numbers, [*notes, *stars])
-        return Section(
-            title, FigureCall("numbers_figure.numbers_figure", self.numbers, caption), merits, *excluded, shown
-        )
+        figure = FigureCall("numbers_figure.numbers_figure", self.numbers, caption)
+        return Section(title, figure, merits_table(self.how.table, self.numbers), *excluded, shown)
 
 
 # Figures of merit
@@ -228,65 +157,42 @@ def merits_of(one: PrintedQuantity, pairs: Sequence[tuple[float | None, float | 
     }
 
 
-def skill_in(
-    one: PrintedQuantity, every: Sequence[PrintedRow], part: Sequence[ComparedRow], model: str
-) -> float | None:
-    """Skill of a model in some of the rows: 1 less its mean error over the least of predictors that know the other rows
-    alone, measured or (against the source's model) simulated by the source."""
-    who = "source" if model == SOURCE_COLUMN else "measured"
-    rows = [row for row in every if row.seen(who, one) is not None]
-    if len(rows) < 2:
+def _pair(row: NumberRow, model: str) -> tuple[float | None, float | None]:
+    """What a model is held against, and what it says."""
+    if model == SOURCE:
+        return row.measured, row.source
+    ours = None if math.isnan(row.ours[0]) else row.ours[0]
+    return row.source if model == SOURCE_COLUMN else row.measured, ours
+
+
+def skill_in(one: PrintedQuantity, every: Sequence[NumberRow], part: Sequence[NumberRow], model: str) -> float | None:
+    """Skill of a model in some of the rows of a quantity: 1 less its mean error over the least of predictors that know
+    the other rows alone, measured or (against the source's model) simulated by the source."""
+    known = [row for row in every if _pair(row, model)[0] is not None]
+    if len(known) < 2:
         return None
-    values = [row.seen(who, one) or 0.0 for row in rows]
-    naive = naive_predictions(np.array(values), [_alike(row, rows) for row in rows])
-    known = {
-        rows.index(row.printed): abs(error)
-        for row in part
-        if row.printed in rows and (error := one.error(*row.pair(one, model))) is not None
+    values = [_pair(row, model)[0] or 0.0 for row in known]
+    alike = [name for name in known[0].conditions if all(name in row.conditions for row in known)]
+    naive = naive_predictions(np.array(values), [{name: row.conditions[name] for name in alike} for row in known])
+    own = {id(row) for row in part}
+    errors = {
+        k: abs(error)
+        for k, row in enumerate(known)
+        if id(row) in own and (error := one.error(*_pair(row, model))) is not None
     }
-    others = {name: [abs(one.error(values[k], float(found[k])) or 0.0) for k in known] for name, found in naive.items()}
-    return skill_of(_mean([*known.values()]), {name: float(np.mean(each)) for name, each in others.items() if each})
-
-
-def _alike(row: PrintedRow, rows: Sequence[PrintedRow]) -> dict[str, Any]:
-    """Conditions of a row that all of the rows have."""
-    return {name: row.conditions[name] for name in row.conditions if all(name in one.conditions for one in rows)}
+    others = {
+        name: [abs(one.error(values[k], float(found[k])) or 0.0) for k in errors] for name, found in naive.items()
+    }
+    return skill_of(_mean([*errors.values()]), {name: float(np.mean(each)) for name, each in others.items() if each})
 
 
 def _mean(values: Sequence[float]) -> float | None:
     return math.fsum(values) / len(values) if values else None
 
 
-def summary_of(table: PrintedTable, rows: Sequence[ComparedRow]) -> dict[str, Any]:
-    """Figures of merit of every model by quantity, with its skill: of all rows, and of those by role and by origin
-    where they differ."""
-    parts = {
-        "all rows": list(rows),
-        "calibrated on": [row for row in rows if row.role == CALIBRATED],
-        "predicted": [row for row in rows if row.role == PREDICTED],
-        "of the table": [row for row in rows if row.printed.origin == "packaged"],
-        "of the file": [row for row in rows if row.printed.origin != "packaged"],
-    }
-    every, out = [row.printed for row in rows], {}
-    for words, part in parts.items():
-        if not part or (words != "all rows" and len(part) == len(rows)):
-            continue
-        out[words] = {"rows": len(part)} | {
-            model: {
-                one.key: merits_of(one, [row.pair(one, model) for row in part])
-                | {"skill": skill_in(one, every, part, model)}
-                for one in table.quantities
-            }
-            for model in _MODELS
-        }
-    return out
-
-
-# What is shown
-
-
-def merits_table(table: PrintedTable, summary: Mapping[str, Any]) -> Table:
-    """Figures of merit with the skill beside each."""
+def merits_table(table: PrintedTable, numbers: Sequence[NumberRow]) -> Table:
+    """Figures of merit of every model by quantity with the skill beside each: of all rows, and of those by role where
+    they differ."""
     columns = (
         "rows",
         "model",
@@ -298,14 +204,19 @@ def merits_table(table: PrintedTable, summary: Mapping[str, Any]) -> Table:
         Column("its size", "row", 3),
         Column("skill", digits=2),
     )
-    keys = ("cases", "close", "existence_right", "mean_error", "mean_absolute_error", "skill")
+    keys = ("cases", "close", "existence_right", "mean_error", "mean_absolute_error")
     rows, units = [], []
-    for words, part in summary.items():
-        for model in _MODELS:
+    for words in ("all rows", CALIBRATED, PREDICTED):
+        part = [row for row in numbers if words in ("all rows", row.role)]
+        if words != "all rows" and len(part) == len(numbers):
+            continue
+        for model in MODELS:
             for one in table.quantities:
-                found = part[model][one.key]
+                every, own = ([row for row in some if row.quantity == one.words] for some in (numbers, part))
+                found = merits_of(one, [_pair(row, model) for row in own])
                 if found["cases"]:
-                    rows.append((f"{words} ({part['rows']})", _MODELS[model], one.words, *map(found.get, keys)))
+                    skill = skill_in(one, every, own, model)
+                    rows.append((f"{words} ({len(own)})", model, one.words, *map(found.get, keys), skill))
                     units.append("1" if one.count else "%")
     notes = (
         "Close: an error below 30 %, of a number of bounces below one half. Mean errors are signed, and by their size.",

@@ -78,18 +78,6 @@ class Swept:
     codes: Mapping[str, int]
     settled: float | None
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data in SI."""
-        return {
-            "path": self.path,
-            "unit": self.unit,
-            "x": self.x.tolist(),
-            "replicates": self.replicates.tolist(),
-            "motions": {name: str(one.motion) for name, one in self.measures.items()},
-            "settled": self.settled,
-            "measures": {name: one.curve.y.tolist() for name, one in self.measures.items()},
-        }
-
 
 @dataclass(frozen=True)
 class JudgedTrend:
@@ -178,31 +166,6 @@ class DeviceTrends:
             for name, count in swept.codes.items()
             if name != "DONE"
         ]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data in SI."""
-        return {
-            **self.score,
-            "motion": self.motions[0],
-            "settled": None if self.lasting is None else {**self.lasting, "motion": self.motions[1]},
-            "about": self.about,
-            "film_reading": self.film.value,
-            "trends": [
-                {
-                    "figure": one.trend.figure,
-                    "quantity": one.trend.quantity,
-                    "says": one.trend.says,
-                    "directional": one.trend.directional,
-                    "scored": one.of_figure and self.scores(one.trend),
-                    "measure": one.measure,
-                    "unit": one.unit,
-                    "motion": str(one.motion),
-                    **one.finding.to_dict(),
-                }
-                for one in self.trends
-            ],
-            "curves": {one.study: one.to_dict() for one in self.swept},
-        }
 
 
 def walker_of(scene: Scene) -> Walker:

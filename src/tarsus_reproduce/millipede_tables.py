@@ -3,25 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tarsus.files.library import load_scene
 from tarsus.measure import STANDSTILL
 from tarsus.tables import Column, Section, Table, amount, spaced
 from tarsus.tables.numbers import percent
 from tarsus_reproduce.claims import DIRECTIONAL, FROM_REST, TRENDS, examples, of_episode
-from tarsus_reproduce.interpretations import (
-    CHOICES,
-    PERIODS,
-    UNPRINTED,
-    Interpretations,
-    judged_interpretations,
-    packaged_interpretations,
-)
-from tarsus_reproduce.millipede import COUNTS, VARIANTS, DeviceTrends, judge_devices
+from tarsus_reproduce.interpretations import CHOICES, PERIODS, SEED, UNPRINTED, distribution, packaged_interpretations
+from tarsus_reproduce.millipede import DeviceTrends, JudgedTrend, judge_devices
 from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction
 from tarsus_reproduce.trends import CRITERION, TrendVerdict
 
@@ -36,80 +27,75 @@ FIGURES = {
 
 
 def reproduce_millipede(
-    devices: str | Sequence[str] | None = None,
-    *,
-    readings: int = 0,
-    seed: int = 1,
-    folder: Path | None = None,
-    resume: bool = True,
-    threads: int | None = None,
-    progress: Progress | None = None,
+    devices: str | Sequence[str] | None = None, *, progress: Progress | None = None
 ) -> Reproduction:
     """Every trend of section 4.4.1 on devices, with a distribution of the score over what is not printed; arguments and
     errors as for `tarsus_reproduce.verb.reproduce` and `judge_devices`."""
-    found = judge_devices(devices, progress=progress)
-    if readings:
-        first = devices if isinstance(devices, str) else (devices or VARIANTS)[0]
-        drawn = judged_interpretations(
-            load_scene(first), readings, seed, folder=folder, resume=resume, threads=threads, progress=progress
-        )
-    else:
-        drawn = packaged_interpretations()
-    return millipede_reproduction(found, drawn, packaged=not readings)
+    return millipede_reproduction(judge_devices(devices, progress=progress))
 
 
-def millipede_reproduction(
-    devices: Sequence[DeviceTrends], drawn: Interpretations | None = None, *, packaged: bool = True
-) -> Reproduction:
-    """Judged devices as tables, figures and files; drawn: the packaged interpretations when absent."""
-    drawn = drawn or packaged_interpretations()
-    problems = tuple(problem for one in devices for problem in one.problems)
-    variants = {one.name: one.to_dict() for one in devices}
-    about = (
-        "figure",
-        "quantity",
-        "says",
-        "directional",
-        "scored",
-        "measure",
-        "motion",
-        "unit",
-        "verdict",
-        "words",
-        "first",
-        "last",
-    )
+def millipede_reproduction(devices: Sequence[DeviceTrends]) -> Reproduction:
+    """Judged devices as tables, figures and files."""
     return Reproduction(
         name="millipede",
         title="The walking millipede",
         about="What section 4.4.1 of the dissertation says of its simulations (Figs. 4.7–4.11), and what ours do",
-        data={
-            "experiment": "millipede",
-            "ok": not problems,
-            "criterion": CRITERION,
-            "variants": variants,
-            "readings": drawn.to_dict() | {"packaged": packaged},
-        },
         rows=Table(
-            "",
-            ("variant", *about, "least rho", "largest rho"),
-            [
-                (name, *map(one.get, about), min(one["rho"], default=None), max(one["rho"], default=None))
-                for name, variant in variants.items()
-                for one in variant["trends"]
-            ],
+            TRENDS_TITLE, ROWS, [(device.name, *_row(device, one)) for device in devices for one in device.trends]
         ),
         sections=(
-            Section("Trends", _scores(devices, drawn), _trends(devices)),
-            _distribution(devices, drawn),
+            Section("Trends", _scores(devices), _trends(devices)),
+            _distribution(devices),
             Section("Over ground and payload", *_over(devices)),
             Section("Two grounds in time", *_walks(devices)),
         ),
-        problems=problems,
+        problems=tuple(problem for one in devices for problem in one.problems),
     )
 
 
-def _scores(devices: Sequence[DeviceTrends], drawn: Interpretations) -> Table:
+TRENDS_TITLE = "Trends of section 4.4.1"
+ROWS = (
+    "variant",
+    "figure",
+    "quantity",
+    "says",
+    "directional",
+    "scored",
+    "measure",
+    "motion",
+    "unit",
+    "verdict",
+    "words",
+    "first",
+    "last",
+    "least rho",
+    "largest rho",
+)
+"""Columns of the CSV file."""
+
+
+def _row(device: DeviceTrends, one: JudgedTrend) -> tuple[Any, ...]:
+    """One trend by one measure."""
+    trend, found = one.trend, one.finding
+    return (
+        trend.figure,
+        trend.quantity,
+        trend.says,
+        trend.directional,
+        one.of_figure and device.scores(trend),
+        one.measure,
+        str(one.motion),
+        one.unit,
+        found.verdict.value,
+        found.words,
+        found.first,
+        found.last,
+        min(found.rho, default=None),
+        max(found.rho, default=None),
+    )
+
+
+def _scores(devices: Sequence[DeviceTrends]) -> Table:
     rows: list[tuple[Any, ...]] = []
     for device in devices:
         for one, motion in zip((device.score, device.lasting), device.motions, strict=True):
@@ -117,11 +103,10 @@ def _scores(devices: Sequence[DeviceTrends], drawn: Interpretations) -> Table:
                 continue
             *counts, right, every = one.values()
             rows.append((device.name, motion, *counts, f"{right} of {every}"))
-    if drawn.judged:
-        plain = drawn.to_dict()
-        means = [plain[name]["mean"] for name in COUNTS[:-1]]
-        last = f"{means.pop():.1f} of {DIRECTIONAL}"
-        rows.append((f"{len(drawn.judged)} random interpretations, mean", OF_DRAWN, *means, last))
+    drawn = packaged_interpretations()
+    *means, last = (one["mean"] for one in distribution(drawn).values())
+    mean = f"{len(drawn)} random interpretations, mean"
+    rows.append((mean, OF_DRAWN, *means, f"{last:.1f} of {DIRECTIONAL}"))
     notes = [
         "From rest: by the measure of each figure, whose caption says maximum, in one run from the device's start. "
         "Settled: by the measure of a drive period that the words could mean as well, over the motions that last, "
@@ -171,7 +156,7 @@ def _trends(devices: Sequence[DeviceTrends]) -> Table:
         CRITERION,
     )
     columns = ("Fig.", "the source says", "measure", *(device.name for device in devices))
-    return Table("Trends of section 4.4.1", columns, rows, notes, flagged=flagged)
+    return Table(TRENDS_TITLE, columns, rows, notes, flagged=flagged)
 
 
 OF_DRAWN = f"from rest, {PERIODS} periods"
@@ -193,21 +178,18 @@ def _shown(value: float, unit: str) -> str:
     return amount(_still(value) if unit == "m" else value, unit, 3)
 
 
-def _distribution(devices: Sequence[DeviceTrends], drawn: Interpretations) -> Section:
-    title = "Random interpretations of what is not printed"
-    judged = len(drawn.judged)
-    if not judged:
-        return Section(title, Table("", (), (), ("No interpretation could be judged.",)))
-    most = drawn.to_dict()["agree"]["quantile_95"]
+def _distribution(devices: Sequence[DeviceTrends]) -> Section:
+    drawn = packaged_interpretations()
+    most = distribution(drawn)["agree"]["quantile_95"]
     notes = [
-        f"{len(drawn.scores)} interpretations drawn from the ranges below (seed {drawn.seed}), {judged} of which could "
+        f"{len(drawn)} interpretations drawn from the ranges below (seed {SEED}), {len(drawn)} of which could "
         "be run; what is printed stays as printed. They are the honest score of the model: a named device far to the "
         "right was found by choosing, not by luck. They are judged on fewer values and three restitutions, which makes "
         f"agreement a little easier. 95 % of them agree with at most {most:g} of 16."
     ]
     ranges = [(one.name, (one.low, one.high), one.meaning) for one in UNPRINTED]
     return Section(
-        title,
+        "Random interpretations of what is not printed",
         FigureCall("millipede_figures.interpretations_figure", drawn, devices),
         Table(
             "Numbers that are not printed",

@@ -8,6 +8,9 @@ from functools import lru_cache
 from importlib.resources import files
 from typing import Any
 
+PAGE_FILES = ("reproduction.csv", "reproduction.json", "reproduction.html")
+"""What a comparison writes."""
+
 
 def data_text(name: str) -> str:
     """The text of a packaged file."""

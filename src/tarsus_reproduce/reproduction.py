@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,7 @@ from tarsus.files.jsontext import json_text
 from tarsus.files.whole import write_text
 from tarsus.tables.section import Section
 from tarsus.tables.table import Column, Table, Tabled
+from tarsus_reproduce.packaged import PAGE_FILES
 from tarsus_reproduce.rows import relative_error
 
 if TYPE_CHECKING:
@@ -30,10 +31,6 @@ Progress = Callable[[int, int, str], None]
 NOTABLE = 0.30
 """Relative error beyond which a cell is coloured: Table 2.3 counts cases below it as good."""
 
-PAGE_FILES = ("reproduction.csv", "reproduction.json", "reproduction.html")
-"""What a comparison writes."""
-
-
 CALIBRATED, PREDICTED = "calibrated on", "predicted"
 """Roles of a row: the device was fitted to it, or never saw it."""
 
@@ -43,7 +40,7 @@ class NumberRow:
     """One printed number beside ours: what was measured and the source's model [SI], None where nothing is printed.
 
     case: of which drive; role: `CALIBRATED` or `PREDICTED`; ours: median and ends of the 80 % interval, NaN where
-    nothing is predicted, as the ends of a probability (unit "%").
+    nothing is predicted, as the ends of a probability (unit "%"); conditions: of the drive, by column.
     """
 
     case: str
@@ -53,6 +50,7 @@ class NumberRow:
     measured: float | None
     source: float | None
     ours: tuple[float, float, float]
+    conditions: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def held(self) -> bool | None:
@@ -137,15 +135,13 @@ def drawn(part: Any) -> Any:
 class Reproduction(Tabled):
     """What an experiment of the dissertation shows, with what Tarsus computes of it.
 
-    name: of the experiment; title, about: what is compared, with which device; data: plain data, what `--json` prints;
-    rows: the CSV file; problems: sentences of runs that did not reach their end; cautions: sentences about the device;
-    footer: definitions, below the page.
+    name: of the experiment; title, about: what is compared, with which device; rows: the CSV file; problems: sentences
+    of runs that did not reach their end; cautions: sentences about the device; footer: definitions, below the page.
     """
 
     name: str
     title: str
     about: str
-    data: Mapping[str, Any]
     rows: Table
     sections: tuple[Section, ...]
     problems: tuple[str, ...] = ()
@@ -158,8 +154,11 @@ class Reproduction(Tabled):
         return not self.problems
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data, as `reproduction.json` holds it."""
-        return dict(self.data)
+        """Plain data, as `reproduction.json` holds it: every table by its title, with the rows of the CSV file in
+        place of those that a page shows of them; numbers are SI."""
+        shown = {part.title: part for part in (*self.table().parts, self.rows) if part.rows}
+        said = {"about": self.about, "ok": self.ok, "problems": [*self.problems], "cautions": [*self.cautions]}
+        return {"experiment": self.name, **said, **{title: _records(part) for title, part in shown.items()}}
 
     def table(self) -> Table:
         """All rows and summaries: one table, the parts of which are those of the sections."""
@@ -180,8 +179,15 @@ class Reproduction(Tabled):
 
     def write(self, folder: str | Path) -> list[Path]:
         """Write `PAGE_FILES` into a folder and return their paths. Raises InputError where they cannot be written."""
-        texts = (self.csv(), json_text(self.data) + "\n", self.html())
+        texts = (self.csv(), json_text(self.to_dict()) + "\n", self.html())
         paths = [Path(folder) / name for name in PAGE_FILES]
         for path, text in zip(paths, texts, strict=True):
             write_text(path, text)
         return paths
+
+
+def _records(table: Table) -> list[dict[str, Any]]:
+    """Rows of a table by column."""
+    plain = table.json()
+    names = [one["name"] for one in plain["columns"]]
+    return [dict(zip(names, row, strict=True)) for row in plain["rows"]]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -64,11 +63,6 @@ class AirRun:
     def peak_to_peak(self) -> Floats:
         """Highest minus lowest displacement of every point (np,) [m]."""
         return np.ptp(self.steady[2], axis=1)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data: peak to peak in um, by point."""
-        sizes = dict(zip(self.points, (1e6 * self.peak_to_peak).tolist(), strict=True))
-        return {"wave": "square", "volt_v": self.volt_v, "freq_hz": self.freq_hz, "peak_to_peak_um": sizes}
 
 
 def share_made(energies: Floats) -> float | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -56,31 +55,11 @@ def reproduce_robot(
     energies, caution = impact_energies(struck.run, robot), creation_warning(scene)
     ends = [(one.title, one.run) for one in near] + [(f"in the air at {one.volt_v:g} V", one.run) for one in air]
     problems = (*found.problems, *(f"{title}: {run.code.value}" for title, run in ends if not run.ok))
-    made = {
-        "run": struck.title,
-        "impacts": len(energies.time),
-        "own_sum_j": float(energies.actual.sum()),
-        "by_map": {
-            name: {"sum_j": float(one.sum()), "most_made_j": float(one.max(initial=0.0)), "share_made": share_made(one)}
-            for name, one in energies.by_map.items()
-        },
-    }
     known = tuple(one for one in air if one.run.ok)
-    data = {
-        "robot": robot,
-        "mean_um_is": MEAN_HEIGHT,
-        **found.to_dict(),
-        "ok": not problems,
-        "modes": [asdict(one) for one in modes],
-        "impact_maps": [asdict(one) for one in maps],
-        "in_air": [one.to_dict() for one in known],
-        "impact_energies": made,
-    }
     return Reproduction(
         name=robot,
         title=f"The {robot} on its bouncing foot",
         about=f"Device {found.device}",
-        data=data,
         rows=numbers_table("", found.numbers, repeated=True),
         sections=(
             _heights(robot, found),
@@ -96,7 +75,7 @@ def reproduce_robot(
 
 
 def _heights(robot: str, found: ComparedTable) -> Section:
-    if not found.rows:
+    if not found.printed:
         nothing = f"The source prints no table of heights for the {robot}."
         return Section("Heights and bounces", _sentence(nothing))
     notes = [

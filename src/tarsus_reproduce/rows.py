@@ -6,14 +6,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from tarsus.files.rows import Cell, typed_rows
 from tarsus.files.tables import read_text
 from tarsus_reproduce.packaged import data_text
-
-if TYPE_CHECKING:
-    from tarsus.calibrate.prediction import Prediction
 
 WAVE = Cell(required=True, words=("square", "sine"))
 DRIVE = Cell(required=True, positive=True)
@@ -33,11 +30,6 @@ class PrintedQuantity:
     factor: float
     studied: str
     count: bool = False
-
-    def plain(self, found: Prediction) -> dict[str, float | None]:
-        """Median and ends of a prediction in the table's unit; None where nothing is predicted."""
-        ends = {name: getattr(found, name) * self.factor for name in ("median", "low", "high")}
-        return {name: value if math.isfinite(value) else None for name, value in ends.items()}
 
     def error(self, reference: float | None, simulated: float | None) -> float | None:
         """Of the simulated number, None where there is none: relative, or the size of the difference of counts."""
@@ -119,6 +111,11 @@ class PrintedRow:
     def seen(self, who: str, one: PrintedQuantity) -> float | None:
         """What was "measured", or is said by the "source", of a quantity."""
         return (getattr(self, who) or {}).get(one.key)
+
+    def si(self, who: str, one: PrintedQuantity) -> float | None:
+        """The same in SI."""
+        value = self.seen(who, one)
+        return None if value is None else value / one.factor
 
     @property
     def words(self) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.signal import find_peaks
@@ -86,10 +86,6 @@ class Finding:
     last: float
     rho: tuple[float, ...] = ()
     at: tuple[float, ...] = ()
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {**vars(self), "verdict": self.verdict.value, "rho": list(self.rho), "at": list(self.at)}
 
 
 class _ReplicateLook(NamedTuple):

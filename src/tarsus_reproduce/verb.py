@@ -11,19 +11,20 @@ from typing import TYPE_CHECKING, Any
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.files.library import load_scene
-from tarsus_reproduce.packaged import Experiment, experiments
+from tarsus_reproduce.packaged import PAGE_FILES, Experiment, experiments
 
 if TYPE_CHECKING:
     from tarsus.base.progress import Progress
     from tarsus_reproduce.index import Reproductions
     from tarsus_reproduce.reproduction import Reproduction
 
-MOST = {"seeds": 10_000, "readings": 100_000}
-"""More initial states than that narrow no interval by a hundredth and take hours; more interpretations take half a day
-on a processor."""
+MOST_SEEDS = 10_000
+"""More initial states than that narrow no interval by a hundredth and take hours."""
 ROBOTS = ("hexapod", "quadruped")
-EXPERIMENTS_OF = {"rows": ("cantilever", *ROBOTS), "seeds": ROBOTS, "readings": ("millipede",), "seed": ("millipede",)}
+EXPERIMENTS_OF = {"rows": ("cantilever", *ROBOTS), "seeds": ROBOTS}
 """Options that only some experiments have."""
+FILES = ("index.html", *PAGE_FILES, *(f"*/{name}" for name in PAGE_FILES))
+"""What the output folder may hold of one experiment or several, as glob patterns."""
 
 
 def reproduce(
@@ -32,11 +33,7 @@ def reproduce(
     device: str | None = None,
     rows: str | os.PathLike[str] | None = None,
     seeds: int | None = None,
-    readings: int | None = None,
-    seed: int | None = None,
     output: str | os.PathLike[str] | None = None,
-    resume: bool = False,
-    threads: int | None = None,
     progress: Progress | None = None,
 ) -> Reproduction | Reproductions:
     """Compare with experiments of the dissertation row by row, then summarise; of several, write pages with an index.
@@ -57,17 +54,8 @@ def reproduce(
         A file of further rows in the format of the packaged table; they are predicted, never fitted.
     seeds
         Random initial states of every row of a robot, 32 when left out.
-    readings
-        For the millipede: the score over so many random interpretations of what is not printed, kept in the output
-        folder and continued there with resume; left out, those that come with the package.
-    seed
-        Of the readings; 1 when left out.
     output
         Folder for reproduction.html, reproduction.json and reproduction.csv; of several a folder each, with an index.
-    resume
-        Continue what the folder holds.
-    threads
-        Interpretations that are judged at a time; by default one for each processor that this process may use.
     progress
         Called as ``progress(done, total, what)``.
 
@@ -87,22 +75,23 @@ def reproduce(
     known = experiments()
     names = tuple(known) if all else tuple(dict.fromkeys(experiment))
     several = all or len(names) > 1
-    given = {"device": device, "rows": rows, "seeds": seeds, "readings": readings, "seed": seed}
+    given = {"device": device, "rows": rows, "seeds": seeds}
     asked = {option: value for option, value in given.items() if value is not None}
     problems = [f"there is no experiment '{name}'{nearest(name, known)}" for name in names if name not in known]
     problems += _together(experiment, all, output is None, asked if several else ())
-    for name in () if several or problems else names:
-        problems += _problems(known[name].experiment, asked)
+    if not (several or problems):
+        problems += _not_of(known[names[0]].experiment, asked)
+    if seeds is not None and not 1 <= seeds <= MOST_SEEDS:
+        problems.append(f"seeds: expected a number from 1 to {MOST_SEEDS}, got {seeds}")
     if problems:
         raise InputError(problems)
     found: dict[str, Reproduction] = {}
     for name in names:
-        place = None if output is None else Path(output, name) if several else Path(output)
         one = known[name]
         own = {option: value for option, value in asked.items() if one.experiment in EXPERIMENTS_OF.get(option, ())}
-        found[name] = _reproduced(one, device, own, place, resume, threads, progress)
-        if place is not None:
-            found[name].write(place)
+        found[name] = _run(one, device)(device or one.device, **own, progress=progress)
+        if output is not None:
+            found[name].write(Path(output, name) if several else Path(output))
     if not several:
         return next(iter(found.values()))
     made = Reproductions(found)
@@ -111,30 +100,21 @@ def reproduce(
     return made
 
 
-def _reproduced(
-    one: Experiment,
-    device: str | None,
-    asked: Mapping[str, Any],
-    folder: Path | None,
-    resume: bool,
-    threads: int | None,
-    progress: Progress | None,
-) -> Reproduction:
-    """An experiment with options of its own."""
-    if device is not None and one.experiment != "millipede":
+def _run(one: Experiment, device: str | None) -> Callable[..., Reproduction]:
+    """The function of an experiment. Raises InputError where the device is none of it."""
+    if one.experiment == "millipede":
+        from tarsus_reproduce.millipede_tables import reproduce_millipede
+
+        return reproduce_millipede
+    if device is not None:
         _check_points(one.experiment, device)
-    run: Callable[..., Reproduction]
     if one.experiment == "cantilever":
-        from tarsus_reproduce.cantilever import reproduce_cantilever as run
-    elif one.experiment == "millipede":
-        from tarsus_reproduce.millipede_tables import reproduce_millipede as run
+        from tarsus_reproduce.cantilever import reproduce_cantilever
 
-        asked = {**asked, "folder": folder, "resume": resume, "threads": threads}
-    else:
-        from tarsus_reproduce.robot_tables import reproduce_robot
+        return reproduce_cantilever
+    from tarsus_reproduce.robot_tables import reproduce_robot
 
-        run = partial(reproduce_robot, one.experiment)
-    return run(device or one.device, **asked, progress=progress)
+    return partial(reproduce_robot, one.experiment)
 
 
 def _together(experiment: Sequence[str], all: bool, nowhere: bool, asked: Iterable[str]) -> list[str]:
@@ -150,17 +130,13 @@ def _together(experiment: Sequence[str], all: bool, nowhere: bool, asked: Iterab
     return found + [f"--{option} belongs to one experiment: not with several" for option in alone]
 
 
-def _problems(experiment: str, asked: Mapping[str, Any]) -> list[str]:
-    """What of the options that were given does not go together."""
-    found = [
+def _not_of(experiment: str, asked: Mapping[str, Any]) -> list[str]:
+    """Options that are of other experiments, a sentence each."""
+    return [
         f"{option}: is of {' and '.join(EXPERIMENTS_OF[option])}, not of {experiment}"
         for option in asked
         if experiment not in EXPERIMENTS_OF.get(option, (experiment,))
     ]
-    if not found and "seed" in asked and "readings" not in asked:
-        found.append("seed: is the seed of readings, which are not given")
-    wrong = [option for option, most in MOST.items() if option in asked and not 1 <= asked[option] <= most]
-    return found + [f"{option}: expected a number from 1 to {MOST[option]}, got {asked[option]}" for option in wrong]
 
 
 def _check_points(experiment: str, device: str) -> None:

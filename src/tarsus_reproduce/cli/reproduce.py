@@ -7,6 +7,4 @@ from tarsus.cli.verb import Verb
 FUNCTION = "tarsus_reproduce.verb:reproduce"
 """What `tarsus.reproduce` is in Python."""
 
-reproduce = line_of(
-    Verb(FUNCTION, words=1, files="tarsus_reproduce.interpretations:FILES", title="reproducing"), "reproduce"
-)
+reproduce = line_of(Verb(FUNCTION, words=1, files="tarsus_reproduce.verb:FILES", title="reproducing"), "reproduce")

@@ -13,8 +13,7 @@ from tarsus.report.pages import Plate
 from tarsus.report.sheet import Sheet, few_ticks, line, name_axes, plate
 from tarsus.report.style import BLUE, CYCLE, GREEN, RULE, VERMILION
 from tarsus.solve import simulate
-from tarsus_reproduce.interpretations import Interpretations
-from tarsus_reproduce.millipede import DeviceTrends, Swept
+from tarsus_reproduce.millipede import DeviceTrends, Score, Swept
 
 PANELS = (
     (("max_heave",), "largest heave"),
@@ -92,7 +91,7 @@ def _line(axes: Axes, x: np.ndarray, values: np.ndarray, color: str, style: str,
     axes.plot(x, np.nanmean(values, axis=1), style, color=color, lw=1.1, label=label if style == "-" else None)
 
 
-def interpretations_figure(drawn: Interpretations, devices: Sequence[DeviceTrends]) -> Plate:
+def interpretations_figure(drawn: Sequence[Score], devices: Sequence[DeviceTrends]) -> Plate:
     """Histograms of how many trends agree and contradict over interpretations, with the named devices as points."""
     shown = (
         ("agree", "trends that agree"),
@@ -103,7 +102,7 @@ def interpretations_figure(drawn: Interpretations, devices: Sequence[DeviceTrend
     def draw(sheet: Sheet) -> None:
         panels = sheet.grid(len(shown), 1.4)
         for axes, (name, label) in zip(panels, shown, strict=True):
-            counts = np.array([score[name] for score in drawn.judged])
+            counts = np.array([score[name] for score in drawn])
             most = max([counts.max(), *(one.score[name] for one in devices)])
             axes.hist(counts, bins=(np.arange(most + 2) - 0.5).tolist(), color=RULE, edgecolor="white", lw=0.6)
             for k, device in enumerate(devices):
@@ -125,5 +124,5 @@ def interpretations_figure(drawn: Interpretations, devices: Sequence[DeviceTrend
     return plate(
         draw,
         f"How many of the 16 trends agree and contradict, and how many of the directional ones agree, over "
-        f"{len(drawn.judged)} random interpretations of what is not printed; marks are the named devices.",
+        f"{len(drawn)} random interpretations of what is not printed; marks are the named devices.",
     )
