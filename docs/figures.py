@@ -48,7 +48,7 @@ def kept_calibration(found: Table, folder: Path) -> dict[str, Any]:
         {key: value for key, value in one.items() if key not in ("correlations", "constraints", "found")}
         for one in found["branches"]
     ]
-    files = {f"{name}_sha256": folder / file for name, file in (("study", "study.toml"), ("table", "table.csv"))}
+    files = {f"{name}_sha256": folder / file for name, file in (("study", "study.py"), ("table", "table.csv"))}
     return {
         **{key: found[key] for key in ("tarsus", "study", "seed", "sets", "summary", "choices")},
         **{key: hashlib.sha256(file.read_bytes()).hexdigest() for key, file in files.items()},
@@ -57,20 +57,19 @@ def kept_calibration(found: Table, folder: Path) -> dict[str, Any]:
 
 
 def kept_millipede(found: Table, folder: Path) -> dict[str, Any]:
-    """Scores of the devices and of the random readings."""
-    counts = ("agree", "contradict", "insensitive", "not_determined", "directional_agree", "directional_total")
-    readings = found["readings"]
-    return {
-        "variants": {
-            name: {motion["motion"]: {key: motion[key] for key in counts} for motion in (one, one["settled"])}
-            for name, one in found["variants"].items()
-        },
-        "readings": {
-            "judged": readings["judged"],
-            "seed": readings["seed"],
-            **{key: {k: readings[key][k] for k in ("mean", "quantile_95")} for key in counts[:-1]},
-        },
-    }
+    """Scores of the devices, and of the packaged random readings."""
+    from tarsus_reproduce.interpretations import SEED, distribution, packaged_interpretations
+
+    counts = ("agrees", "contradicts", "insensitive", "not determined")
+    names = ("agree", "contradict", "insensitive", "not_determined")
+    variants: dict[str, dict[str, Any]] = {}
+    for row in found["Score over 16 trends"][:-1]:
+        right, total = map(int, row["directional trends that agree"].split(" of "))
+        numbers = dict(zip(names, (row[name] for name in counts), strict=True))
+        own = variants.setdefault(row["device"], {})
+        own[row["measured over"]] = numbers | {"directional_agree": right, "directional_total": total}
+    scores = packaged_interpretations()
+    return {"variants": variants, "readings": {"judged": len(scores), "seed": SEED, **distribution(scores)}}
 
 
 def kept_validation(found: Table, folder: Path) -> dict[str, Any]:

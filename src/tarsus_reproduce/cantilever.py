@@ -52,7 +52,7 @@ def reproduce_cantilever(
         name="cantilever",
         title="Micro-cantilever under periodic drive",
         about=f"{found.device}, {len(found.printed)} drives",
-        rows=numbers_table("", found.numbers, repeated=True),
+        rows=numbers_table("Table A.1, row by row", found.numbers, repeated=True),
         sections=(found.section("Table A.1", [NOTE], CAPTION),),
         problems=found.problems,
         footer=FOOTER,

@@ -60,7 +60,7 @@ def reproduce_robot(
         name=robot,
         title=f"The {robot} on its bouncing foot",
         about=f"Device {found.device}",
-        rows=numbers_table("", found.numbers, repeated=True),
+        rows=numbers_table("Table 3.2, row by row", found.numbers, repeated=True),
         sections=(
             _heights(robot, found),
             _over_ground(near),

@@ -36,23 +36,28 @@ def written(tmp_path_factory):
     return json.loads(out.getvalue()), folder / "out"
 
 
+TABLE = "Table 3.2, row by row"
+
+
 @pytest.mark.slow
 def test_json(written):
     result, _ = written
-    assert (result["robot"], result["ok"]) == ("hexapod", True)
-    assert [row["role"] for row in result["rows"]] == ["calibrated on"] * 2 + ["predicted"] * 2
-    for row in result["rows"]:
-        assert 0.0 <= row["p_bounce"] <= 1.0
-        assert set(row["ours"]) == {"bounces_per_s", "peak_um", "mean_um"}
-        for one in row["ours"].values():
-            assert one["median"] is None or 0.0 <= one["low"] <= one["median"] <= one["high"]
-    added = result["rows"][3]
-    assert (added["freq_hz"], added["measured"]["mean_um"]) == (40.0, None)
-    assert added["errors"]["ours"]["peak_um"] == pytest.approx((20.0 - added["ours"]["peak_um"]["median"]) / 20.0)
-    assert max(result["modes"], key=lambda mode: mode["mac"])["number"] == 6
-    assert result["impact_energies"]["by_map"]["mass-weighted"]["share_made"] == 0.0
-    assert result["impact_energies"]["by_map"]["printed"]["most_made_j"] > 0.0
-    assert sorted(one["volt_v"] for one in result["in_air"]) == [15.0, 20.0, 25.0, 30.0]
+    assert (result["experiment"], result["ok"]) == ("hexapod", True)
+    rows = result[TABLE]
+    assert [row["role"] for row in rows[::4]] == ["calibrated on"] * 2 + ["predicted"] * 2
+    for row in rows:
+        low, high = row["80 % interval"]
+        assert row["unit"] == "%" or row["Tarsus"] is None or 0.0 <= low <= row["Tarsus"] <= high
+        assert row["unit"] != "%" or 0.0 <= row["Tarsus"] <= 1.0
+    _, peak, mean, _ = rows[12:]
+    assert peak["case"].startswith("40 Hz") and mean["measured"] is None
+    assert peak["our error"] == pytest.approx((20e-6 - peak["Tarsus"]) / 20e-6)
+    modes = result["Modes and the printed CoR column"][:-1]
+    assert max(modes, key=lambda mode: mode["MAC"])["mode"] == "6"
+    energies = {row["energy made by"]: row for title in result if " impacts at " in title for row in result[title]}
+    assert energies["mass-weighted, as it is"]["impacts that make energy"] == 0.0
+    assert energies["printed, as it is"]["most made"] > 0.0
+    assert [row["drive"].split()[0] for row in result["Steady motion in the air"]] == ["15", "20", "25", "30"]
 
 
 @pytest.mark.slow
@@ -61,13 +66,13 @@ def test_files(written, opened):
     assert json.loads((folder / "reproduction.json").read_text(encoding="utf-8")) == result
     with (folder / "reproduction.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
+    assert [row["role"] for row in rows] == [row["role"] for row in result[TABLE]]
     peaks = [row for row in rows if row["quantity"] == "peak height"]
-    assert [row["role"] for row in peaks] == [row["role"] for row in result["rows"]]
-    assert 1e6 * float(peaks[3]["Tarsus"]) == pytest.approx(result["rows"][3]["ours"]["peak_um"]["median"])
+    assert float(peaks[3]["Tarsus"]) == result[TABLE][13]["Tarsus"]
     assert [row["measured"] for row in rows if row["quantity"] == "mean height"][3] == ""
     page = Page((folder / "reproduction.html").read_text(encoding="utf-8"))
     assert "rows.csv" in page.text
-    assert opened(folder, "reproduction", "hexapod", "reproduction.html")["rows"] == result["rows"]
+    assert opened(folder, "reproduction", "hexapod", "reproduction.html")[TABLE] == result[TABLE]
 
 
 def test_tables_for_people(tarsus):
@@ -86,8 +91,8 @@ def test_several_have_a_folder_each_and_an_index(tarsus, tmp_path):
     for name, one in found["experiments"].items():
         file = tmp_path / name / "reproduction.json"
         assert json.loads(file.read_text(encoding="utf-8")) == one
-    assert found["experiments"]["quadruped"]["rows"] == []
-    assert found["experiments"]["cantilever-1"]["device"] == "cantilever-1"
+    assert "Table 3.2, row by row" not in found["experiments"]["quadruped"]
+    assert found["experiments"]["cantilever-1"]["about"].startswith("cantilever-1, 12 drives")
 
 
 @pytest.mark.slow  # all experiments on all rows

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import tarsus as ts
-from tarsus_reproduce.interpretations import PRINTED
+from example_files import load_file
 from tarsus_reproduce.millipede import Coarse, damping_ratio
+
+INTERPRETATIONS = load_file(Path(__file__).parents[2] / "docs" / "package_interpretations.py")
+"""The script that judges random interpretations for the package."""
 
 FEW = Coarse(9, (0.1, 0.9))
 """Nine values of what varies, at two restitutions."""
@@ -17,7 +22,7 @@ def overdamped() -> ts.Scene:
     ground = {"ground.landing": None, "ground.friction.coefficient": 0.4}
     relaxed = {"initial.standing": None, "gait.frequency": 50.0, "provenance": {}}
     scene = ts.load_scene("millipede-table")
-    return ts.with_values(scene, {**PRINTED, **film, **charge, **ground, **relaxed})
+    return ts.with_values(scene, {**INTERPRETATIONS.PRINTED, **film, **charge, **ground, **relaxed})
 
 
 def ringing(ratio: float = 0.05) -> ts.Scene:

@@ -79,45 +79,56 @@ def found(tmp_path_factory):
     return reproduce_cantilever("cantilever", rows=rows)
 
 
+def rows_of(found, quantity: str) -> list[dict]:
+    """Rows of a quantity in the plain data."""
+    return [row for row in found.to_dict()["Table A.1, row by row"] if row["quantity"] == quantity]
+
+
+def merits(found, rows: str, model: str, quantity: str) -> dict:
+    """Figures of merit of a quantity in some of the rows."""
+    every = found.to_dict()["Figures of merit, as in Table 2.3"]
+    return next(
+        one for one in every if one["rows"].startswith(rows) and (one["model"], one["quantity"]) == (model, quantity)
+    )
+
+
+PEAKS, CONTACTS = "peak after break-off", "contact per period"
+
+
 def test_rows_of_a_file_are_predicted_and_a_changed_number_changes_what_is_said(found):
-    data = found.to_dict()
-    assert found.ok and [row["role"] for row in data["rows"]] == ["calibrated on"] * 12 + ["predicted"] * 2
-    first, mine, bare = data["rows"][0], data["rows"][12], data["rows"][13]
-    assert mine["ours"] == first["ours"], "the same drive"
-    assert mine["errors"]["ours"]["peak_um"] == pytest.approx(1.0 - first["ours"]["peak_um"]["median"] / 100.0)
-    assert bare["measured"] is None and bare["errors"]["ours"]["peak_um"] is None
-    shown = next(table for table in found.table().parts if table.title.startswith("Table A.1"))
-    held = {(row[0], row[2]): row[-1] for row in shown.rows if row[0]}
-    assert ("5 Hz, 6 V, square *", "bounces per period") in held
-    peaks = [(row[3], row[-1]) for row in shown.rows if row[2] == "peak after break-off"]
-    assert peaks[12] == (pytest.approx(100e-6), False) and peaks[13] == (None, None)
-    summary = data["summary"]
-    assert (summary["of the table"]["rows"], summary["predicted"]["rows"]) == (12, 2)
-    for name, rows in (("peak_um", 12), ("contact_ms", 11)):  # a contact measured as 0 has no relative error
-        assert summary["of the table"]["ours"][name]["in_means"] == rows
+    peaks = rows_of(found, PEAKS)
+    assert found.ok and [row["role"] for row in peaks] == ["calibrated on"] * 12 + ["predicted"] * 2
+    first, mine, bare = peaks[0], peaks[12], peaks[13]
+    assert (mine["Tarsus"], mine["80 % interval"]) == (first["Tarsus"], first["80 % interval"]), "the same drive"
+    assert mine["our error"] == pytest.approx(1.0 - first["Tarsus"] / 100e-6)
+    assert mine["measured"] == pytest.approx(100e-6) and mine["in the interval"] is False
+    assert bare["measured"] is bare["our error"] is bare["in the interval"] is None
+    assert mine["case"] == "5 Hz, 6 V, square *"
+    fitted, own = (merits(found, rows, "Tarsus", CONTACTS) for rows in ("calibrated on", "predicted"))
+    assert (fitted["rows"], own["rows"]) == ("calibrated on (12)", "predicted (2)")
+    assert (fitted["cases"], own["cases"]) == (12, 1)
 
 
 def test_skill_is_that_against_predictors_that_know_the_other_rows_alone(found):
     """By hand: of the peaks of Table A.1 and of the file's row, the mean of the others, the nearest, a power law."""
-    data = found.to_dict()
-    rows = [row for row in data["rows"] if row["measured"]]
-    peaks = np.array([row["measured"]["peak_um"] for row in rows])
-    conditions = [{name: row[name] for name in ("wave", "volt_v", "freq_hz")} for row in rows]
-    least = min(naive_errors(peaks, conditions).values())
-    found_error = np.mean([abs(row["errors"]["ours"]["peak_um"]) for row in rows])
-    assert data["summary"]["all rows"]["ours"]["peak_um"]["skill"] == pytest.approx(1.0 - found_error / least)
-    alone = data["summary"]["predicted"]["ours"]["peak_um"]["skill"]
-    assert alone < data["summary"]["calibrated on"]["ours"]["peak_um"]["skill"]
-    assert data["summary"]["predicted"]["source"]["contact_ms"]["skill"] is None, "the nearest row has the same contact"
+    rows = rows_of(found, PEAKS)[:13]
+    peaks = np.array([row["measured"] for row in rows])
+    printed = [*packaged_rows(CANTILEVER), PrintedRow("square", 6.0, 5.0)]
+    least = min(naive_errors(peaks, [one.conditions for one in printed]).values())
+    found_error = np.mean([abs(row["our error"]) for row in rows])
+    assert merits(found, "all rows", "Tarsus", PEAKS)["skill"] == pytest.approx(1.0 - found_error / least)
+    alone = merits(found, "predicted", "Tarsus", PEAKS)["skill"]
+    assert alone < merits(found, "calibrated on", "Tarsus", PEAKS)["skill"]
+    assert merits(found, "predicted", "source's model", CONTACTS)["skill"] is None, "the nearest row's is the same"
 
 
 def test_the_file_has_a_line_for_every_number_with_ends_of_the_intervals(found):
     rows = list(csv.DictReader(io.StringIO(found.csv())))
     assert len(rows) == 14 * 4
     peaks = [row for row in rows if row["quantity"] == "peak after break-off"]
-    for row, plain in zip(peaks, found.to_dict()["rows"], strict=True):
-        ends = [1e6 * float(row[name]) for name in ("Tarsus", "80 % interval from", "80 % interval to")]
-        assert ends == pytest.approx([plain["ours"]["peak_um"][name] for name in ("median", "low", "high")])
+    for row, plain in zip(peaks, rows_of(found, PEAKS), strict=True):
+        ends = [float(row[name]) for name in ("Tarsus", "80 % interval from", "80 % interval to")]
+        assert ends == [plain["Tarsus"], *plain["80 % interval"]]
     assert peaks[13]["measured"] == "" and peaks[13]["case"] and peaks[13]["unit"] == "m"
 
 
@@ -135,28 +146,31 @@ def test_the_packaged_ensemble_predicts_with_wider_intervals_than_a_member_alone
     nothing = np.zeros(3)
     alone = replace(first_members(whole, 1), discrepancy=Discrepancy(nothing, nothing))
     case = PrintedRow("square", 6.0, 100.0, origin="rows.csv")
-    many, one = PERIODS.row(whole, case), PERIODS.row(alone, case)
-    assert not many.problems and many.role == "predicted"
-    for name in ("peak_um", "contact_ms"):
-        found, own = (row.ours[name] for row in (many, one))
-        assert found.high - found.low > own.high - own.low
-        assert found.low <= found.median <= found.high and math.isfinite(found.median)
+    (many, said), (one, _) = PERIODS.predicted(whole, case), PERIODS.predicted(alone, case)
+    assert not said and {row.role for row in many} == {"predicted"}
+    for found, own in zip(many[1:3], one[1:3], strict=True):
+        median, low, high = found.ours
+        assert high - low > own.ours[2] - own.ours[1]
+        assert low <= median <= high and math.isfinite(median)
 
 
 def test_rows_that_no_calibrated_device_was_fitted_to_are_predicted():
     whole = packaged_ensemble("cantilever")
     row = packaged_rows(CANTILEVER)[0]
-    assert PERIODS.row(whole, row).role == "calibrated on"
-    assert PERIODS.row(whole, replace(row, measured=None)).role == "predicted"
-    assert PERIODS.row(whole, replace(row, origin="mine.csv")).role == "predicted"
+
+    def role(ensemble, printed):
+        return PERIODS.predicted(ensemble, printed)[0][0].role
+
+    assert role(whole, row) == "calibrated on"
+    assert role(whole, replace(row, measured=None)) == role(whole, replace(row, origin="mine.csv")) == "predicted"
     bare = ts.with_values(ts.load_scene("cantilever"), {"provenance": {}})
-    assert PERIODS.row(device_ensemble("cantilever", bare, PERIODS.driven), row).role == "predicted"
+    assert role(device_ensemble("cantilever", bare, PERIODS.driven), row) == "predicted"
 
 
 @pytest.mark.slow  # all rows with all members; one row stays in the default lane
 def test_the_packaged_ensemble_agrees_by_drive_periods_as_its_calibration_says_by_windows():
-    table = reproduce_cantilever().to_dict()["summary"]["all rows"]["ours"]
+    found = reproduce_cantilever()
     told = packaged_errors("cantilever")["training"]["measures"]
     for one in CANTILEVER.quantities[1:]:
-        own = told[one.studied]["mean_relative_error"]
-        assert table[one.key]["mean_absolute_error"] == pytest.approx(own, abs=0.03)
+        error = merits(found, "all rows", "Tarsus", one.words)["its size"]
+        assert error == pytest.approx(told[one.studied]["mean_relative_error"], abs=0.03)

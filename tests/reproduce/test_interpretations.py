@@ -1,4 +1,4 @@
-"""Random interpretations of what is not printed: their draws, and what is kept."""
+"""Random interpretations of what is not printed: their draws, the packaged ones, and the script that makes them."""
 
 from __future__ import annotations
 
@@ -6,34 +6,20 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from reproduce.coarse_studies import overdamped, ringing
+from reproduce.coarse_studies import INTERPRETATIONS, overdamped
 from tarsus.model.laws import AdhesiveFriction, Friction, PullAsPrinted, RestituteFirst
-from tarsus_reproduce import interpretations
-from tarsus_reproduce.interpretations import (
-    CHOICES,
-    UNPRINTED,
-    Interpretations,
-    drawn,
-    interpretation_scene,
-    interpretation_values,
-    judged_interpretations,
-    packaged_interpretations,
-)
+from tarsus_reproduce.interpretations import CHOICES, FILE, UNPRINTED, distribution, packaged_interpretations
 from tarsus_reproduce.millipede import COUNTS, Coarse, damping_ratio, stands
 from tarsus_reproduce.packaged import data_text
 
-
-@pytest.fixture
-def short(monkeypatch):
-    """Judged on few values of two periods."""
-    monkeypatch.setattr(interpretations, "COARSE", Coarse(4, (0.5,)))
-    monkeypatch.setattr(interpretations, "PERIODS", 2)
+drawn, interpretation_values = INTERPRETATIONS.drawn, INTERPRETATIONS.interpretation_values
+interpretation_scene = INTERPRETATIONS.interpretation_scene
 
 
 def test_an_interpretation_is_the_same_whatever_the_count_and_fills_its_ranges():
-    assert (drawn(3, 7) == drawn(3, 7)).all() and (drawn(3, 7) != drawn(4, 7)).all()
+    assert (drawn(7, 3) == drawn(7, 3)).all() and (drawn(7, 3) != drawn(7, 4)).all()
     scene = overdamped()
-    values = [interpretation_values(scene, drawn(1, number)) for number in range(400)]
+    values = [interpretation_values(scene, drawn(number)) for number in range(400)]
     for one in UNPRINTED:
         column = np.array([value[one.name] for value in values])
         assert one.low <= column.min() and column.max() <= one.high
@@ -46,7 +32,7 @@ def test_an_interpretation_is_the_same_whatever_the_count_and_fills_its_ranges()
 def test_an_interpretation_becomes_the_scene_it_says():
     base = overdamped()
     words = {"start": "standing", "film reading": "nN m^2 s", "landing": RestituteFirst.title}
-    own = interpretation_values(base, drawn(1, 0))
+    own = interpretation_values(base, drawn(0))
     values = {**own, **words, "vertical damping ratio": 0.07, "friction bound": "µ f_a"}
     scene = interpretation_scene(base, values)
     assert damping_ratio(scene) == pytest.approx(0.07) and stands(scene)
@@ -64,40 +50,36 @@ def test_an_interpretation_becomes_the_scene_it_says():
         interpretation_scene(ts.load_scene("cantilever"), values)
 
 
-def test_finished_interpretations_are_kept_and_a_damaged_one_is_judged_again(short, tmp_path, monkeypatch):
-    base, judged = overdamped(), []
-    judge = interpretations._score
-    monkeypatch.setattr(interpretations, "_score", lambda *one: judged.append(1) or judge(*one))
-    first = judged_interpretations(base, 3, 1, folder=tmp_path, threads=1)
-    assert len(judged) == 3 and all(sum([*score.values()][:4]) == 16 for score in first.judged)
-    units = sorted((tmp_path / "interpretations" / "units").rglob("*.npz"))
-    assert len(units) == 3
-    units[0].write_bytes(units[0].read_bytes()[:100])  # a disk that lost its end
-    again = judged_interpretations(base, 4, 1, folder=tmp_path, threads=1)
-    assert len(judged) == 3 + 2 and again.scores[:3] == first.scores
-    assert judged_interpretations(base, 2, 2, folder=tmp_path, threads=1) != first and len(judged) == 7
-    with pytest.raises(ts.InputError, match="holds another"):
-        judged_interpretations(ringing(), 1, 1, folder=tmp_path)
+def test_what_the_file_holds_is_not_judged_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(INTERPRETATIONS, "COARSE", Coarse(4, (0.5,)))
+    monkeypatch.setattr(INTERPRETATIONS, "PERIODS", 2)
+    judge, asked = INTERPRETATIONS.judged, []
+    monkeypatch.setattr(INTERPRETATIONS, "judged", lambda base, number: asked.append(number) or judge(base, number))
+    file = tmp_path / FILE
+    INTERPRETATIONS.write_scores(file, 1)
+    first = file.read_text(encoding="utf-8")
+    INTERPRETATIONS.write_scores(file, 2)
+    assert asked == [0, 1] and file.read_text(encoding="utf-8").startswith(first)
+    lines = file.read_text(encoding="utf-8").splitlines()[2:]
+    assert lines[0] == ",".join(COUNTS) and [sum(map(int, one.split(",")[:4])) for one in lines[1:]] == [16, 16]
+    file.write_text(first.replace(INTERPRETATIONS.digest(), "of others"), encoding="utf-8")
+    INTERPRETATIONS.write_scores(file, 1)
+    assert asked == [0, 1, 0] and file.read_text(encoding="utf-8") == first
 
 
-def test_counts_become_a_distribution_of_those_that_could_be_judged():
-    rows = (1, 2, 3, 10, 0, 11), None, (3, 2, 1, 10, 2, 11), (5, 2, 9, 0, 1, 11)
-    scores = tuple(one and dict(zip(COUNTS, one, strict=True)) for one in rows)
-    table = Interpretations(7, scores).to_dict()
-    assert (table["seed"], table["count"], table["judged"]) == (7, 4, 3)
-    assert (table["agree"]["mean"], table["agree"]["histogram"]) == (3.0, [0, 1, 0, 1, 0, 1])
-    assert (table["contradict"]["quantile_95"], table["not_determined"]["median"]) == (2.0, 10.0)
-    assert "agree" not in Interpretations(7, (None,)).to_dict()
+def test_counts_become_a_distribution():
+    rows = (1, 2, 3, 10, 0, 11), (3, 2, 1, 10, 2, 11), (5, 2, 9, 0, 1, 11)
+    found = distribution([dict(zip(COUNTS, one, strict=True)) for one in rows])
+    assert found["agree"] == {"mean": 3.0, "quantile_95": pytest.approx(4.8)}
+    assert list(found) == list(COUNTS[:-1])
 
 
 def test_the_packaged_interpretations_are_those_of_the_ranges():
     found = packaged_interpretations()
-    assert found.seed == 1 and len(found.judged) == 500
-    assert {sum([*score.values()][:4]) for score in found.judged} == {16}
-    assert f"of the ranges {interpretations._digest()}" in data_text(interpretations.FILE), "judge them again"
+    assert len(found) == 500 and {sum([*score.values()][:4]) for score in found} == {16}
+    assert f"of the ranges {INTERPRETATIONS.digest()}" in data_text(FILE).splitlines()[0], "judge them again"
 
 
 @pytest.mark.slow
 def test_a_packaged_interpretation_is_judged_the_same_again():
-    (found,) = judged_interpretations(ts.load_scene("millipede"), 1, 1).scores
-    assert found == packaged_interpretations().scores[0]
+    assert INTERPRETATIONS.judged(ts.load_scene("millipede"), 0) == packaged_interpretations()[0]

@@ -7,8 +7,11 @@ import pytest
 
 import tarsus as ts
 from tarsus_reproduce import robots
+from tarsus_reproduce.compared import merits_table
 from tarsus_reproduce.impacts import impact_energies, map_rows, mode_rows, printed_column
+from tarsus_reproduce.reproduction import CALIBRATED, PREDICTED
 from tarsus_reproduce.robot_runs import STEADY, robot_runs, settling_time, share_made
+from tarsus_reproduce.rows import HEIGHTS
 
 
 @pytest.fixture(scope="module")
@@ -19,26 +22,29 @@ def found(tmp_path_factory):
     return robots.robot_table("hexapod", "hexapod", rows, seeds=2)
 
 
+def merits(found, rows: str, model: str) -> dict[str, float]:
+    """Mean sizes of the errors of a model in some rows, by quantity."""
+    table = merits_table(HEIGHTS, found.numbers)
+    return {row[2]: row[7] for row in table.rows if row[0].startswith(rows) and row[1] == model}
+
+
 def test_like_is_compared_with_like(found):
-    plain = found.to_dict()
-    source = {key: one["mean_absolute_error"] for key, one in plain["summary"]["of the table"]["source"].items()}
+    source = merits(found, CALIBRATED, "source's model")
     # the source's model against its own measurement, from the four printed pairs
-    assert source["bounces_per_s"] == pytest.approx((80 / 260 + 40 / 160) / 2)
-    assert source["peak_um"] == pytest.approx((0.5 / 23.5 + 7.7 / 36.2) / 2)
-    assert source["mean_um"] == pytest.approx((2.5 / 14.8 + 2.2 / 23.6) / 2)
-    assert [row["role"] for row in plain["rows"]] == ["calibrated on"] * 2 + ["predicted"] * 2
-    assert plain["rows"][2]["errors"]["ours"] == {"bounces_per_s": None, "peak_um": None, "mean_um": None}
-    assert plain["ok"] and plain["runs"] == 2
+    assert source["bounces in a second"] == pytest.approx((80 / 260 + 40 / 160) / 2)
+    assert source["peak height"] == pytest.approx((0.5 / 23.5 + 7.7 / 36.2) / 2)
+    assert source["mean height"] == pytest.approx((2.5 / 14.8 + 2.2 / 23.6) / 2)
+    assert [row.role for row in found.numbers[::4]] == [CALIBRATED] * 2 + [PREDICTED] * 2
+    assert all(row.measured is None and row.held is None for row in found.numbers[8:12])
+    assert not found.problems and found.runs == 2
 
 
 def test_added_rows_are_summarised_apart(found):
-    plain = found.to_dict()
-    ours = plain["rows"][-1]["ours"]["peak_um"]["median"]
-    assert 55.0 <= plain["rows"][-1]["freq_hz"] <= 135.0  # that of the device: the table has none
-    added = plain["summary"]["of the file"]
-    assert added["ours"]["peak_um"]["mean_absolute_error"] == pytest.approx(abs(ours - 30) / 30)
-    assert plain["summary"]["predicted"]["ours"] == added["ours"]
-    assert added["source"]["peak_um"]["mean_absolute_error"] is None
+    peak = next(row for row in found.numbers[12:] if row.quantity == "peak height")
+    assert 55.0 <= float(peak.case.split(" Hz")[0]) <= 135.0  # that of the device: the table has none
+    added = merits(found, PREDICTED, "Tarsus")
+    assert added["peak height"] == pytest.approx(abs(1e6 * peak.ours[0] - 30) / 30)
+    assert merits(found, PREDICTED, "source's model") == {}
 
 
 def test_a_frequency_that_would_take_hours_is_refused(tmp_path):
