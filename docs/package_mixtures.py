@@ -139,18 +139,18 @@ def fitted_device(device: str, folder: str | Path) -> Scene:
     best = whole.ensembles[max(plain, key=lambda n: whole.weights[n])]
     run = whole.lowered.forward.variants[best.hypothesis.run]
     sets = [unknowns.by_name(one) for one in best.points]
-    members = [run.values(one, run.rows[0]) for one in sets]
+    members = [(run.run(one, run.rows[0]) or (None, {}))[1] for one in sets]
     origins = dict(scene.provenance)
     for path, origin in scene.provenance.items():
         if origin.source is not Source.CALIBRATED:
             continue
-        each = [one for one in run.driven if one == path or one.rpartition(".")[0] == path]
+        each = [one for one in whole.lowered.driven if one == path or one.rpartition(".")[0] == path]
         ends = tuple(_interval([member[one] for member in members], best.weights) for one in each)
         note = re.sub(r"weight [0-9.]+", f"weight {_weight(whole, best.hypothesis.run, path):.2f}", origin.note)
         told = origin.interval is not None and ends
         origins[path] = origin.model_copy(update={"interval": ends if told else origin.interval, "note": note})
     fixed = whole.lowered.settings()[best.hypothesis.run]
-    values = {path: float(f"{members[0][path]:.6g}") for path in run.driven}
+    values = {path: float(f"{members[0][path]:.6g}") for path in whole.lowered.driven}
     return with_values(with_values(scene, fixed), {**values, "provenance": origins})
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from calibrate.toys import cells, problem, unknowns
-from tarsus.calibrate.degrees import effective_unknowns, freedom_of_best, residual_scale
+from tarsus.calibrate.degrees import Freedom, effective_unknowns, freedom_of_best
 from tarsus.calibrate.problem import Archive, HypothesisFit
 from tarsus.fit import Prior
 
@@ -39,9 +39,9 @@ def test_slopes_that_only_noise_makes_are_no_fit():
 
 
 def test_the_scale_never_divides_by_less_than_a_quarter_of_the_cells():
-    assert residual_scale(6, 3.0, 12.0) == 4.0
-    assert residual_scale(6, 9.0, 12.0) == 8.0
-    assert residual_scale(6, 3.0, 0.1) == 1.0
+    assert Freedom(6, 3.0, 12.0).scale == 4.0
+    assert Freedom(6, 9.0, 12.0).scale == 8.0
+    assert Freedom(6, 3.0, 0.1).scale == 1.0
 
 
 def test_a_prior_that_holds_an_unknown_makes_residuals_smaller():

@@ -40,12 +40,12 @@ def test_residuals_of_a_branch_are_its_cost_and_have_its_slopes():
 
     def function(run, x):
         a, b = x
-        row = np.array([[3.0 + a, 2.0 * b, 0.0], [1.0 + a * b, 1.0, 5.0 + a]])
+        row = np.array([[3.0 + a, 2.0 * b, 0.0], [1.0 + a * b, 1.0, 0.0], [0.0, 0.0, 5.0 + a]])
         return row[:, :, None] * (1.0 + np.array([0.0, 0.05 * a, -0.02]))
 
     table = cells([[3.2, 1.1], [1.4, 1.2]], absolute=0.05, relative=0.1, exists=True)
     numbers = unknowns("ab", priors=(None, Prior(0.4, 0.2)))
-    one = problem(table, function, numbers, limits=(SoftLimit("high", (1,), 2, 0.0, 5.2, 0.1),))
+    one = problem(table, function, numbers, limits=(SoftLimit("high", (0,), 2, 0.0, 5.2, 0.1),), extra_rows=1)
 
     archive = Archive(one)
     fit = HypothesisFit(archive, 0)

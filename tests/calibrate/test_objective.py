@@ -69,5 +69,6 @@ def test_unknown_cells_cost_nothing_and_failed_runs_more_than_any_other():
 @pytest.mark.parametrize(("value", "excess"), [(0.5, 0.0), (1.4, 2.0), (-0.6, 3.0)])
 def test_a_constraint_costs_its_excess_in_softness(value, excess):
     limit = SoftLimit("between", (0,), 0, 0.0, 1.0, 0.2)
-    found = Objective(cells([[np.nan]]), (limit,)).pieces(readings(value, 0.5), ONE).costs
+    both = np.concatenate([readings(1.0, 1.0), readings(value, 0.5)], axis=1)  # a row of the table, and its own
+    found = Objective(cells([[np.nan]]), (limit,)).pieces(both, ONE).costs
     assert found.limits[0, 0] == pytest.approx(9.0 * np.log1p(excess**2 / 9.0))

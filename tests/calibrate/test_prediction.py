@@ -9,7 +9,7 @@ from scipy.stats import norm
 from calibrate.toys import cells
 from tarsus.calibrate.ensemble import HypothesisEnsemble
 from tarsus.calibrate.objective import Hypothesis
-from tarsus.calibrate.prediction import Discrepancy, Miss, discrepancy_of, predict_row
+from tarsus.calibrate.prediction import Discrepancy, discrepancy_of, predict_row, widened
 from tarsus.fit.ranges import weighted_quantile
 
 
@@ -50,13 +50,12 @@ def test_one_member_has_the_discrepancy_alone():
 
 
 def test_a_discrepancy_spreads_a_value_by_its_tolerances_and_never_below_zero():
-    values, weights = Miss(3.0, 0.4, 1.0, 0.0).widened(np.array([10.0, 0.0]), np.array([0.75, 0.25]))
+    values, weights = widened(np.array([10.0, 0.0]), np.array([0.75, 0.25]), (3.0, 0.4), 1.0)
     assert len(values) == len(weights) == 30 and weights.sum() == pytest.approx(1.0)
     assert values.min() == 0.0 and values[7] == pytest.approx(10.0) and values[22] == pytest.approx(0.0)
     tau = np.hypot(3.0, 4.0)  # by hand: log((v + a) / (10 + a)) (10 + a) / tau is a standard normal
     normal = np.log((values[:15] + 3.0) / 13.0) * 13.0 / tau
     assert normal == pytest.approx(norm.ppf((np.arange(15) + 0.5) / 15.0), abs=1e-9)
-    assert Miss(1.0, 0.0, 1.0, 0.25).chance(0.9) == pytest.approx(0.9 * 0.75 + 0.1 * 0.25)
 
 
 def test_an_interval_of_a_model_that_misses_all_spans_two_orders_and_no_more():

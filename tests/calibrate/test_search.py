@@ -96,7 +96,7 @@ def test_a_constraint_is_data():
         return np.array([one[0] + one[1], one[1]])[:, None, None]
 
     table = cells([[0.9]])
-    limit = (SoftLimit("b is small", (1,), 0, -np.inf, 0.2, 0.005),)
+    limit = (SoftLimit("b is small", (0,), 0, -np.inf, 0.2, 0.005),)
     free, held = (
         ranges(solve(problem(table, sloped, unknowns("ab"), limits=given, extra_rows=1), search(spread=30)))[1]
         for given in ((), limit)

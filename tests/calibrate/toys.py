@@ -25,7 +25,6 @@ def search(**values: Any) -> Search:
         "spread": 12,
         "leave_out": False,
         "members": 16,
-        "robust": 3.0,
     }
     return Search(**{**short, **values})
 

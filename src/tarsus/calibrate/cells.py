@@ -68,14 +68,13 @@ def absolute_of(sampling: TableSampling, one: MeasureColumn, period: float, wher
     own = faults.quantity(one.absolute, unit, f"{where}.absolute")
     if not one.counts:
         return own
-    window = sampling.window if sampling.window is not None else (sampling.window_periods or 1.0) * period
+    window = sampling.window or period
     return float(np.hypot(own, 1.0 / window if unit == "1/s" else period / window))
 
 
-def limits_of(study: Study, channels: Sequence[str], trained: int, table_rows: int, faults: Faults) -> list[SoftLimit]:
-    """Constraints over places among the simulated rows: those of the table, then one for each own condition."""
-    limits = []
-    place = table_rows
+def limits_of(study: Study, channels: Sequence[str], faults: Faults) -> list[SoftLimit]:
+    """Constraints over the rows of their conditions, one after the other."""
+    limits, place = [], 0
     for n, one in enumerate(study.constraints):
         if one.measure not in channels:
             continue
@@ -88,11 +87,8 @@ def limits_of(study: Study, channels: Sequence[str], trained: int, table_rows: i
             faults.add(f"{where}.softness: expected a value above 0")
         if low > high:
             faults.add(f"{where}: expected min below max")
-        if one.rows is not None:
-            rows = tuple(range(table_rows if one.rows == "all" else trained))
-        else:
-            rows = tuple(range(place, place + len(one.conditions)))
-            place += len(one.conditions)
+        rows = tuple(range(place, place + len(one.conditions)))
+        place += len(one.conditions)
         limits.append(SoftLimit(one.name, rows, channels.index(one.measure), low, high, softness))
     return limits
 

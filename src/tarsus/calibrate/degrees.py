@@ -32,14 +32,6 @@ FEWEST = 2
 """With fewer sets for each coefficient nothing is regressed, and every unknown counts."""
 
 
-def residual_scale(cells: int, unknowns: float, misfit: float) -> float:
-    """Squared residual scale: misfit of the table's cells over their degrees of freedom, at least 1.
-
-    Cells less unknowns that they determine, but at least a quarter of the cells.
-    """
-    return max(1.0, misfit / max(cells - unknowns, 0.25 * cells, 1.0))
-
-
 def effective_unknowns(points: Floats, pulls: Floats, costs: Floats, precision: Floats) -> float:
     """Number of unknowns that cells determine, from visited points (n, nu), pulls (n, nc) and costs (n,) there, and
     what is known of each unknown beforehand, as 1 over its variance (nu,)."""
@@ -68,8 +60,9 @@ class Freedom:
 
     @property
     def scale(self) -> float:
-        """Squared residual scale."""
-        return residual_scale(self.cells, self.unknowns, self.misfit)
+        """Squared residual scale: misfit over the degrees of freedom, which are cells less unknowns that they
+        determine, but at least a quarter of the cells; at least 1."""
+        return max(1.0, self.misfit / max(self.cells - self.unknowns, 0.25 * self.cells, 1.0))
 
 
 def freedom_of_best(fits: Sequence[HypothesisFit], best: Mapping[int, float]) -> Freedom:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import Field, StringConstraints, model_validator
 
@@ -49,10 +49,7 @@ class Constraint(Description):
 
     name: str = Field(min_length=1)
     conditions: tuple[dict[str, Any], ...] = Field(
-        default=(), description="cells of the condition columns, one table a run; those absent: the first row's"
-    )
-    rows: Literal["training", "all"] | None = Field(
-        default=None, description="hold in the runs of the table's rows, instead of own conditions"
+        min_length=1, description="cells of the condition columns, one table a run; those absent: the first row's"
     )
     set: dict[str, Any] = Field(default={}, description="values of the scene by path, added to the conditions")
     measure: str
@@ -64,15 +61,8 @@ class Constraint(Description):
 
     @model_validator(mode="after")
     def _complete(self) -> Constraint:
-        faults = []
         if self.min is None and self.max is None:
-            faults.append(("", "expected min, max or both"))
-        if (self.rows is None) == (not self.conditions):
-            faults.append(("", "expected one of conditions and rows"))
-        if self.rows is not None and self.set:
-            faults.append(("set", "runs of the table's rows have no values of their own; give conditions"))
-        if faults:
-            raise PathErrors(faults)
+            raise PathErrors([("", "expected min, max or both")])
         return self
 
 
@@ -80,26 +70,15 @@ class TableSampling(Description):
     """How the table was sampled: transient, window, resolution; and in how many windows the model is looked at."""
 
     foot: str | None = Field(default=None, description="the foot that is judged; the first when absent")
-    settle: MaybeAmount = quantity("s", "transient that is dropped", default=None, ge=0)
-    settle_periods: float | None = Field(default=None, ge=0, description="the same in drive periods")
-    window: MaybeAmount = quantity("s", "length of the window that the table's numbers come from", default=None, gt=0)
-    window_periods: float | None = Field(default=None, gt=0, description="the same in drive periods")
+    settle: Amount = quantity("s", "transient that is dropped", ge=0)
+    window: MaybeAmount = quantity(
+        "s", "length of the window that the table's numbers come from; a drive period when absent", default=None, gt=0
+    )
     windows: int = Field(default=4, ge=1, le=1000, description="windows of each run, one after the other")
     draws: int = Field(default=1, ge=1, le=1000, description="runs with random initial velocities; 1: from rest")
     speed: Amount = quantity("m/s", "standard deviation of the foot's initial speed", default=1e-3, gt=0)
     resolution: Amount = quantity("m", "height below which the instrument sees nothing", default=1e-7, gt=0)
     accuracy: float = Field(default=1e-6, gt=0, le=1e-2, description="relative error of the gap in a step")
-
-    @model_validator(mode="after")
-    def _one_of_each(self) -> TableSampling:
-        faults = [
-            (name, f"expected one of {name} and {name}_periods")
-            for name in ("settle", "window")
-            if (getattr(self, name) is None) == (getattr(self, f"{name}_periods") is None)
-        ]
-        if faults:
-            raise PathErrors(faults)
-        return self
 
 
 class Search(Description):
@@ -122,20 +101,12 @@ class Search(Description):
         default=True, description="search again without each row, and predict it; as much again for every row"
     )
     members: int = Field(default=32, ge=4, description="members of a hypothesis's ensemble, and chains")
-    robust: float = Field(default=3.0, gt=0, description="residual, in tolerances, beyond which a cell loses influence")
     rejected: float = Field(
         default=3.0,
         gt=1,
         description="a hypothesis is rejected when its cost after the short search is so many times the best and 10 "
         "more: a short search leaves one at up to about twice its optimum",
     )
-    within: float = Field(
-        default=6.0,
-        gt=0,
-        description="a hypothesis is kept when its cost is so near the best, in units of the residual scale: 6 is a "
-        "likelihood ratio of 20",
-    )
-    reason: str = Field(default="6 is a likelihood ratio of 20 to 1", description="why `within` is what it is")
 
 
 class Study(Description):

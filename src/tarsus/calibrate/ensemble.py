@@ -14,7 +14,7 @@ from scipy.special import chdtri
 from tarsus.base.arrays import Floats
 from tarsus.calibrate.prediction import Discrepancy, Prediction, discrepancy_of, predict_row
 from tarsus.calibrate.problem import Archive, CalibrationProblem, HypothesisFit
-from tarsus.calibrate.search import LEVEL, SearchResult, search_hypotheses
+from tarsus.calibrate.search import LEVEL, WITHIN, SearchResult, search_hypotheses
 from tarsus.fit.ensemble import Ensemble, drawn_evenly
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def searched_ensembles(archive: Archive, search: Search) -> SearchedEnsembles:
     problem = archive.problem
     found, freedom = search_hypotheses(archive, search)
     costs = {b: one.cost for b, one in found.items() if not one.rejected}
-    kept = [b for b in costs if costs[b] <= min(costs.values()) + search.within * freedom.scale]
+    kept = [b for b in costs if costs[b] <= min(costs.values()) + WITHIN * freedom.scale]
     fits = [HypothesisFit(archive, b) for b in kept]
     ensembles = [ensemble_of(one, freedom.scale, search.members, found[one.number].states) for one in fits]
     best = int(np.argmin([one.best for one in ensembles]))

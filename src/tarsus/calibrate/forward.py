@@ -4,8 +4,8 @@ nor neighbours change one."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -31,18 +31,12 @@ into memory. Workers share the sets of a question evenly."""
 
 @dataclass(frozen=True)
 class _Run:
-    """A row of a set, ready to run: its place (set, row), template, floats by path, transient and window [s]."""
+    """A row of a set, ready to run: its place (set, row), template, floats by path, window [s]."""
 
     place: tuple[int, int]
     template: Scene
     values: Mapping[str, float]
-    settle: float
     window: float
-
-    @property
-    def scene(self) -> Scene:
-        """Its scene. Raises InputError where it refuses a value."""
-        return with_values(self.template, self.values)
 
 
 @dataclass(frozen=True)
@@ -90,50 +84,35 @@ class Forward:
                 if chosen.rows[number].motion:
                     self._motion(run, out)
                 else:
-                    groups.setdefault((id(run.template), run.settle, run.window), []).append(run)
+                    groups.setdefault((id(run.template), run.window), []).append(run)
         for runs in groups.values():
             self._group(runs, out)
         return out
-
-    @cached_property
-    def _windowed(self) -> tuple[list[int], list[str]]:
-        """Places and names of the channels that are read of windows."""
-        names = [name for name in self.channels if name not in MOTION]
-        return [self.channels.index(name) for name in names], names
 
     def _foot(self, scene: Scene) -> tuple[str, int]:
         """Name and number of the foot that is judged."""
         foot = self.sampling.foot or next(iter(scene.robot.feet))
         return foot, list(scene.robot.feet).index(foot)
 
-    def _edges(self, run: _Run) -> Floats:
-        """Edges (windows + 1,) [s] of the windows of a run."""
-        return run.settle + run.window * np.arange(self.sampling.windows + 1, dtype=float)
-
     def _run(self, place: tuple[int, int], variant: Variant, row: Row, one: Sequence[float]) -> _Run | None:
         """The run of a row with a set (nu,) of SI values; None where there is no such scene."""
-        s, found = self.sampling, variant.run(dict(zip(self.unknowns, one, strict=True)), row)
+        found = variant.run(dict(zip(self.unknowns, one, strict=True)), row)
         if found is None or not np.isfinite(list(found[1].values())).all():
             return None
-        run = _Run(place, *found, s.settle or 0.0, s.window or 0.0)
-        if s.settle is not None and s.window is not None:
-            return run
         try:
-            period = scene_period(run.scene, np.inf)
+            window = self.sampling.window or scene_period(with_values(*found), np.inf)
         except InputError:
             return None
-        settle = s.settle if s.settle is not None else (s.settle_periods or 0.0) * period
-        window = s.window if s.window is not None else (s.window_periods or 0.0) * period
-        return replace(run, settle=settle, window=window) if np.isfinite(settle + window) else None
+        return _Run(place, *found, window) if np.isfinite(window) else None
 
     def _group(self, runs: Sequence[_Run], out: Floats) -> None:
         """Runs of one template and duration, all draws of all rows at once."""
-        s, template, edges = self.sampling, runs[0].template, self._edges(runs[0])
+        s, template = self.sampling, runs[0].template
+        edges = s.settle + runs[0].window * np.arange(s.windows + 1, dtype=float)
         foot, index = self._foot(template)
         vary = {path: np.repeat([one.values[path] for one in runs], s.draws) for path in runs[0].values}
         if s.draws > 1:
             vary |= {path: np.tile(v, len(runs)) for path, v in _starts(template, foot, s).items()}
-        at, names = self._windowed
         try:
             batch = simulate_batch(
                 template, vary, float(edges[-1]), threads=1, accuracy=Accuracy(gap=s.accuracy), shared=self._shared
@@ -142,6 +121,8 @@ class Forward:
             for one in runs if len(runs) > 1 else ():  # one that a scene refuses spoils no other
                 self._group([one], out)
             return
+        names = [name for name in self.channels if name not in MOTION]
+        at = [self.channels.index(name) for name in names]
         found = readings(batch, index, names, edges, s.resolution)
         found[~batch.done] = np.inf
         for k, run in enumerate(runs):
@@ -150,12 +131,13 @@ class Forward:
 
     def _motion(self, run: _Run, out: Floats) -> None:
         """A run whose motion is read, of which nothing else is."""
+        s = self.sampling
         try:
-            scene = run.scene
+            scene = with_values(run.template, run.values)
         except InputError:
             return
-        accuracy, period = Accuracy(gap=self.sampling.accuracy), scene_period(scene, np.inf)
-        moved = motion_of(scene, self._foot(scene)[0], run.settle, run.window, period, accuracy)
+        period = scene_period(scene, np.inf)
+        moved = motion_of(scene, self._foot(scene)[0], s.settle, run.window, period, Accuracy(gap=s.accuracy))
         for i, name in enumerate(self.channels):
             out[*run.place, i] = moved.get(name, np.nan)
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
-from tarsus.base.spec import float_paths, with_values
+from tarsus.base.spec import with_values
 from tarsus.base.workers import Workers
 from tarsus.calibrate.cells import cells_of, limits_of
 from tarsus.calibrate.description import Study
@@ -20,12 +21,11 @@ from tarsus.calibrate.forward import Forward
 from tarsus.calibrate.objective import Cells, Hypothesis, Objective
 from tarsus.calibrate.problem import CalibrationProblem
 from tarsus.calibrate.readings import MOTION, known_measures
-from tarsus.calibrate.scenes import Cell, Row, RowChanges, Variant, in_si
+from tarsus.calibrate.scenes import Cell, Row, RowChanges, Variant
 from tarsus.calibrate.studyfile import Described
 from tarsus.files.rows import TableRows, number_of
 from tarsus.fit.unknowns import Unknowns
 from tarsus.measure.measure import no_measure
-from tarsus.model.scene import override
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,14 @@ class Lowered:
     trained: tuple[int, ...]
     others: tuple[int, ...]
     cells: Cells
+
+    @cached_property
+    def driven(self) -> tuple[str, ...]:
+        """Paths of the numbers that unknowns or options move in the first row."""
+        sets = probes(self.problem.unknowns)
+        seen = [one.changes(each, one.rows[0]) for one in self.forward.variants for each in sets]
+        first, *others = (found.numbers for found in seen if found)
+        return tuple(path for path in first if any(one.get(path) != first[path] for one in others))
 
     def settings(self) -> list[dict[str, Any]]:
         """What the options of each variant of the runs set in the first row, by path: what differs between variants in
@@ -81,18 +89,16 @@ def lower_study(described: Described, threads: Workers = None) -> Lowered:
     variants = _variants(described, unknowns, tuple(rows), faults)
     faults.stop()
     forward = Forward(variants, unknowns.names, tuple(channels), study.sampling, threads)
-    everywhere = any(one.rows == "all" for one in study.constraints)
-    fitted = len(chosen) if everywhere else len(trained)
     middle = unknowns.by_name(np.full(len(unknowns), 0.5))
     cells = cells_of(study, table, chosen, variants[0], middle, faults)
-    limits = limits_of(study, channels, len(trained), fitted, faults)
+    limits = limits_of(study, channels, faults)
     faults.stop()
     problem = CalibrationProblem(
         unknowns,
         tuple(_hypotheses(study, channels, variants)),
         forward,
-        Objective(cells.at(range(len(trained))), tuple(limits), study.search.robust),
-        (*range(fitted), *range(len(chosen), len(rows))),
+        Objective(cells.at(range(len(trained))), tuple(limits)),
+        (*range(len(trained)), *range(len(chosen), len(rows))),
     )
     return Lowered(study, table, forward, problem, trained, others, cells)
 
@@ -123,7 +129,7 @@ def _channels(study: Study, faults: Faults) -> list[str]:
                 if column not in study.measures:
                     faults.add(f"{where}: there is no measure of that name{nearest(column, study.measures)}")
                 wanted.append((where, measure, False))
-    wanted += [(f"constraints.{n}.measure", one.measure, one.rows is None) for n, one in enumerate(study.constraints)]
+    wanted += [(f"constraints.{n}.measure", one.measure, True) for n, one in enumerate(study.constraints)]
     for where, measure, motion in wanted:
         known = [*known_measures(), *MOTION] if motion else list(known_measures())
         if measure not in known:
@@ -192,43 +198,25 @@ def strange(study: Study, given: Iterable[str], where: str) -> list[str]:
 
 
 def _variants(described: Described, unknowns: Unknowns, rows: tuple[Row, ...], faults: Faults) -> tuple[Variant, ...]:
-    """A variant for every combination of words that the study's function looks at, with the paths that unknowns or
-    words move; numbers that nothing moves become the scene's own.
-
-    The function is called in the middle of the bounds and at their ends.
-    """
-    study, sets = described.study, probes(unknowns)
+    """A variant for every combination of words that the study's function looks at, its scenes tried in the middle of
+    the bounds, and its function at their ends."""
+    study, (middle, *ends) = described.study, probes(unknowns)
     paths = {path: name for name, own in zip(unknowns.names, unknowns.targets, strict=True) for path in own}
     words = {name: one.options for name, one in study.choices.items() if not isinstance(one.options, dict)}
     every = []
-    plain: list[dict[str, float | str]] = []
-    seen: list[dict[str, float | str]] = []
     for options in product(*words.values()):
         named = dict(zip(words, options, strict=True))
         one = Variant(study.scene, described.defined, named, rows, paths, study.sampling.draws > 1)
         every.append(one)
-        for row in rows:
-            with faults.noted():
-                found = one.changes(sets[0], row)
-                plain += [found.numbers] if found else []
-                faults.add(*() if found else (f"{row.name}: the function has no value in the middle of the bounds",))
+        check_rows(one, middle, faults)
         with faults.noted():
-            seen += [found.numbers for each in sets if (found := one.changes(each, rows[0]))]
-    faults.stop()
-    driven = tuple(path for path in seen[0] if any(one.get(path) != seen[0][path] for one in seen[1:]))
-    fixed = {path for path in plain[0] if path not in driven and len({one.get(path) for one in plain}) == 1}
-    scene, known = study.scene, float_paths(study.scene)
-    with faults.noted("changes"):
-        own = {path: in_si(plain[0][path], known[path].unit) for path in plain[0] if path in fixed & known.keys()}
-        scene = override(scene, own, by="a study")
-    out = tuple(replace(one, scene=scene, driven=driven) for one in every)
-    for one in out:
-        check_rows(one, sets[0], faults)
+            for each in ends:
+                one.changes(each, rows[0])
     faults.stop()
     with faults.noted("unknowns"):
-        for each in sets:
-            with_values(out[0].scene_of(sets[0], rows[0]), {path: each[name] for path, name in paths.items()})
-    return out
+        for each in ends:
+            with_values(every[0].scene_of(middle, rows[0]), {path: each[name] for path, name in paths.items()})
+    return tuple(every)
 
 
 def probes(unknowns: Unknowns) -> list[dict[str, float]]:
@@ -241,7 +229,7 @@ def probes(unknowns: Unknowns) -> list[dict[str, float]]:
 def check_rows(variant: Variant, values: Mapping[str, float], faults: Faults) -> None:
     """Note what is wrong with the scenes of a variant's rows for SI values of the unknowns."""
     for row in variant.rows:
-        with faults.noted(row.name):
+        with faults.noted():
             variant.scene_of(values, row)
 
 

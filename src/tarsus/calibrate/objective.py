@@ -73,7 +73,8 @@ class Hypothesis:
 
 @dataclass(frozen=True)
 class SoftLimit:
-    """A channel stays between bounds in some of the simulated rows (places among them)."""
+    """A channel stays between bounds in some of the rows that are simulated for constraints, after those of the table
+    (places among them)."""
 
     name: str
     rows: tuple[int, ...]
@@ -121,15 +122,8 @@ class Objective:
     robust: float = 3.0
 
     def without(self, row: int) -> Objective:
-        """The objective of somebody who does not have this row of the table: its cells and its place in constraints go,
-        later places move up."""
-        limits = []
-        for one in self.limits:
-            rows = tuple(place - (place > row) for place in one.rows if place != row)
-            if rows:
-                limits.append(replace(one, rows=rows))
-        others = [n for n in range(len(self.cells.observed)) if n != row]
-        return replace(self, cells=self.cells.at(others), limits=tuple(limits))
+        """The objective of somebody who does not have this row of the table."""
+        return replace(self, cells=self.cells.at([n for n in range(len(self.cells.observed)) if n != row]))
 
     def only(self, row: int) -> Objective:
         """The objective of this row of the table alone, without constraints."""
@@ -198,7 +192,7 @@ class ReadingCosts:
 
     def _excess(self, limit: SoftLimit) -> Floats:
         """Excess (ns, rows) over a constraint in its softness."""
-        part = self.readings[:, list(limit.rows), limit.channel]
+        part = self.readings[:, len(self.cells.observed) :][:, list(limit.rows), limit.channel]
         values = np.where(np.isfinite(part), part, 0.0)
         over = np.maximum(values.max(axis=-1) - limit.high, limit.low - values.min(axis=-1))
         return np.where(np.isinf(part).any(axis=-1), FAILED, np.maximum(over, 0.0) / limit.softness)

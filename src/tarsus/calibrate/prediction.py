@@ -47,31 +47,6 @@ WORST = 6.0
 
 
 @dataclass(frozen=True)
-class Miss:
-    """What the model misses of one measure: tolerance of the table (absolute in SI, relative), standard deviation sigma
-    in such tolerances, and the probability that existence is wrong."""
-
-    absolute: float
-    relative: float
-    sigma: float
-    wrong: float
-
-    def widened(self, values: Floats, weights: Floats) -> tuple[Floats, Floats]:
-        """Weighted values (n,) of zero or more [SI] with this discrepancy added to each: values and weights, `NODES`
-        times as many."""
-        tau = tolerance(values, np.full(1, self.absolute), np.full(1, self.relative))
-        scaled = values + self.absolute
-        shift = np.divide(self.sigma * tau, scaled, out=np.zeros_like(values), where=scaled > 0.0)
-        factors = np.exp(np.minimum(shift, np.log(WORST))[:, None] * NODES)
-        noisy = np.maximum(scaled[:, None] * factors - self.absolute, 0.0)
-        return noisy.ravel(), np.repeat(weights / len(NODES), len(NODES))
-
-    def chance(self, share: float) -> float:
-        """Probability of a bounce where this share of the windows has one."""
-        return share * (1.0 - self.wrong) + (1.0 - share) * self.wrong
-
-
-@dataclass(frozen=True)
 class Discrepancy:
     """By measure (nk,): sigma, in tolerances, and the probability that existence is wrong."""
 
@@ -102,6 +77,18 @@ def median_and_interval(values: Floats, weights: Floats) -> tuple[float, float, 
     tail = 0.5 * (1.0 - INTERVAL)
     low, median, high = (weighted_quantile(values, weights, at) for at in (tail, 0.5, 1.0 - tail))
     return median, low, high
+
+
+def widened(values: Floats, weights: Floats, tolerances: tuple[float, float], sigma: float) -> tuple[Floats, Floats]:
+    """Weighted values (n,) of zero or more [SI] with a discrepancy of sigma added to each, in tolerances (absolute,
+    relative): values and weights, `NODES` times as many."""
+    absolute, relative = tolerances
+    tau = tolerance(values, np.full(1, absolute), np.full(1, relative))
+    scaled = values + absolute
+    shift = np.divide(sigma * tau, scaled, out=np.zeros_like(values), where=scaled > 0.0)
+    factors = np.exp(np.minimum(shift, np.log(WORST))[:, None] * NODES)
+    noisy = np.maximum(scaled[:, None] * factors - absolute, 0.0)
+    return noisy.ravel(), np.repeat(weights / len(NODES), len(NODES))
 
 
 def discrepancy_of(
@@ -153,9 +140,11 @@ def predict_row(
             continue
         windows, member = np.maximum(np.nan_to_num(windows[~failed]), 0.0), every[~failed] / (1.0 - lost)
         each = np.repeat(member / windows.shape[1], windows.shape[1])
-        sigma, wrong = float(discrepancy.sigma[k]), float(discrepancy.wrong[k])
-        miss = Miss(float(absolute[k]), float(cells.relative[k]), sigma, wrong)
-        ends = median_and_interval(*miss.widened(windows.ravel(), each))
-        p = miss.chance(float(existence(windows) @ member)) if cells.exists[k] else None
+        tolerances = float(absolute[k]), float(cells.relative[k])
+        ends = median_and_interval(*widened(windows.ravel(), each, tolerances, float(discrepancy.sigma[k])))
+        p, wrong = None, float(discrepancy.wrong[k])
+        if cells.exists[k]:
+            share = float(existence(windows) @ member)
+            p = share * (1.0 - wrong) + (1.0 - share) * wrong
         out.append(Prediction(name, *ends, p, lost))
     return tuple(out)

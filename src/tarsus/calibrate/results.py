@@ -9,7 +9,7 @@ import numpy as np
 
 from tarsus.calibrate.cells import column_value
 from tarsus.calibrate.objective import existence
-from tarsus.calibrate.prediction import INTERVAL, Prediction
+from tarsus.calibrate.prediction import Prediction
 from tarsus.calibrate.skill import naive_errors, skill_of
 from tarsus.files.version import package_version
 from tarsus.fit.ranges import weighted_quantile
@@ -63,11 +63,8 @@ def calibration_json(result: Calibration) -> dict[str, Any]:
         "device": study.scene.name,
         "seed": study.search.seed,
         "sets": solution.sets,
-        "search": _search(result),
         "residual_scale": float(np.sqrt(solution.fit.freedom.scale)),
         "effective_unknowns": solution.fit.freedom.unknowns,
-        "interval": INTERVAL,
-        "within": {"value": study.search.within, "reason": study.search.reason},
         "discrepancy": {
             name: {"sigma": float(s), "existence_wrong": float(w) if e else None}
             for name, s, w, e in zip(
@@ -86,15 +83,6 @@ def calibration_json(result: Calibration) -> dict[str, Any]:
     }
 
 
-def _search(result: Calibration) -> dict[str, Any]:
-    """What was asked of the search of the whole table, and what it took."""
-    search, solution = result.lowered.study.search, result.solution
-    plan = search.model_dump(
-        include={"population", "prescreening", "short", "generations", "local_search", "spread", "members"}
-    )
-    return {**plan, "sets": solution.fit.sets}
-
-
 def _hypotheses(result: Calibration) -> list[dict[str, Any]]:
     solution = result.solution
     places = {b: place for place, b in enumerate(solution.fit.kept)}
@@ -111,7 +99,6 @@ def _hypotheses(result: Calibration) -> list[dict[str, Any]]:
                 "members": len(ensemble.weights),
                 "constraints": _limits(result, place),
                 "unknowns": _unknowns(result, ensemble),
-                "correlations": _correlations(solution.problem.unknowns.names, ensemble),
             }
         out.append(entry)
     return out
@@ -136,11 +123,6 @@ def _unknowns(result: Calibration, ensemble: HypothesisEnsemble) -> dict[str, An
             "meaning": study.unknowns[one.name].meaning,
         }
     return out
-
-
-def _correlations(names: Sequence[str], ensemble: HypothesisEnsemble) -> dict[str, float]:
-    matrix = ensemble.correlations()
-    return {f"{names[i]}, {names[j]}": float(matrix[i, j]) for i in range(len(names)) for j in range(i)}
 
 
 def _limits(result: Calibration, place: int) -> list[dict[str, Any]]:

@@ -87,8 +87,7 @@ class Template(NamedTuple):
 class Variant:
     """Words that the study's function looks at, the rows that are run with them, and their templates so far.
 
-    paths: those that take an unknown's value as it is, with its name; moving: whether draws set initial velocities;
-    driven: paths that unknowns or options move.
+    paths: those that take an unknown's value as it is, with its name; moving: whether draws set initial velocities.
     """
 
     scene: Scene
@@ -97,7 +96,6 @@ class Variant:
     rows: tuple[Row, ...]
     paths: Mapping[str, str]
     moving: bool = False
-    driven: tuple[str, ...] = ()
     templates: dict[Key, tuple[Template, ...]] = field(init=False, default_factory=dict, compare=False, repr=False)
 
     def changes(self, unknowns: Mapping[str, float], row: Row) -> RowChanges | None:
@@ -140,17 +138,13 @@ class Variant:
             self.templates[changes.key] = (*kept, found)
         return found.scene, {path: in_si(numbers[path], unit) for path, unit in found.units.items()}
 
-    def values(self, unknowns: Mapping[str, float], row: Row) -> dict[str, float]:
-        """The floats alone; none where the row has none."""
-        found = self.run(unknowns, row)
-        return {} if found is None else found[1]
-
     def scene_of(self, unknowns: Mapping[str, float], row: Row) -> Scene:
         """The scene of a row for SI values of the unknowns. Raises InputError where there is none."""
         changes = self.changes(unknowns, row)
-        if changes is None:
-            raise InputError("the function has no value for these unknowns")
-        return with_values(*self._templated(changes))
+        with self.defined.at_row(row.name):
+            if changes is None:
+                raise InputError("the function has no value for these unknowns")
+            return with_values(*self._templated(changes))
 
 
 _read = cache(parse_quantity)

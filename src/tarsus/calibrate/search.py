@@ -40,6 +40,8 @@ have its best one beside a jump of a count."""
 LOCAL = 0.1
 """A descent ends where a step is shorter than this part of a standard error: a cost of 0.01, which an ensemble does not
 show."""
+WITHIN = 6.0
+"""A hypothesis is kept when its cost is so near the best, in units of the residual scale: a likelihood ratio of 20."""
 PRESCREENING, SHORT, CHAIN = 0, 1, 4
 """Stages, for the random numbers of each."""
 
@@ -132,12 +134,12 @@ def search_hypotheses(archive: Archive, search: Search) -> tuple[dict[int, Searc
     for one in (one for one in descents if one.fit.number not in rejected):
         for _ in range(search.generations):
             one.generation()
-    _reject(fits, rejected, search, MARGIN)
+    _reject(fits, rejected, MARGIN)
     for one in (one for one in fits if one.number not in rejected and search.local_search):
         points, costs = one.costs_visited()
         starts = apart(points, np.argsort(costs, kind="stable"), NEAR, DESCENTS)
         least_squares_from(one, points[starts], search.local_search, LOCAL)
-    freedom = _reject(fits, rejected, search)
+    freedom = _reject(fits, rejected)
     best = {one.number: one.lowest() for one in fits}
     states = {b: _chained(fits[b], search, freedom.scale) for b in best if search.spread and b not in rejected}
     best |= {b: fits[b].lowest() for b in states}
@@ -145,13 +147,13 @@ def search_hypotheses(archive: Archive, search: Search) -> tuple[dict[int, Searc
     return found, freedom_of_best(fits, best)
 
 
-def _reject(fits: list[HypothesisFit], rejected: dict[int, str], search: Search, least: float = 0.0) -> Freedom:
+def _reject(fits: list[HypothesisFit], rejected: dict[int, str], least: float = 0.0) -> Freedom:
     """Reject the hypotheses whose best set is not likely beside the best of all, by a cost of so much at least; degrees
     of freedom of that."""
     best = {one.number: one.lowest() for one in fits}
     freedom = freedom_of_best(fits, best)
-    near = min(best.values()) + max(search.within * freedom.scale, least)
-    why = f"more than {search.within:g} residual scales above the best ({search.reason})"
+    near = min(best.values()) + max(WITHIN * freedom.scale, least)
+    why = f"more than {WITHIN:g} residual scales above the best: a likelihood ratio of 20 to 1"
     rejected |= {b: why for b, cost in best.items() if cost > near and b not in rejected}
     return freedom
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import get_value, with_values
+from tarsus.base.spec import float_paths, get_value, with_values
 from tarsus.calibrate.results import device_file
 from tarsus.calibrate.studyfile import ASKED_FILE, STUDY_FILE, TABLE_FILE
 from tarsus.calibrate.weighted_ensemble import ENSEMBLE_FILE, ensemble_table
@@ -18,7 +18,7 @@ from tarsus.files.store import REPORT_FILE
 from tarsus.files.toml import scene_text
 from tarsus.files.whole import write_text
 from tarsus.fit.ranges import weighted_quantile
-from tarsus.model.scene import Provenance, Scene, Source
+from tarsus.model.scene import Provenance, Scene, Source, override
 
 if TYPE_CHECKING:
     from tarsus.calibrate.calibrating import Calibration
@@ -44,16 +44,16 @@ def hypothesis_scene(result: Calibration, place: int) -> Scene:
     lowered, study = result.lowered, result.lowered.study
     run = lowered.forward.variants[ensemble.hypothesis.run]
     unknowns = lowered.problem.unknowns
-    members = [run.values(unknowns.by_name(one), run.rows[0]) for one in ensemble.points]
+    members = [(run.run(unknowns.by_name(one), run.rows[0]) or (None, {}))[1] for one in ensemble.points]
     scene = whole.scene(place)
-    scene = with_values(
-        scene, {"name": f"{study.scene.name}-{place + 1}" if len(whole.weights) > 1 else study.scene.name}
-    )
+    name = f"{study.scene.name}-{place + 1}" if len(whole.weights) > 1 else study.scene.name
     count = len(lowered.trained)
     rows = f"{count} row{'s' if count > 1 else ''}"
     note = f"Calibration '{study.name}' to {rows} of its table; hypothesis: {ensemble.hypothesis.name}."
-    origins = {path: origin for path, origin in scene.provenance.items() if _there(scene, path)}
-    for path in run.driven:
+    own = float_paths(study.scene).keys() - {*lowered.driven}
+    given = override(study.scene, {path: one for path, one in members[0].items() if path in own}, by="a study")
+    origins = {path: origin for path, origin in given.provenance.items() if _there(scene, path)}
+    for path in lowered.driven:
         values = [one[path] for one in members]
         ends = [weighted_quantile(np.array(values), ensemble.weights, at) for at in (0.025, 0.975)]
         low, high = min(ends[0], values[0]), max(ends[1], values[0])
@@ -61,7 +61,7 @@ def hypothesis_scene(result: Calibration, place: int) -> Scene:
     for path in lowered.settings()[ensemble.hypothesis.run]:
         covered = {one: origin for one, origin in origins.items() if not one.startswith(f"{path}.")}
         origins = covered | {path: Provenance(source=Source.CALIBRATED, note=f"{note} A discrete unknown.")}
-    return with_values(scene, {"provenance": origins})
+    return with_values(scene, {"name": name, "provenance": origins})
 
 
 def _there(scene: Scene, path: str) -> bool:

@@ -7,18 +7,15 @@ from itertools import starmap
 from typing import TYPE_CHECKING, Any
 
 from tarsus.calibrate.results import calibration_table, errors_table, options_word, unknowns_table
+from tarsus.calibrate.search import WITHIN
 from tarsus.report.pages import Markup, Plate, Section, bullets, marked, sections_page
 from tarsus.report.rows_figure import RowMarks, RowPanel, rows_figure
 from tarsus.report.style import BLUE, INK, ORANGE
-from tarsus.tables.data import data_tables
 from tarsus.tables.numbers import interval, number
 from tarsus.tables.table import Column, Table
 
 if TYPE_CHECKING:
     from tarsus.calibrate.calibrating import Calibration
-
-STRONG = 0.6
-"""Correlations of at least this are listed: below it they explain less than a third of the variance."""
 
 _KINDS = {"training": ("fitted", ORANGE), "left_out": ("excluded", BLUE), "predicted": ("predicted", BLUE)}
 """Kinds of predictions: their words and colours."""
@@ -39,8 +36,7 @@ def calibration_html(found: Calibration) -> str:
             *starmap(_choice, result["choices"].items()),
             *_constraints(result["constraints"]),
         ),
-        Section("How the sets were found", SEARCH, *data_tables(result["search"])),
-        Section("Unknowns", *map(_hypothesis, kept)),
+        Section("Unknowns", *(Section(options_word(one), unknowns_table(one, meanings=True).bare()) for one in kept)),
     ]
     about = (
         f"Device {result['device']}; {result['sets']} sets of unknowns; {len(kept)} of {len(result['branches'])} "
@@ -52,15 +48,13 @@ def calibration_html(found: Calibration) -> str:
 
 ROWS = """P is the probability of a bounce without the row; intervals in colour do not hold the measured value. Rows
 without a fitted value are predictions."""
-SEARCH = "Every search begins from the bounds and the seed alone."
 
 
 def _threshold(result: Mapping[str, Any]) -> str:
     """Which hypotheses are kept, and what the scale of residuals is."""
-    within = result["within"]
     return (
-        f"A hypothesis is kept when its cost is within {number(within['value'])} residual scales of the best "
-        f"({within['reason']}); the residual scale is {number(result['residual_scale'], 3)} tolerances, for "
+        f"A hypothesis is kept when its cost is within {number(WITHIN)} residual scales of the best (a likelihood "
+        f"ratio of 20 to 1); the residual scale is {number(result['residual_scale'], 3)} tolerances, for "
         f"{number(result['effective_unknowns'], 3)} unknowns that the table's cells determine."
     )
 
@@ -77,14 +71,6 @@ def _constraints(constraints: Sequence[Mapping[str, Any]]) -> list[str | Markup]
         return []
     known = (f"{one['name']}: {one['reason'] or 'the study gives no reason.'}" for one in constraints)
     return ["Known besides the table:", bullets(known)]
-
-
-def _hypothesis(branch: Mapping[str, Any]) -> Section:
-    """The unknowns of a hypothesis, and pairs of them that hang together."""
-    strong = [f"{pair} {number(by, 2)}" for pair, by in branch["correlations"].items() if abs(by) >= STRONG]
-    correlated = f"Correlated: {'; '.join(strong)}." if strong else ""
-    unknowns = unknowns_table(branch, meanings=True).bare()
-    return Section(options_word(branch), unknowns, correlated)
 
 
 def _definitions(result: Mapping[str, Any]) -> str:
