@@ -65,13 +65,6 @@ class AirRun:
         return np.ptp(self.steady[2], axis=1)
 
 
-def share_made(energies: Floats) -> float | None:
-    """Share of impacts that create energy, beyond rounding (1e-9 of the largest); None without impacts."""
-    if not len(energies):
-        return None
-    return float(np.mean(energies > 1e-9 * np.abs(energies).max()))
-
-
 def robot_runs(robot: str, own: Scene, progress: Progress | None = None) -> tuple[tuple[Near, ...], tuple[AirRun, ...]]:
     """Run what the figures of a robot show (Figs 3.19 to 3.22, 3.9 and 3.10), of a device that can bounce.
 

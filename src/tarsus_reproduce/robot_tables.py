@@ -4,30 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from tarsus.files.library import load_scene
 from tarsus.model.impact_energy import creation_warning
 from tarsus.model.scene import Scene
 from tarsus.tables import Column, Section, Table
 from tarsus_reproduce.compared import ComparedTable
-from tarsus_reproduce.impacts import (
-    ImpactEnergies,
-    MapRow,
-    ModeRow,
-    impact_energies,
-    map_rows,
-    mode_rows,
-    printed_column,
-)
+from tarsus_reproduce.impacts import energies_table, impact_energies, maps_table, modes_table
 from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction, numbers_table
-from tarsus_reproduce.robot_runs import AIR_GAP, AirRun, Near, check_device, robot_runs, share_made
+from tarsus_reproduce.robot_runs import AIR_GAP, AirRun, Near, check_device, robot_runs
 from tarsus_reproduce.robots import MEAN_HEIGHT, OBSERVED, SEEDS, SETTLE, WINDOW, robot_table
-
-ROUNDING = 1e-9
-"""Gains of kinetic energy and energies that differ by less of their size are one: sums of a run round far below."""
 
 FOOTER = (
     "A bounce is a rebound whose apex clears the resolution of the published measurements, 0.1 µm; peak is the highest "
@@ -49,10 +35,9 @@ def reproduce_robot(
     scene = load_scene(name)
     check_device(scene, name)
     found = robot_table(robot, device, rows, seeds=seeds, progress=progress)
-    modes, maps = mode_rows(scene, robot), map_rows(scene, robot)
     near, air = robot_runs(robot, scene, progress)
     struck = near[min(1, len(near) - 1)]  # the second row, a square wave
-    energies, caution = impact_energies(struck.run, robot), creation_warning(scene)
+    caution = creation_warning(scene)
     ends = [(one.title, one.run) for one in near] + [(f"in the air at {one.volt_v:g} V", one.run) for one in air]
     problems = (*found.problems, *(f"{title}: {run.code.value}" for title, run in ends if not run.ok))
     known = tuple(one for one in air if one.run.ok)
@@ -65,8 +50,8 @@ def reproduce_robot(
             _heights(robot, found),
             _over_ground(near),
             _in_air(known),
-            _modes(robot, scene, modes),
-            _maps(scene, maps, struck, energies),
+            _modes(robot, scene),
+            _maps(robot, scene, struck),
         ),
         problems=problems,
         cautions=() if caution is None else (caution,),
@@ -122,81 +107,18 @@ def _in_air(air: Sequence[AirRun]) -> Section:
     return Section("Motion in the air", FigureCall("robot_figures.air_motion", air) if air else None, shown)
 
 
-def _modes(robot: str, scene: Scene, modes: Sequence[ModeRow]) -> Section:
-    title = "Modes and the printed impact matrix"
-    if not modes:
+def _modes(robot: str, scene: Scene) -> Section:
+    title, table = "Modes and the printed impact matrix", modes_table(scene, robot)
+    if table is None:
         nothing = "The device's points are not those of the printed matrix, so no mode can be compared."
         return Section(title, _sentence(nothing))
-    points, column = scene.robot.structure.points, printed_column(robot)
-
-    columns = (
-        "mode",
-        Column("frequency", "Hz"),
-        Column("MAC", digits=3),
-        *(Column(one, digits=3, over="shape") for one in points),
-    )
-    rows: list[tuple[Any, ...]] = [(str(mode.number), mode.freq_hz, mode.mac, *mode.shape) for mode in modes]
-    rows.append(("printed", None, None, *column.tolist()))
-    note = (
-        "MAC: likeness of the mode and the printed CoR column, 1 = the same shape; the last line is that column. "
-        "Shapes are relative to the struck foot."
-    )
-    shapes = FigureCall("robot_figures.mode_shapes", modes, column, points)
-    return Section(title, shapes, Table("Modes and the printed CoR column", columns, rows, (note,)))
+    return Section(title, FigureCall("robot_figures.mode_shapes", table, scene.robot.structure.points), table)
 
 
-def _maps(scene: Scene, maps: Sequence[MapRow], struck: Near, energies: ImpactEnergies) -> Section:
-    columns = (
-        "map",
-        Column("restitution"),
-        Column("skew", digits=3),
-        Column("as it is", digits=3, over="worst gain"),
-        Column("made passive", digits=3, over="worst gain"),
-    )
-    rows = [(one.map, one.restitution, one.skew, one.worst_gain, one.passive_worst_gain) for one in maps]
-    flagged = [
-        (k, 3 + j)
-        for k, one in enumerate(maps)
-        for j, gain in enumerate((one.worst_gain, one.passive_worst_gain))
-        if gain > 1.0 + ROUNDING
-    ]
-    impact = scene.ground.impact
-    acting = (
-        "The device's ground has no impact law of its own: mass-weighted."
-        if impact is None
-        else f"The device acts through the {impact.title} map, {'made passive' if impact.passive else 'as it is'}."
-    )
-    note = (
-        "Gain is the largest factor by which one impact can multiply the kinetic energy; above 1 the map can create "
-        f"energy. Skew is how far the map's direction lies across that of an impulse at the foot, in the mass metric. "
-        f"{acting}"
-    )
-    tables = [Table("Impact laws at the bouncing foot", columns, rows, (note,), flagged=flagged)]
-    if not struck.run.ok or not len(energies.time):
-        why = "did not come to its end" if not struck.run.ok else "has no impact"
-        return Section("Impact maps", *tables, _sentence(f"The run at {struck.title} {why}."))
-
-    lists = {"as run": energies.actual} | {f"{k}, as it is": v for k, v in energies.by_map.items()}
-    columns = (
-        "energy made by",
-        Column("sum", "J", 3),
-        Column("mean of an impact", "J", 3),
-        Column("most made", "J", 3),
-        Column("most lost", "J", 3),
-        Column("impacts that make energy", "%", 3),
-    )
-    body = [
-        (name, float(v.sum()), float(v.mean()), _beyond(v), _beyond(-v), share_made(v)) for name, v in lists.items()
-    ]
-    note = (
-        "Each map is asked what it would have done with the velocities just before every impact of this one run; a run "
-        "under another map would meet other velocities."
-    )
-    title = f"{len(energies.time)} impacts at {struck.title}"
-    return Section("Impact maps", *tables, Table(title, columns, body, (note,)))
-
-
-def _beyond(values: np.ndarray) -> float:
-    """The largest value, 0 where it is below zero or rounding."""
-    most = float(values.max())
-    return most if most > ROUNDING * float(np.abs(values).max()) else 0.0
+def _maps(robot: str, scene: Scene, struck: Near) -> Section:
+    laws, energies = maps_table(scene, robot), impact_energies(struck.run, robot)
+    impacts = len(energies["as run"])
+    if struck.run.ok and impacts:
+        return Section("Impact maps", laws, energies_table(energies, f"{impacts} impacts at {struck.title}"))
+    why = "did not come to its end" if not struck.run.ok else "has no impact"
+    return Section("Impact maps", laws, _sentence(f"The run at {struck.title} {why}."))

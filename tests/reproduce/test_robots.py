@@ -8,9 +8,9 @@ import pytest
 import tarsus as ts
 from tarsus_reproduce import robots
 from tarsus_reproduce.compared import merits_table
-from tarsus_reproduce.impacts import impact_energies, map_rows, mode_rows, printed_column
+from tarsus_reproduce.impacts import energies_table, impact_energies, maps_table, modes_table, printed_column
 from tarsus_reproduce.reproduction import CALIBRATED, PREDICTED
-from tarsus_reproduce.robot_runs import STEADY, robot_runs, settling_time, share_made
+from tarsus_reproduce.robot_runs import STEADY, robot_runs, settling_time
 from tarsus_reproduce.rows import HEIGHTS
 
 
@@ -63,32 +63,33 @@ def test_seeds_are_shared_out_over_the_packaged_ensemble(monkeypatch):
 
 
 def test_modes_beside_the_printed_column():
-    rows = mode_rows(ts.load_scene("hexapod"), "hexapod")
-    assert [round(row.freq_hz, 1) for row in rows] == [117.2, 136.1, 329.2, 342.2, 678.1, 2866.1]
-    assert rows[5].mac == pytest.approx(0.965, abs=0.001)
-    assert max(row.mac for row in rows[:5]) < 0.3
+    table = modes_table(ts.load_scene("hexapod"), "hexapod")
+    assert table is not None
+    rows = table.rows[:-1]
+    assert [round(row[1], 1) for row in rows] == [117.2, 136.1, 329.2, 342.2, 678.1, 2866.1]
+    assert rows[5][2] == pytest.approx(0.965, abs=0.001)
+    assert max(row[2] for row in rows[:5]) < 0.3
     np.testing.assert_allclose(printed_column("hexapod"), [1.0, -0.3933, -0.6467, -0.2667, -0.28, 0.28], atol=1e-4)
 
 
 def test_worst_gains_and_energies_along_a_run():
     scene = ts.with_values(ts.load_scene("hexapod"), {"ground.restitution.coefficient": 0.515981})
-    gains = {row.map: row for row in map_rows(scene, "hexapod")}
-    assert gains["mass-weighted"].worst_gain == pytest.approx(1.0)
-    assert gains["dominant mode"].worst_gain == pytest.approx(2.33, abs=0.05)  # at e = 0.515
-    assert gains["printed"].worst_gain > 20.0
-    assert all(row.passive_worst_gain == pytest.approx(1.0) for row in gains.values())
+    gains = {name: (worst, passive) for name, _, _, worst, passive in maps_table(scene, "hexapod").rows}
+    assert gains["mass-weighted"][0] == pytest.approx(1.0)
+    assert gains["dominant mode"][0] == pytest.approx(2.33, abs=0.05)  # at e = 0.515
+    assert gains["printed"][0] > 20.0
+    assert all(passive == pytest.approx(1.0) for _, passive in gains.values())
     run = ts.simulate(ts.with_values(scene, {"ground.impact": {"kind": "mass_weighted"}}), duration=0.2)
     energies = impact_energies(run, "hexapod")
-    assert len(energies.time) > 10
+    actual = energies["as run"]
+    assert len(actual) > 10
     bounced = run.events["kind"][np.isin(run.events["kind"], (1, 2, 4))] == 1
     np.testing.assert_allclose(
-        energies.actual[bounced],
-        energies.by_map["mass-weighted"][bounced],
-        rtol=1e-6,
-        atol=1e-9 * np.abs(energies.actual).max(),
+        actual[bounced], energies["mass-weighted, as it is"][bounced], rtol=1e-6, atol=1e-9 * np.abs(actual).max()
     )
-    assert energies.by_map["printed"].max() > 0.0 > energies.actual.min()
-    assert share_made(np.array([-1.0, 1e-12, 0.5, -0.2])) == 0.25 and share_made(np.zeros(0)) is None
+    assert energies["printed, as it is"].max() > 0.0 > actual.min()
+    ((_, total, mean, made, lost, share),) = energies_table({"a": np.array([-1.0, 1e-12, 0.5, -0.2])}, "").rows
+    assert (total, mean, made, lost, share) == (pytest.approx(-0.7), pytest.approx(-0.175), 0.5, 1.0, 0.25)
 
 
 def test_motion_in_the_air_is_steady_and_linear_in_the_volts():

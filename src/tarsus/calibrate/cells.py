@@ -12,7 +12,7 @@ from tarsus.calibrate.faults import Faults
 from tarsus.calibrate.objective import Cells, SoftLimit
 from tarsus.calibrate.readings import unit_of
 from tarsus.calibrate.scenes import Variant
-from tarsus.files.rows import TableRows, number_of
+from tarsus.files.rows import Cell, TableRows
 from tarsus.measure.periods import scene_period
 
 
@@ -33,21 +33,17 @@ def cells_of(
         for k, (name, one) in enumerate(measures):
             unit = unit_of(one.measure)
             absolute[place, k] = absolute_of(study.sampling, one, period, f"measures.{name}", faults)
-            cell = table.rows[number][one.column or name]
+            column = one.column or name
             where = f"line {table.lines[number]} of the table"
-            try:
-                value = number_of(cell)
-            except ValueError:
-                faults.add(f"{where}: '{one.column or name}' should be a number, got '{cell}'")
-                continue
+            value, fault = Cell(ranges=True).read(table.rows[number][column], column)
+            if fault is not None:
+                faults.add(f"{where}: {fault}")
             if value is None:
                 continue
             observed[place, k] = faults.quantity(
                 f"{value!r} {one.unit}".removesuffix(" 1"), unit, f"measures.{name}.unit"
             )
-            if value < 0.0:
-                faults.add(f"{where}: '{one.column or name}' must be zero or more, got '{cell}'")
-            elif observed[place, k] == 0.0 and absolute[place, k] == 0.0:
+            if observed[place, k] == 0.0 and absolute[place, k] == 0.0:
                 faults.add(f"measures.{name}: a value of zero needs an absolute tolerance ({where})")
             elif absolute[place, k] == 0.0 and one.relative == 0.0:
                 faults.add(f"measures.{name}: expected an absolute or a relative tolerance above 0")

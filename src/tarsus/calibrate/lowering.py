@@ -13,6 +13,7 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.spec import with_values
+from tarsus.base.units import is_number
 from tarsus.base.workers import Workers
 from tarsus.calibrate.cells import cells_of, limits_of
 from tarsus.calibrate.description import Study
@@ -23,7 +24,7 @@ from tarsus.calibrate.problem import CalibrationProblem
 from tarsus.calibrate.readings import MOTION, known_measures
 from tarsus.calibrate.scenes import Cell, Row, RowChanges, Variant
 from tarsus.calibrate.studyfile import Described
-from tarsus.files.rows import TableRows, number_of
+from tarsus.files.rows import TableRows
 from tarsus.fit.unknowns import Unknowns
 from tarsus.measure.measure import no_measure
 
@@ -160,20 +161,13 @@ def conditions_of(
         text = str(given.get(column, ""))
         if not text:
             faults.add(f"{where}: '{column}': expected a value, the cell is empty")
-        elif not any(_is_number(row[column]) for row in table.rows):
+        elif not any(is_number(row[column]) for row in table.rows):
             found[column] = text
-        elif _is_number(text):
-            found[column] = float(number_of(text) or 0.0)
+        elif is_number(text):
+            found[column] = float(text)
         else:
             faults.add(f"{where}: '{column}': expected a number, as in the table, got '{text}'")
     return found
-
-
-def _is_number(text: str) -> bool:
-    try:
-        return number_of(text) is not None
-    except ValueError:
-        return False
 
 
 def _constraint_rows(study: Study, table: TableRows, first: Mapping[str, Cell], faults: Faults) -> list[Row]:

@@ -132,13 +132,6 @@ class WeightedEnsemble:
         faults.stop()
         return replace(own, variants=variants, sampling=chosen, threads=own.threads if threads is None else threads)
 
-    def scene(self, kept: int, member: int = 0) -> Scene:
-        """The device of a member (0: the best) of a kept hypothesis, under the conditions of the first fitted row."""
-        one = self.ensembles[kept]
-        run = self.lowered.forward.variants[one.hypothesis.run]
-        unknowns = self.lowered.problem.unknowns
-        return run.scene_of(unknowns.by_name(one.points[member]), run.rows[0])
-
 
 def _mappings(rows: RowsGiven) -> Sequence[Mapping[str, Any]]:
     """Rows as mappings by column."""

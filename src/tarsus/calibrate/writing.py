@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tarsus.base.errors import InputError
-from tarsus.base.spec import float_paths, get_value, with_values
+from tarsus.base.spec import with_values
 from tarsus.calibrate.results import device_file
 from tarsus.calibrate.studyfile import ASKED_FILE, STUDY_FILE, TABLE_FILE
 from tarsus.calibrate.weighted_ensemble import ENSEMBLE_FILE, ensemble_table
@@ -38,21 +37,22 @@ CALIBRATION_FILES = (
 
 
 def hypothesis_scene(result: Calibration, place: int) -> Scene:
-    """The device of a kept hypothesis: its best member, every fitted value with its 95 % interval and its origin."""
-    whole = result.ensemble
+    """The device of a kept hypothesis under the conditions of the first fitted row: its best member, every fitted value
+    with its 95 % interval, and what else the study sets as set by it."""
+    whole, lowered, study = result.ensemble, result.lowered, result.lowered.study
     ensemble = whole.ensembles[place]
-    lowered, study = result.lowered, result.lowered.study
-    run = lowered.forward.variants[ensemble.hypothesis.run]
-    unknowns = lowered.problem.unknowns
-    members = [(run.run(unknowns.by_name(one), run.rows[0]) or (None, {}))[1] for one in ensemble.points]
-    scene = whole.scene(place)
-    name = f"{study.scene.name}-{place + 1}" if len(whole.weights) > 1 else study.scene.name
+    run, unknowns = lowered.forward.variants[ensemble.hypothesis.run], lowered.problem.unknowns
+    sets = [unknowns.by_name(one) for one in ensemble.points]
+    best = run.changes(sets[0], run.rows[0])
+    assert best is not None  # it was simulated
+    scene = study.scene
+    for changes in (best.wholes, best.numbers):
+        scene = override(scene, changes, by="a study")
     count = len(lowered.trained)
     rows = f"{count} row{'s' if count > 1 else ''}"
     note = f"Calibration '{study.name}' to {rows} of its table; hypothesis: {ensemble.hypothesis.name}."
-    own = float_paths(study.scene).keys() - {*lowered.driven}
-    given = override(study.scene, {path: one for path, one in members[0].items() if path in own}, by="a study")
-    origins = {path: origin for path, origin in given.provenance.items() if _there(scene, path)}
+    origins = dict(scene.provenance)
+    members = [(run.run(one, run.rows[0]) or (scene, {}))[1] for one in sets]
     for path in lowered.driven:
         values = [one[path] for one in members]
         ends = [weighted_quantile(np.array(values), ensemble.weights, at) for at in (0.025, 0.975)]
@@ -61,17 +61,8 @@ def hypothesis_scene(result: Calibration, place: int) -> Scene:
     for path in lowered.settings()[ensemble.hypothesis.run]:
         covered = {one: origin for one, origin in origins.items() if not one.startswith(f"{path}.")}
         origins = covered | {path: Provenance(source=Source.CALIBRATED, note=f"{note} A discrete unknown.")}
+    name = f"{study.scene.name}-{place + 1}" if len(whole.weights) > 1 else study.scene.name
     return with_values(scene, {"name": name, "provenance": origins})
-
-
-def _there(scene: Scene, path: str) -> bool:
-    """Whether a path of provenance still stands for something."""
-    if "*" in path:
-        return True
-    try:
-        return get_value(scene, path) is not None
-    except InputError:
-        return False
 
 
 def write_outputs(result: Calibration, folder: Path) -> list[Path]:

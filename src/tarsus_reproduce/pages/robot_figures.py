@@ -13,7 +13,7 @@ from tarsus.report.pages import Plate
 from tarsus.report.series import last_turns
 from tarsus.report.sheet import Sheet, few_ticks, line, name_axes, plate
 from tarsus.report.style import BLUE, CYCLE, INK, MUTED, RULE
-from tarsus_reproduce.impacts import ModeRow
+from tarsus.tables import Table
 from tarsus_reproduce.robot_runs import AIR_PERIODS, AirRun, Near
 
 SAMPLES = 720
@@ -64,21 +64,23 @@ def air_motion(runs: Sequence[AirRun]) -> Plate:
     )
 
 
-def mode_shapes(modes: Sequence[ModeRow], column: np.ndarray, points: Sequence[str]) -> Plate:
-    """Every mode at the points over the printed CoR column (as Figs 3.13d and 3.14 of the source)."""
-    places = np.arange(len(points))
+def mode_shapes(modes: Table, points: Sequence[str]) -> Plate:
+    """Every mode at the points over the printed CoR column (as Figs 3.13d and 3.14 of the source), from their table,
+    whose last row is that column."""
+    *rows, last = modes.rows
+    column, places = np.array(last[3:]), np.arange(len(points))
     printed = column / np.abs(column).max()
     look = {"lw": 0.9, "marker": "o", "ms": 4.0, "mfc": "white"}
 
     def draw(sheet: Sheet) -> None:
-        panels = sheet.grid(len(modes), 1.05)
-        for axes, mode in zip(panels, modes, strict=True):
-            shape = np.array(mode.shape)
+        panels = sheet.grid(len(rows), 1.05)
+        for axes, (mode, hertz, alike, *own) in zip(panels, rows, strict=True):
+            shape = np.array(own)
             shape = shape * np.sign(shape @ column) / np.abs(shape).max()
             axes.axhline(0.0, color=RULE, lw=0.7, zorder=0)
             axes.plot(places, printed, color=INK, label="printed CoR column", **look)
             axes.plot(places, shape, color=BLUE, lw=1.2, marker="D", ms=3.4, mew=0.0, label="mode")
-            axes.set_title(f"mode {mode.number}, {mode.freq_hz:.4g} Hz, MAC {mode.mac:.3f}", color=INK)
+            axes.set_title(f"mode {mode}, {hertz:.4g} Hz, MAC {alike:.3f}", color=INK)
             axes.set_ylim(-1.15, 1.15)
             axes.set_yticks([-1.0, 0.0, 1.0])
             axes.set_xticks(places, points)
