@@ -78,7 +78,8 @@ def maps_table(scene: Scene, robot: str) -> Table:
     )
     laws = {name: directed(scene, chosen) for name, chosen in named_maps(scene, robot).items()}
     rows = [(name, one.restitution, one.skew, one.gain(), one.gain(passive=True)) for name, one in laws.items()]
-    flagged = [(k, j) for k, row in enumerate(rows) for j in (3, 4) if row[j] > 1.0 + ROUNDING]
+    gains = [(one[3], one[4]) for one in rows]
+    flagged = [(k, 3 + j) for k, both in enumerate(gains) for j, gain in enumerate(both) if gain > 1.0 + ROUNDING]
     impact = scene.ground.impact
     acting = (
         "The device's ground has no impact law of its own: mass-weighted."

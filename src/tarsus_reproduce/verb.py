@@ -79,8 +79,8 @@ def reproduce(
     asked = {option: value for option, value in given.items() if value is not None}
     problems = [f"there is no experiment '{name}'{nearest(name, known)}" for name in names if name not in known]
     problems += _together(experiment, all, output is None, asked if several else ())
-    if not (several or problems):
-        problems += _not_of(known[names[0]].experiment, asked)
+    for name in () if several or problems else names:
+        problems += _not_of(known[name].experiment, asked)
     if seeds is not None and not 1 <= seeds <= MOST_SEEDS:
         problems.append(f"seeds: expected a number from 1 to {MOST_SEEDS}, got {seeds}")
     if problems:
