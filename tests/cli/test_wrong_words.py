@@ -177,7 +177,7 @@ WRONG = [
     ("design nothing", "nothing: no such file"),
     ("reproduce cantilever --rows folder", "folder: cannot be read: is a directory"),
     ("reproduce cantilever --rows rows.csv", "rows.csv, line 3: 'volt_v'"),
-    ("reproduce cantilever --resume --overwrite -o x", "give one of them"),
+    ("calibrate cantilever --resume --overwrite -o x", "give one of them"),
     ("reproduce --threads 0", "See `tarsus reproduce --help`"),
     ("validate ball-dorp", "did you mean 'ball-drop'?"),
     ("validate", "name an experiment (ball-bounces, ball-drop"),
