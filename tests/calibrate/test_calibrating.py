@@ -237,9 +237,9 @@ constraints = [
     assert lowered.problem.rows == (0, 1, 2, 3)
     sets = np.array([[0.6, 1.0], [0.9, 1.0]])
     readings = lowered.forward(0, sets, lowered.problem.rows)
-    costs = lowered.problem.objective.pieces(readings, lowered.problem.hypotheses[0]).costs
-    assert costs.limits[0, 0] == 0.0 and costs.limits[1, 0] > 0.0
-    assert costs.limits[0, 1] > 0.0, "with no restitution the ball lies still after a second"
+    costs = lowered.problem.objective.pieces(readings, lowered.problem.hypotheses[0])
+    assert costs.limits[0][0] == 0.0 and costs.limits[0][1] > 0.0
+    assert costs.limits[1][0] > 0.0, "with no restitution the ball lies still after a second"
 
 
 def test_a_value_that_a_scene_refuses_spoils_no_other_row(tmp_path):

@@ -64,7 +64,7 @@ def test_without_a_row_nothing_of_it_is_left_in_the_problem():
     assert other.objective.limits == limits
     points = np.random.default_rng(0).random((5, 9))
     one, less = problem.hypotheses[0], problem.without(1)
-    costs = problem.objective.pieces(problem.simulate(0, points, problem.rows), one).costs
+    costs = problem.objective.pieces(problem.simulate(0, points, problem.rows), one)
     found = (less.objective.pieces(less.simulate(0, points, less.rows), one).roots ** 2).sum(axis=1)
     assert found == pytest.approx(np.delete(costs.rows, 1, axis=1).sum(axis=1))
 

@@ -73,4 +73,4 @@ def freedom_of_best(fits: Sequence[HypothesisFit], best: Mapping[int, float]) ->
     total = (fit.problem.residuals(pieces, points) ** 2).sum(axis=1)
     i, cells = int(np.argmin(total)), fit.problem.objective.cells
     unknowns = effective_unknowns(points, pieces.pull[:, cells.known], total, fit.unknowns.precision(points[i]))
-    return Freedom(int(cells.known.sum()), unknowns, float(pieces.costs.misfit[i].sum()))
+    return Freedom(int(cells.known.sum()), unknowns, float(pieces.misfit[i].sum()))

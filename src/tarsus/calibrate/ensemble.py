@@ -90,7 +90,7 @@ def searched_ensembles(archive: Archive, search: Search) -> SearchedEnsembles:
     fits = [HypothesisFit(archive, b) for b in kept]
     ensembles = [ensemble_of(one, freedom.scale, search.members, found[one.number].states) for one in fits]
     best = int(np.argmin([one.best for one in ensembles]))
-    own = fits[best].pieces(ensembles[best].readings[:1]).costs
+    own = fits[best].pieces(ensembles[best].readings[:1])
     missed = discrepancy_of(problem.objective.cells, own.missed[0], own.wrong[0], freedom.unknowns)
     weights = hypothesis_weights(ensembles, freedom.scale)
     return SearchedEnsembles(tuple(ensembles), weights, tuple(kept), freedom, missed, found, archive.sets)
@@ -137,7 +137,7 @@ def exclude(
     readings, missed, wrong = [], np.zeros(alone.cells.observed.shape[1]), 0.0
     for weight, one in zip(fit.weights, fit.ensembles, strict=True):
         read = own.elsewhere(one.hypothesis.run, one.points, problem.rows[row])
-        costs = alone.pieces(read[:, None], one.hypothesis).costs
+        costs = alone.pieces(read[:, None], one.hypothesis)
         missed = missed + weight * (one.weights @ costs.missed[:, 0])
         wrong = wrong + weight * (one.weights @ costs.wrong[:, 0])
         readings.append(read)

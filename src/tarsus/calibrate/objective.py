@@ -84,20 +84,6 @@ class SoftLimit:
     softness: float
 
 
-@dataclass(frozen=True)
-class Costs:
-    """Costs of ns sets: by row of the table (ns, nr), by constraint (ns, nl); missed (ns, nr, nk): residuals seen from
-    the model's side, observed less model in tolerances of the model's value; wrong (ns, nr, nk): probability that the
-    model gives to the other state of existence; both NaN where that is none; misfit (ns, nr): the part of a row's cost
-    that pulls make, without those of scatter and existence."""
-
-    rows: Floats
-    limits: Floats
-    missed: Floats
-    wrong: Floats
-    misfit: Floats
-
-
 def tolerance(values: Floats, absolute: Floats, relative: Floats) -> Floats:
     """Tolerance of values."""
     return np.sqrt(absolute**2 + (relative * values) ** 2)
@@ -198,23 +184,36 @@ class ReadingCosts:
         return np.where(np.isinf(part).any(axis=-1), FAILED, np.maximum(over, 0.0) / limit.softness)
 
     @property
-    def costs(self) -> Costs:
-        """The cost by row and constraint, and what predictions need of it."""
+    def rows(self) -> Floats:
+        """Cost of every row of the table (ns, nr)."""
+        return self._pieces.sum(axis=(0, -1))
+
+    @property
+    def misfit(self) -> Floats:
+        """The part of every row's cost that pulls make (ns, nr), without those of scatter and existence."""
+        return self._pieces[0].sum(axis=-1)
+
+    @property
+    def limits(self) -> list[Floats]:
+        """Cost of every constraint (ns,)."""
+        return [self.objective.soft(self._excess(one) ** 2).sum(axis=-1) for one in self.objective.limits]
+
+    @property
+    def wrong(self) -> Floats:
+        """Probability (ns, nr, nk) that the model gives to the other state of existence; NaN where that is none."""
         wrong = np.full(self.pull.shape, np.nan)
         for k in np.flatnonzero(self.cells.exists):
             p = existence(self.table[:, :, k])
             wrong[:, :, k] = np.where(self.cells.observed[:, k] > 0.0, 1.0 - p, p)
-        limits = [self.objective.soft(self._excess(one) ** 2).sum(axis=-1) for one in self.objective.limits]
-        missed, wrong = (np.where(self.cells.known, one, np.nan) for one in (self._missed(), wrong))
-        of_limits = np.stack(limits, axis=-1) if limits else np.zeros((len(wrong), 0))
-        by_row = self._pieces.sum(axis=-1)
-        return Costs(by_row.sum(axis=0), of_limits, missed, wrong, by_row[0])
+        return np.where(self.cells.known, wrong, np.nan)
 
-    def _missed(self) -> Floats:
-        """Residuals (ns, nr, nk) on the model's own scale."""
+    @property
+    def missed(self) -> Floats:
+        """Residuals (ns, nr, nk) seen from the model's side, observed less model in tolerances of the model's value;
+        NaN where nothing is known."""
         a, o = self.cells.absolute, np.nan_to_num(self.cells.observed)
         mean = self._log.mean(axis=-1)  # of log((v + a) / (o + a))
         shifted = np.exp(mean) * (o + a)
         own = tolerance(np.maximum(shifted - a, 0.0), a, self.cells.relative)
         missed = -mean * np.divide(shifted, own, out=np.ones_like(own), where=own > 0.0)
-        return np.where(self.failed, FAILED, missed)
+        return np.where(self.cells.known, np.where(self.failed, FAILED, missed), np.nan)

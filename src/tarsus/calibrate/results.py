@@ -128,8 +128,8 @@ def _unknowns(result: Calibration, ensemble: HypothesisEnsemble) -> dict[str, An
 def _limits(result: Calibration, place: int) -> list[dict[str, Any]]:
     """Cost of every constraint at the best set: 0 where it is kept."""
     ensemble, objective = result.solution.fit.ensembles[place], result.solution.problem.objective
-    costs = objective.pieces(ensemble.readings[:1], ensemble.hypothesis).costs.limits[0]
-    return [{"name": one.name, "cost": float(cost)} for one, cost in zip(objective.limits, costs, strict=True)]
+    costs = objective.pieces(ensemble.readings[:1], ensemble.hypothesis).limits
+    return [{"name": one.name, "cost": float(cost[0])} for one, cost in zip(objective.limits, costs, strict=True)]
 
 
 def _choices(result: Calibration) -> dict[str, dict[str, Any]]:
