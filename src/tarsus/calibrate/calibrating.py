@@ -88,8 +88,7 @@ class Calibration(Tabled):
     @property
     def problems(self) -> list[str]:
         """What the user must not miss: a fitted row of which no run reached its end."""
-        rows = (one for row in self.to_dict()["rows"] for one in row.get("training", {}).values())
-        lost = any(one["failed"] >= 1.0 for one in rows)
+        lost = any(one.failed >= 1.0 for row in self.predicted[: len(self.lowered.trained)] for one in row)
         return ["no run of some fitted rows reached its end; the calibration means nothing there"] * lost
 
     def to_dict(self) -> dict[str, Any]:

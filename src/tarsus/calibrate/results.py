@@ -57,7 +57,6 @@ def calibration_json(result: Calibration) -> dict[str, Any]:
     solution, lowered, study = result.solution, result.lowered, result.lowered.study
     cells, trained = lowered.problem.objective.cells, result.predicted[: len(lowered.trained)]
     return {
-        "format": 1,
         "tarsus": package_version(),
         "study": study.name,
         "device": study.scene.name,

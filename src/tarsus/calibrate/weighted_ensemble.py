@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -12,7 +11,6 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.errors import InputError
 from tarsus.base.workers import Workers
 from tarsus.calibrate.cells import absolute_of
 from tarsus.calibrate.description import TableSampling
@@ -23,6 +21,7 @@ from tarsus.calibrate.lowering import Lowered, check_rows, conditions_of, lower_
 from tarsus.calibrate.prediction import Discrepancy, Prediction, predict_row
 from tarsus.calibrate.scenes import Row
 from tarsus.calibrate.studyfile import STUDY_FILE, load_study
+from tarsus.files.jsontext import read_json
 from tarsus.files.rows import parse_rows
 from tarsus.files.tables import read_text
 from tarsus.measure.periods import scene_period
@@ -30,8 +29,6 @@ from tarsus.model.laws import Law
 from tarsus.model.scene import Scene
 
 ENSEMBLE_FILE = "mixture.json"
-FORMAT = 2
-"""Of `mixture.json`."""
 
 
 class SupportsRecords(Protocol):
@@ -150,7 +147,6 @@ def ensemble_table(whole: WeightedEnsemble) -> dict[str, Any]:
         branches.append({"options": one.hypothesis.options, "weight": float(weight), "members": members})
     d = whole.discrepancy
     return {
-        "format": FORMAT,
         "study": whole.lowered.study.name,
         "units": dict(zip(unknowns.names, unknowns.units, strict=True)),
         "sigma": d.sigma.tolist(),
@@ -184,13 +180,7 @@ def load_ensemble(
         If the folder holds no finished calibration.
     """
     place = Path(folder)
-    try:
-        table = json.loads((place / ENSEMBLE_FILE).read_text(encoding="utf-8"))
-        same = table["format"] == FORMAT
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(f"'{place}' holds no finished calibration: {error}") from None
-    if not same:
-        raise InputError(f"'{place}' holds an ensemble of another format; calibrate again")
+    table = read_json(place / ENSEMBLE_FILE)
     return ensemble_of_table(table, lower_study(load_study(place / STUDY_FILE, laws), threads))
 
 
