@@ -12,7 +12,7 @@ import pytest
 
 from laboratory import LABORATORY
 from tarsus.files.library import load_scene
-from tarsus.identify.consistency import not_together
+from tarsus.identify.consistency import not_together, relation_of
 from tarsus.identify.traces import Trace, trace_of
 from tarsus.model.drive.waveforms import RampedSquare, Sine, Square
 from tarsus.records.purpose import IN_AIR, Purpose
@@ -93,7 +93,12 @@ WRONG: dict[str, tuple[Callable[[Trace], Trace], str]] = {
 
 
 def refused(traces: list[Trace]) -> dict[str, str]:
-    return {t.set: str(said[0]) for t in traces if (said := not_together(t))}
+    out = {}
+    for t in traces:
+        found = {point: relation_of(t.x[k], t.v[k], t.volts, t.step) for k, point in enumerate(t.points)}
+        if said := not_together(t, {point: one for point, one in found.items() if one is not None}):
+            out[t.set] = str(said[0])
+    return out
 
 
 @pytest.mark.parametrize("rate", [20e3, 50e3])

@@ -178,7 +178,7 @@ def _first_row(lines: Sequence[str], separator: str | None, comma: bool) -> int 
     for i, line in enumerate(lines[:_LONGEST_HEADER]):
         if not line.strip():
             continue
-        cells = cells_of(line, separator)
+        cells = [line] if separator is not None and separator not in line else cells_of(line, separator)
         if separator is not None and len(cells) < 2:
             last = None
             continue

@@ -116,8 +116,8 @@ def _bare_dimension(item: Any) -> bool:
 
 
 def _scales(item: Any) -> list[Any]:
-    """The scale of each dimension of a data set, or None."""
-    return [dim[0][()] if len(dim) else None for dim in item.dims]
+    """The scale of each dimension of a table, or None; none of other data sets."""
+    return [dim[0][()] if len(dim) else None for dim in item.dims] if len(item.shape) == 2 else []
 
 
 def _along_samples(values: np.ndarray, scales: list[Any]) -> tuple[np.ndarray, tuple[str, ...]]:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from tarsus.base.errors import InputError
 from tarsus.base.quantities import Quantity
-from tarsus.base.units import parse_unit
+from tarsus.base.units import Unit, parse_unit
 
 
 class Scaled(NamedTuple):
@@ -54,11 +54,9 @@ def scaled(text: str) -> Scaled | None:
     imperial = _IMPERIAL.get(re.sub("sec$", "s", plain.replace(" ", "").lower()))
     if imperial is not None:
         return Scaled(*imperial)
-    for quantity in Quantity:
-        factor = _factor(plain, quantity.unit)
-        if factor is not None:
-            return Scaled(quantity, factor)
-    return None
+    given = _given(plain)
+    same = (one for one in Quantity if given is not None and given.dimension == parse_unit(one.unit).dimension)
+    return None if given is None else next((Scaled(one, _scale(given)) for one in same), None)
 
 
 def ratio_of(text: str) -> tuple[Scaled, Scaled] | None:
@@ -68,7 +66,7 @@ def ratio_of(text: str) -> tuple[Scaled, Scaled] | None:
         output, source = scaled(plain[:place]), scaled(plain[place + 1 :])
         if output is not None and source is not None:
             return output, source
-    for output in _MOTIONS:  # such as (1/N)*(m/s^2), or kg^-1
+    for output in _MOTIONS if _given(plain) else ():  # such as (1/N)*(m/s^2), or kg^-1
         for source in (Quantity.FORCE, Quantity.VOLTAGE):
             factor = _factor(plain, f"{output.unit}/{source.unit}")
             if factor is not None:
@@ -99,12 +97,20 @@ def _plain(text: str) -> str:
     return re.sub(r"(?<=[A-Za-z])([23])(?!\d)", r"^\1", plain)
 
 
-def _factor(plain: str, unit: str) -> float | None:
+def _given(plain: str) -> Unit | None:
+    """A unit as it is written; None of no text, and of one that is none."""
     if not plain:
         return None
     try:
-        given = parse_unit(plain)
+        return parse_unit(plain)
     except InputError:
         return None
-    same = given.dimension == parse_unit(unit).dimension
-    return given.scale * 10.0**given.exponent if same else None
+
+
+def _scale(given: Unit) -> float:
+    return given.scale * 10.0**given.exponent
+
+
+def _factor(plain: str, unit: str) -> float | None:
+    given = _given(plain)
+    return _scale(given) if given is not None and given.dimension == parse_unit(unit).dimension else None

@@ -21,7 +21,7 @@ from tarsus.identify.heldout import Comparison, compare
 from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.prediction import fit_air
 from tarsus.identify.step import StepResult, failures
-from tarsus.identify.steps import CHECKS, GIVEN, IN_THE_AIR, LANDING_RULE, RESONANCES, STEPS
+from tarsus.identify.steps import CHECKS, GIVEN, IN_THE_AIR, LANDING_RULE, RESONANCES, STEPS, straighter
 from tarsus.identify.surprises import with_surprises
 from tarsus.records.excluded import Excluded
 from tarsus.records.purpose import Purpose
@@ -185,7 +185,7 @@ def _again(chain: StepRunner, model: FootModel, evidence: Evidence) -> dict[str,
     for one in other.steps.values():
         other.known = other.known.after(one).certain()
     for step in STEPS:
-        if step.name not in chain.steps or step.name in ("resonances", "impact map"):
+        if step.name not in chain.steps or step.name in ("resonances", "impact map") or step.when is straighter:
             continue
         other.take((step,))
         other.known = other.known.certain()

@@ -15,17 +15,16 @@ import numpy as np
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.events import IMPACTS
-from tarsus.base.spec import with_values
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
-from tarsus.identify.instruments import Instruments
+from tarsus.identify.instruments import SOUND, Instruments
 from tarsus.identify.traces import Trace, repeats_of
 from tarsus.impacts.detection import STILL
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.standing import rest_state
 from tarsus.records.measurement import Quantity
 from tarsus.records.purpose import IN_AIR
-from tarsus.solve import ResultCode, simulate
+from tarsus.solve import ResultCode
 
 _FINER = 8
 """Places a sample at which a prediction is delayed: beyond lies a thousandth of the motion."""
@@ -70,7 +69,7 @@ def air_records(
     traces: Sequence[Trace],
     signals: Mapping[str, Waveform],
     level: float,
-    instruments: Instruments | None = None,
+    instruments: Instruments = SOUND,
 ) -> tuple[list[AirRecord], list[str]]:
     """Every set that shows motion in the air, and sentences on those that cannot be simulated.
 
@@ -88,7 +87,6 @@ def air_records(
         Those of the records, whose delays and low-pass the prediction has as well: a prediction can be delayed exactly,
         a record between its samples cannot.
     """
-    seen_by = Instruments(1.0) if instruments is None else instruments
     out: list[AirRecord] = []
     said: list[str] = []
     for name, repeats in repeats_of([one for one in traces if one.set in signals]).items():
@@ -96,7 +94,7 @@ def air_records(
             said.append(f"{name}: its repeats are sampled at different rates")
             continue
         try:
-            found = _record(known, repeats, signals[name], level, seen_by)
+            found = _record(known, repeats, signals[name], level, instruments)
         except InputError as error:
             said += [f"{name}: {one}" for one in error.problems]
             continue
@@ -119,26 +117,25 @@ def _record(
 ) -> AirRecord | None:
     model, first = known.model(), repeats[0]
     k, step = first.point(model.foot_point), first.step
-    gaps = {} if first.gap is None else {f"robot.feet.{model.foot}.gap": first.gap}
     begin = int(np.searchsorted(first.time, -_ROUNDED * step))
     late = max(float(first.time[begin]), 0.0)
     count = min(_touches(one, k, level) for one in repeats) - begin
-    events = simulate(with_values(model.driven(signal), gaps), max(count, 1) * step).events
+    _, events, _ = model.run(model.driven(signal, first.gap), max(count, 1) * step, np.zeros(0))
     landings = events["time"][np.isin(events["kind"], IMPACTS)]
     count = min(count, int(landings.min(initial=np.inf) / step)) if len(landings) else count
     if count < _SHORTEST:
         return None
 
     finer = _FINER if instruments.delaying else 1
+    times = late + step / finer * np.arange(finer * (count - 1) + 1, dtype=np.float64)
 
     def motion(values: Floats) -> Floats:
         """Displacements and velocities of the points from the rest, as seen with some values of the numbers."""
         there = known.model(values)
-        scene = with_values(there.driven(signal), gaps)
-        run = simulate(scene, count * step, shared=known.base.shared)
-        if run.ended is not ResultCode.DONE:
-            raise InputError(f"the identified device cannot be simulated with this drive: {run.ended}")
-        states = run.states(late + step / finer * np.arange(finer * (count - 1) + 1, dtype=np.float64))
+        scene = there.driven(signal, first.gap)
+        ended, _, states = there.run(scene, count * step, times)
+        if ended is not ResultCode.DONE:
+            raise InputError(f"the identified device cannot be simulated with this drive: {ended}")
         x = states.x - np.array(rest_state(scene))[:, None]
         pairs = (there.rows @ x, Quantity.DISPLACEMENT), (there.rows @ states.v, Quantity.VELOCITY)
         return np.concatenate([instruments.seen(*one, step / finer) for one in pairs])[:, ::finer]

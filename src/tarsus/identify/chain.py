@@ -110,9 +110,8 @@ class StepRunner:
 
     def find_ground(self) -> None:
         """Find the ground that the records show, and report what was corrected of them."""
-        if self.evidence.instruments is not None:
-            for said in self.evidence.instruments.sentences():
-                self.remark(said)
+        for said in self.evidence.instruments.sentences():
+            self.remark(said)
         self.evidence.find_ground()
 
     def take(self, steps: Sequence[ChainStep]) -> None:

@@ -94,10 +94,10 @@ def left_check(step: StepResult, known: Estimates) -> tuple[Check, ...]:
     return (Check(f"{step.name}: residual over noise", left, OVER_NOISE, paths=paths, cause=cause, record=record),)
 
 
-def smeared_check(instruments: Instruments | None, known: Estimates) -> tuple[Check, ...]:
+def smeared_check(instruments: Instruments, known: Estimates) -> tuple[Check, ...]:
     """Whether a low-pass smears what happens in a moment over more than a sample's fraction."""
-    low = None if instruments is None else instruments.low(instruments.of)
-    if instruments is None or low is None:
+    low = instruments.low(instruments.of)
+    if low is None:
         return ()
     cause = (
         f"behind a low-pass at {low.corner:.4g} Hz releases and impacts are seen only as far as the sampling rate "

@@ -6,7 +6,7 @@ show the same motion: one that does not, while the others agree, is the odd one 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +17,7 @@ from tarsus.identify.traces import Trace
 from tarsus.identify.volts import jumps_of
 from tarsus.identify.with_error import WithError
 from tarsus.records.excluded import Excluded
+from tarsus.records.measurement import Measurement, Quantity
 
 _WIDTH = 3.0
 """Samples (standard deviation) of the Gaussian through which both are compared: wide enough for velocities that jump at
@@ -96,12 +97,26 @@ def relation_of(x: Floats, v: Floats, volts: Floats, step: float) -> Relation | 
     )
 
 
-def not_together(trace: Trace) -> list[Excluded]:
-    """What is wrong between displacements and velocities of a record; nothing where noise hides it."""
+def relations_of(record: Measurement, points: Sequence[str]) -> dict[str, Relation]:
+    """Of each point with a displacement and a velocity their relation in a record, unless too few samples tell it."""
+    volts = np.zeros(record.count) if record.drive is None else record[record.drive]
+    rows = {(one.at, one.quantity): k for k, one in reversed(list(enumerate(record.channels)))}
+    pairs = {one: (rows.get((one, Quantity.DISPLACEMENT)), rows.get((one, Quantity.VELOCITY))) for one in points}
+    found = {
+        one: relation_of(record.values[x], record.values[v], volts, record.step)
+        for one, (x, v) in pairs.items()
+        if x is not None and v is not None
+    }
+    return {point: one for point, one in found.items() if one is not None}
+
+
+def not_together(trace: Trace, relations: Mapping[str, Relation]) -> list[Excluded]:
+    """What is wrong between displacements and velocities of a record, by their relations; nothing where noise hides
+    it."""
     out: list[Excluded] = []
     points = range(len(trace.points))
-    for k in points:
-        found = _relation(trace, k, k)
+    for k, point in enumerate(trace.points):
+        found = relations.get(point)
         if found is None:
             continue
         gain, noise = found.gain.value, (trace.noise_x[k], trace.noise_v[k])
@@ -117,7 +132,11 @@ def not_together(trace: Trace) -> list[Excluded]:
             hidden = found.alike > -_AGAINST and found.left < _HEARD * by_noise
             if hidden or (abs(found.alike) < ALIKE and not found.between):
                 continue
-            others = [(other, _relation(trace, k, other)) for other in points if other != k]
+            others = [
+                (other, relation_of(trace.x[k], trace.v[other], trace.volts, trace.step))
+                for other in points
+                if other != k
+            ]
             swapped = [
                 o for o, one in others if one is not None and one.alike > 0.97 and abs(one.gain.value - 1.0) < 0.1
             ]
@@ -128,12 +147,8 @@ def not_together(trace: Trace) -> list[Excluded]:
                 said = "displacement and velocity have opposite signs"
             else:
                 said = f"the displacement is not the integral of the velocity (correlation {found.alike:.2f})"
-        out.append(Excluded(trace.file, trace.points[k], said))
+        out.append(Excluded(trace.file, point, said))
     return out
-
-
-def _relation(trace: Trace, point: int, other: int) -> Relation | None:
-    return relation_of(trace.x[point], trace.v[other], trace.volts, trace.step)
 
 
 def odd_ones(traces: Sequence[Trace]) -> list[Excluded]:

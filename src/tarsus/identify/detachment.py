@@ -121,7 +121,8 @@ class Detachments(FlightProblem):
         """All flights under one film, each by a descent of its own, from unknowns (nr, q) or the best of some."""
         law = sought.law(self.model, place).value
         begun = self._tried(sought, place) if start is None else start
-        return self.fitted(self.alone(begun, law, _ROUGH).own, sought, place)
+        found = self.alone(begun, law, _ROUGH)
+        return FlightFit(self, sought, found.own, place, found.equations)
 
     def _tried(self, sought: Sought, place: Floats) -> Floats:
         """Unknowns from the beginnings of the flights, each flight's best from several first guesses of the

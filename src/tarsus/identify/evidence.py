@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -10,9 +10,9 @@ import numpy as np
 from tarsus.base.errors import InputError
 from tarsus.identify.campaign import Opened, RecordFile, read_records
 from tarsus.identify.clock import clocks_of
-from tarsus.identify.consistency import COARSE, not_together, odd_ones
+from tarsus.identify.consistency import Relation, not_together, odd_ones
 from tarsus.identify.influence import Influence, of_levels
-from tarsus.identify.instruments import Instruments, compared
+from tarsus.identify.instruments import SOUND, Instruments, compared
 from tarsus.identify.traces import Trace, contact_level, misplaced, stands_of, trace_of
 from tarsus.model.drive.waveforms import SweptSine
 from tarsus.records.excluded import Excluded, excluded_of
@@ -39,7 +39,8 @@ class Evidence:
 
     opened: the campaign; readings: every file; left_out: data not used, with reasons; traces by purpose; level: of the
     contact from the rest, with its standard error [m]; remarks: what does not fit together, though it is used;
-    instruments: what of the records is theirs, and was corrected."""
+    instruments: what of the records is theirs, and was corrected; relations: by file and point, of displacement and
+    velocity."""
 
     opened: Opened
     readings: list[RecordFile] = field(default_factory=list)
@@ -47,7 +48,8 @@ class Evidence:
     traces: dict[Purpose, list[Trace]] = field(default_factory=dict)
     level: tuple[float, float] | None = None
     remarks: list[str] = field(default_factory=list)
-    instruments: Instruments | None = None
+    instruments: Instruments = SOUND
+    relations: dict[str, Mapping[str, Relation]] = field(default_factory=dict)
 
     def read(self, tell: Callable[[str], None]) -> None:
         """Read every file; faults are kept beside it."""
@@ -65,12 +67,12 @@ class Evidence:
                 if r.record is not None and isinstance(signal := self.opened.campaign.records[r.set].signal, SweptSine)
             ]
             clocks, found = clocks_of(sweeps), compared(records, self.opened.model.points)
+            files = [r.file for r in self.readings if r.record is not None]
+            self.relations = dict(zip(files, found.relations, strict=True))
             self.correct(replace(found, pace=clocks.pace, starts=clocks.starts, lost=clocks.lost))
 
     def nudged(self) -> Iterator[Evidence]:
         """The same records with each number that was corrected of them moved by its standard error."""
-        if self.instruments is None:
-            return
         for instruments in self.instruments.uncertain():
             yield self._otherwise(instruments, self.readings)
         if shared := float(np.hypot(self.opened.campaign.calibration, self.instruments.shared)):
@@ -106,15 +108,15 @@ class Evidence:
 
     def record(self, reading: RecordFile) -> Measurement | None:
         """The record of a file without what is its instruments'; a sweep also without its delay behind the drive."""
-        if reading.record is None or self.instruments is None:
-            return reading.record
+        if reading.record is None:
+            return None
         swept = self.opened.campaign.records[reading.set].purpose is Purpose.MODAL
         return self.instruments.corrected(reading.record, swept)
 
     def as_seen(self, purposes: Sequence[Purpose]) -> list[Trace]:
         """Traces of the files that are used with the delays of their instruments: only gains are corrected."""
         used = [trace for purpose in purposes for trace in self.traces.get(purpose, [])]
-        if self.instruments is None or not self.instruments.delaying:
+        if not self.instruments.delaying:
             return used
         files, prompt = {one.file for one in used}, self.instruments.prompt
         return [
@@ -129,18 +131,17 @@ class Evidence:
         if record is None or record.drive is None:
             return []
         try:
-            trace = self._traced(reading, record, 0.0 if self.instruments is None else self.instruments.late)
+            trace = self._traced(reading, record, self.instruments.late)
         except InputError as error:
             self.left_out += [excluded_of(reading.file, said) for said in error.problems]
             return []
-        coarse = self.instruments is not None and record.step >= COARSE * self.instruments.step
-        return [trace] if coarse else self._without([trace], not_together(trace))
+        return self._without([trace], not_together(trace, self.relations.get(reading.file, {})))
 
     def _traced(self, reading: RecordFile, record: Measurement, late: float) -> Trace:
         """A record, so late [s] and by a clock as slow as its instruments', as a trace of its file."""
-        one, pace = (self.opened.campaign.records[reading.set], self.instruments.slow if self.instruments else 0.0)
+        one = self.opened.campaign.records[reading.set]
         points, drive = self.opened.model.points, record.drive or ""
-        trace = trace_of(record, points, reading.set, drive, one.rest, one.gap, late, pace)
+        trace = trace_of(record, points, reading.set, drive, one.rest, one.gap, late, self.instruments.slow)
         order = next((k for k, one in enumerate(self.readings) if one.file == reading.file), 0)
         return replace(trace, file=reading.file, order=order)
 

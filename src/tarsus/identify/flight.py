@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -207,6 +208,12 @@ class FlightProblem:
             part = slice(first, first + one.before + one.after)
             self.measured.append(np.concatenate([trace.x[:, part] + self.rest(trace)[:, None], trace.v[:, part]]))
             self.noise.append(np.concatenate([trace.noise_x, trace.noise_v]))
+        pairs = list(zip(self.measured, (one.before for one in items), strict=True))
+        self.seen = [
+            np.concatenate([seen[:, :n][:, ::-1].T if side.back else seen[:, n:].T for seen, n in pairs])
+            for side in self.sides
+        ]
+        self.weights = [np.repeat(1.0 / np.array(self.noise), counts, axis=0) for counts in self.counts]
         self._drive()
         self.gaps = np.array([self.gap(self.traces[one.trace]) for one in items])
 
@@ -287,7 +294,7 @@ class FlightProblem:
         base = np.concatenate([self.grounded, np.zeros(len(self.grounded))])
         return base + unknowns @ self.sides[side].rates.T
 
-    def launches(self, unknowns: Floats, law: Varied, part: NDArray[np.intp], side: int = -1) -> Launches:
+    def launches(self, unknowns: Floats, law: Varied, part: NDArray[np.intp] | slice, side: int = -1) -> Launches:
         """Flights of these numbers to one side, with derivatives by their unknowns and those p of the law (5,)."""
         one, (count, q) = self.sides[side], unknowns.shape
         assert law.slopes is not None
@@ -305,56 +312,51 @@ class FlightProblem:
 
     def _flown(
         self, k: int, unknowns: Floats, law: Varied, part: NDArray[np.intp]
-    ) -> tuple[tuple[Floats, Floats, Floats], list[slice]]:
-        """Of side k of the segments of these numbers, one flight after the other from its moment on: what was measured
-        less what is flown (samples, channels) and slopes (samples, channels, q + p) of what is flown, over the noise;
-        the flights (samples, channels); and which samples are each segment's."""
-        counts, back = self.counts[k][part], self.sides[k].back
-        squares = None if self.squares is None else self.squares[part]
-        launches = self.launches(unknowns, law, part, k)
-        values, slopes = self.flows[k].fly(launches, self.drive[k][part], counts, self.output, squares)
-        ends = np.cumsum(counts).tolist()
-        own = [slice(end - count, end) for end, count in zip(ends, counts.tolist(), strict=True)]
-        before = [self.items[r].before for r in part]
-        seen = np.concatenate(
-            [
-                self.measured[r][:, :n][:, ::-1].T if back else self.measured[r][:, n:].T
-                for r, n in zip(part.tolist(), before, strict=True)
+    ) -> tuple[Floats, Floats, list[slice]]:
+        """Of side k of the segments of these numbers, one flight after the other from its moment on: slopes of what is
+        flown and, last, what was measured less it (samples, channels, q + p + 1), over the noise; the flights (samples,
+        channels); and which samples are each segment's."""
+        counts, every = self.counts[k][part], len(part) == len(self.items)
+        chosen = slice(None) if every else part
+        squares = None if self.squares is None else self.squares[chosen]
+        launches = self.launches(unknowns, law, chosen, k)
+        values, slopes = self.flows[k].fly(launches, self.drive[k][chosen], counts, self.output, squares)
+        ends = np.cumsum(counts)
+        seen, weight = self.seen[k], self.weights[k]
+        if not every:
+            at = np.arange(len(values)) + np.repeat(np.cumsum(self.counts[k])[part] - ends, counts)
+            seen, weight = seen[at], weight[at]
+        both = np.empty((*values.shape, slopes.shape[2] + 1))
+        np.multiply(slopes, weight[:, :, None], out=both[:, :, :-1])
+        np.multiply(seen - values, weight, out=both[:, :, -1])
+        own = [slice(end - count, end) for end, count in zip(ends.tolist(), counts.tolist(), strict=True)]
+        return both, values, own
+
+    def flown(self, unknowns: Floats, law: Varied) -> tuple[list[Floats], list[Floats], list[Floats]]:
+        """What was measured less what is flown, over the noise (channels, samples), slopes (q + p, channels times
+        samples) of what is flown, and the flights (channels, samples)."""
+        every = np.arange(len(self.items))
+        sides = [self._flown(k, unknowns, law, every) for k in range(len(self.sides))]
+        turns = [-1 if side.back else 1 for side in self.sides]
+        left, rows, flights = list[Floats](), list[Floats](), list[Floats]()
+        for r in every.tolist():
+            parts = [
+                (both[own[r]][::turn], v[own[r]][::turn]) for (both, v, own), turn in zip(sides, turns, strict=True)
             ]
-        )
-        noise = np.repeat([self.noise[r] for r in part], counts, axis=0)
-        return ((seen - values) / noise, slopes / noise[:, :, None], values), own
-
-    def flown(
-        self, unknowns: Floats, law: Varied, part: NDArray[np.intp] | None = None
-    ) -> tuple[list[Floats], list[Floats], list[Floats]]:
-        """Of the segments of these numbers, or of all: what was measured less what is flown, over the noise (channels,
-        samples), slopes (q + p, channels times samples) of what is flown, and the flights (channels, samples)."""
-        part = np.arange(len(self.measured)) if part is None else part
-        sides = [self._flown(k, unknowns, law, part) for k in range(len(self.sides))]
-
-        def in_time(number: int, r: int) -> Floats:
-            turns = (-1 if side.back else 1 for side in self.sides)
-            parts = (of[number][own[r]][::turn] for (of, own), turn in zip(sides, turns, strict=True))
-            return np.concatenate(list(parts))
-
-        every = range(len(part))
-        rows = [in_time(1, r).transpose(2, 1, 0) for r in every]
-        return (
-            [in_time(0, r).T for r in every],
-            [one.reshape(len(one), -1) for one in rows],
-            [in_time(2, r).T for r in every],
-        )
+            both, values = (np.concatenate(some) for some in zip(*parts, strict=True))
+            left.append(both[:, :, -1].T)
+            rows.append(both[:, :, :-1].transpose(2, 1, 0).reshape(both.shape[2] - 1, -1))
+            flights.append(values.T)
+        return left, rows, flights
 
     def equations(self, unknowns: Floats, law: Varied, part: NDArray[np.intp] | None = None) -> NormalEquations:
         """Normal equations of the segments of these numbers, which share the unknowns of the law."""
-        part = np.arange(len(self.measured)) if part is None else part
+        part = np.arange(len(self.items)) if part is None else part
         assert law.slopes is not None
         q, size = unknowns.shape[1], unknowns.shape[1] + law.slopes.shape[1]
         products = np.zeros((len(part), size + 1, size + 1))  # of the slopes and, last, of what is left
         for k in range(len(self.sides)):
-            (left, slopes, _), own = self._flown(k, unknowns, law, part)
-            both = np.concatenate([slopes, left[:, :, None]], axis=2)
+            both, _, own = self._flown(k, unknowns, law, part)
             for r, one in enumerate(own):
                 rows = both[one].reshape(-1, size + 1)
                 products[r] += rows.T @ rows
@@ -376,13 +378,7 @@ class FlightProblem:
             prior=(sought.centre, sought.information),
             how=how,
         )
-        return self.fitted(found.own, sought, found.shared)
-
-    def fitted(self, unknowns: Floats, sought: Sought, place: Floats) -> FlightFit:
-        """The fit that ended at these unknowns (nr, q) and this place (p,)."""
-        residuals, slopes, flights = self.flown(unknowns, sought.law(self.model, place))
-        system = equations_of(residuals, slopes, unknowns.shape[1])
-        return FlightFit(self, sought, unknowns, place, tuple(residuals), tuple(flights), system)
+        return FlightFit(self, sought, found.own, found.shared, found.equations)
 
 
 def equations_of(residuals: Sequence[Floats], slopes: Sequence[Floats], own: int) -> NormalEquations:
@@ -392,16 +388,19 @@ def equations_of(residuals: Sequence[Floats], slopes: Sequence[Floats], own: int
 
 @dataclass(frozen=True)
 class FlightFit:
-    """Segments fitted with what they share: own unknowns (nr, q); place (p,) of the shared ones; residuals over the
-    noise and flights, (nr) arrays (channels, samples); system: normal equations there."""
+    """Segments fitted with what they share: own unknowns (nr, q); place (p,) of the shared ones; system: normal
+    equations there."""
 
     problem: FlightProblem
     sought: Sought
     unknowns: Floats
     place: Floats
-    residuals: tuple[Floats, ...]
-    flights: tuple[Floats, ...]
     system: NormalEquations
+
+    @cached_property
+    def flown(self) -> tuple[list[Floats], list[Floats], list[Floats]]:
+        """What `FlightProblem.flown` says of the segments: residuals over the noise, slopes and flights."""
+        return self.problem.flown(self.unknowns, self.sought.law(self.problem.model, self.place))
 
     @property
     def chi(self) -> Floats:
@@ -448,7 +447,7 @@ class FlightFit:
     def step(self, name: str, logs: Floats, gap: float, panels: tuple[Panel, ...]) -> StepResult:
         """What a step found: the constants with draws of the place (draws, p), and combinations at a gap [m]."""
         by_record: dict[int, list[Floats]] = {}
-        for one, left in zip(self.problem.items, self.residuals, strict=True):
+        for one, left in zip(self.problem.items, self.flown[0], strict=True):
             by_record.setdefault(one.trace, []).append(left.ravel())
         residuals: list[Residual] = [
             over_noise(self.problem.traces[k].file, np.concatenate(left)) for k, left in sorted(by_record.items())
@@ -471,6 +470,6 @@ class FlightFit:
         problem, one = self.problem, self.problem.items[r]
         model, trace = problem.model, problem.traces[one.trace]
         k, time = model.points.index(model.foot_point), trace.time[one.first : one.first + one.after] - since
-        gap = model.normal * self.flights[r][k] + problem.gaps[r]
-        left = model.normal * self.residuals[r][k] * trace.noise_x[k]
+        gap = model.normal * self.flown[2][r][k] + problem.gaps[r]
+        left = model.normal * self.flown[0][r][k] * trace.noise_x[k]
         return measured_and_fitted(title, (axis, "s", "gap", "m"), time, gap, left)

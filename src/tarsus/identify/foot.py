@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from tarsus.base.arrays import Complexes, Floats
@@ -16,10 +17,11 @@ from tarsus.model.drive.laws import VoltageLaw
 from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.scene import Scene
 from tarsus.model.standing import rest_state
-from tarsus.solve import Shared
+from tarsus.solve import ResultCode, Shared
+from tarsus.solve.codes import structured_events
 
 if TYPE_CHECKING:
-    from tarsus.solve import Run
+    from tarsus.core.states import SampledStates
 
 
 @dataclass(frozen=True)
@@ -177,17 +179,21 @@ class FootModel:
         ``level`` [m] from the rest along +z: the drive holds the foot at ``-gap - level``."""
         return self.by_drive * ((-self.gap - self.normal * level) / self.static_load)
 
-    def driven(self, signal: Waveform) -> Scene:
-        """The scene under another drive, begun at rest in the air, from which records count: gravity is balanced there,
-        and left out."""
+    def driven(self, signal: Waveform, gap: float | None = None) -> Scene:
+        """The scene under another drive, at another gap [m] if given, begun at rest in the air, from which records
+        count: gravity is balanced there, and left out."""
         begun = {"initial.displacement": rest_state(self.scene), "ground.gravity": None}
+        if gap is not None:
+            begun[f"robot.feet.{self.foot}.gap"] = gap
         return with_values(self.scene, {"signals": {self.drive: signal}, **begun})
 
-    def run(self, signal: Waveform, seconds: float) -> Run:
-        """A simulation of the device as it is `driven`."""
-        from tarsus.solve import simulate
+    def run(self, scene: Scene, seconds: float, times: Floats) -> tuple[ResultCode, NDArray[np.void], SampledStates]:
+        """How a simulation of a `driven` scene ends, its events and its states at times (nt,) [s], in order."""
+        from tarsus.solve.run import motion_of
 
-        return simulate(self.driven(signal), seconds, shared=self.shared)
+        found, states = motion_of(scene, {}, seconds, None, self.shared).watched(times)
+        ended = ResultCode.of(int(found.codes[0]), makes_energy=scene.ground.makes_energy)
+        return ended, structured_events(found.events), states
 
     def changed(self, values: Mapping[str, Any]) -> FootModel:
         """The same with other values in the scene, by path."""

@@ -52,11 +52,11 @@ def moved(model: FootModel, trace: Trace, signal: Waveform, level: float, until:
     """
     driven = (trace.time >= -1e-9) & (trace.time <= until)
     time = np.maximum(trace.time[driven], 0.0)
-    run = model.run(signal, float(time[-1]) + trace.step)
-    if run.ended is not ResultCode.DONE:
-        raise InputError(f"{trace.file}: the identified device cannot be simulated with this drive: {run.ended}")
+    ended, _, states = model.run(model.driven(signal), float(time[-1]) + trace.step, time)
+    if ended is not ResultCode.DONE:
+        raise InputError(f"{trace.file}: the identified device cannot be simulated with this drive: {ended}")
     seen = model.normal * (trace.x[trace.point(model.foot_point), driven] - level)
-    return Moved(time, seen, model.gap + model.row @ run.states(time).x)
+    return Moved(time, seen, model.gap + model.row @ states.x)
 
 
 def compare(model: FootModel, trace: Trace, signal: Waveform, level: float) -> Comparison:

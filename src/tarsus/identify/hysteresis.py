@@ -143,13 +143,14 @@ def fit_loops(model: FootModel, traces: Sequence[Trace], level: float | None, sh
     InputError
         If there are too few samples, or the voltage does not move through all plays of the law.
     """
-    loops = _gathered(model, traces, level)
+    bases = [basis_of(model.law, trace.volts, model.history) for trace in traces]
+    loops = _gathered(model, traces, bases, level)
     neutral = -model.gap * model.normal if level is None else level
     _check_reach(model, traces)
     values = _estimate(model, loops, neutral, shares)
     # ringing is a hundredth of the motion at most, so that a first estimate of the drive is enough to tell it
     calm = [calmed(_with(model, values, shares), trace) for trace in traces]
-    loops = _gathered(model, calm, level)
+    loops = _gathered(model, calm, bases, level)
     values = _estimate(model, loops, neutral, shares)
     influence, prior = _influence(model, loops, shares, values)
     own = _own(model, loops, shares, values, scattered(influence, seed, prior) * influence.units)
@@ -162,7 +163,7 @@ def _paths(model: FootModel, shares: Shares) -> tuple[str, ...]:
     return (*own, *(f"{before}.law.{name}" for name in law_names(model.law)))
 
 
-def _gathered(model: FootModel, traces: Sequence[Trace], level: float | None) -> Loops:
+def _gathered(model: FootModel, traces: Sequence[Trace], bases: Sequence[Floats], level: float | None) -> Loops:
     if not traces:
         raise InputError("there is no static record to identify the drive's law from")
     found = [blocks_of(trace, model.foot_point, level if trace.gap is None else None) for trace in traces]
@@ -170,7 +171,6 @@ def _gathered(model: FootModel, traces: Sequence[Trace], level: float | None) ->
     if sum(len(block.index) for block in blocks) < _FEWEST:
         raise InputError("the static records have hardly any sample away from the making and breaking of contacts")
     noise = np.sqrt(np.mean([trace.noise_x**2 for trace in traces], axis=0))
-    bases = [basis_of(model.law, trace.volts, model.history) for trace in traces]
     of = np.repeat([number for number, (those, _) in enumerate(found) for _ in those], [len(b.index) for b in blocks])
     block = np.repeat(np.arange(len(blocks)), [len(b.index) for b in blocks])
     basis = np.concatenate([bases[n][b.index] for n, (those, _) in enumerate(found) for b in those])

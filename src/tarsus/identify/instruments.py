@@ -15,7 +15,7 @@ import numpy as np
 
 from tarsus.base.arrays import Complexes, Floats
 from tarsus.identify.clock import PACE, stretched
-from tarsus.identify.consistency import ALIKE, COARSE, relation_of
+from tarsus.identify.consistency import ALIKE, COARSE, Relation, relations_of
 from tarsus.identify.lateness import SAMPLES, Lateness, LowPass, lateness_of, passed
 from tarsus.identify.with_error import UNTOLD, WithError
 from tarsus.modes.modal import ModalFit
@@ -42,7 +42,8 @@ class Instruments:
     velocity, not the displacement, has the gain; lateness: of the sweeps' channels behind the drive, as far as it is
     known; of: the quantity of these channels; pace: share by which the clock of the motion is slow against that of the
     drive, as far as it is known; starts [s]: by source, how much later than the others a sweep comes behind its drive;
-    lost: samples of sweeps were, which both correct in part.
+    lost: samples of sweeps were, which both correct in part; relations: by point, of displacement and velocity in each
+    of the records that were compared, nothing of those that are too coarse.
     """
 
     step: float
@@ -54,6 +55,7 @@ class Instruments:
     pace: WithError = UNTOLD
     starts: Mapping[str, float] = field(default_factory=dict)
     lost: bool = False
+    relations: Sequence[Mapping[str, Relation]] = ()
 
     @property
     def wrong(self) -> dict[str, WithError]:
@@ -218,15 +220,20 @@ class Instruments:
         return out
 
 
+SOUND = Instruments(1.0)
+"""Of records of which nothing is known to be wrong."""
+
+
 def compared(records: Sequence[Measurement], points: Sequence[str]) -> Instruments:
-    """Gains and lag of displacements against velocities: medians over records, weighted by what each tells."""
+    """Gains and lag of displacements against velocities: medians over records, weighted by what each tells; and how
+    both are related in each once these are corrected."""
     step = min(record.step for record in records)
-    records = [record for record in records if record.step < COARSE * step]
-    first = _compared(records, points, step)
+    fine = [record.step < COARSE * step for record in records]
+    first = _compared(records, fine, points, step)
     if not first.differ:
         return first
     # gains and lags are told apart once most of both is gone
-    again = _compared([first.corrected(record, False) for record in records], points, step)
+    again = _compared([first.corrected(record, False) for record in records], fine, points, step)
     gains = {
         point: WithError(first.gain(point, Quantity.DISPLACEMENT) * one.value, one.error)
         for point, one in again.gains.items()
@@ -234,17 +241,17 @@ def compared(records: Sequence[Measurement], points: Sequence[str]) -> Instrumen
     return replace(again, gains=gains, lag=WithError(first.lags + again.lag.value, again.lag.error))
 
 
-def _compared(records: Sequence[Measurement], points: Sequence[str], step: float) -> Instruments:
-    found = {point: [one for r in records if (one := _relation(r, point)) is not None] for point in points}
-    tables = {point: np.array(one) for point, one in found.items() if one}
-    if not tables:
-        return Instruments(step)
-    gains = {point: middle_of(one[:, 0], one[:, 1]) for point, one in tables.items()}
-    return Instruments(step, gains, middle_of(*np.concatenate(list(tables.values()))[:, 2:].T))
+def _compared(records: Sequence[Measurement], fine: Sequence[bool], points: Sequence[str], step: float) -> Instruments:
+    relations = tuple(relations_of(r, points) if yes else {} for r, yes in zip(records, fine, strict=True))
+    found = {point: [r[point] for r in relations if point in r and _of_instrument(r[point])] for point in points}
+    gains = {point: middle_of([one.gain for one in told]) for point, told in found.items() if told}
+    lags = [one.lag for told in found.values() for one in told]
+    return Instruments(step, gains, middle_of(lags) if lags else UNTOLD, relations=relations)
 
 
-def middle_of(values: Floats, errors: Floats) -> WithError:
-    """Weighted median of values (n,) with standard errors: a record with another fault counts as one of many."""
+def middle_of(found: Sequence[WithError]) -> WithError:
+    """Weighted median of some values: a record with another fault counts as one of many."""
+    values, errors = np.array([(one.value, one.error) for one in found]).T
     order, weight = np.argsort(values), errors**-2.0
     share = np.cumsum(weight[order]) / weight.sum()
     middle = float(values[order][np.searchsorted(share, 0.5)])
@@ -252,21 +259,9 @@ def middle_of(values: Floats, errors: Floats) -> WithError:
     return WithError(middle, float(_MIDDLE * max(scatter, 1.0) * weight.sum() ** -0.5))
 
 
-def _relation(record: Measurement, point: str) -> tuple[float, float, float, float] | None:
-    """Gain and its error, lag and its error [s], of a point in a record; None where an instrument explains neither."""
-    rows = {one.quantity: k for k, one in enumerate(record.channels) if one.at == point}
-    if not {Quantity.DISPLACEMENT, Quantity.VELOCITY} <= set(rows):
-        return None
-    x, v = record.values[rows[Quantity.DISPLACEMENT]], record.values[rows[Quantity.VELOCITY]]
-    found = relation_of(x, v, np.zeros(record.count) if record.drive is None else record[record.drive], record.step)
-    if (
-        found is None
-        or not found.between
-        or abs(found.alike) < ALIKE
-        or not 1.0 / _MOST < abs(found.gain.value) < _MOST
-    ):
-        return None
-    return found.gain.value, found.gain.error, found.lag.value, found.lag.error
+def _of_instrument(found: Relation) -> bool:
+    """Whether an instrument may explain the gain and the lag of a point in a record."""
+    return found.between and abs(found.alike) >= ALIKE and 1.0 / _MOST < abs(found.gain.value) < _MOST
 
 
 def _divided(values: Floats, step: float, late: float, low: LowPass | None) -> Floats:

@@ -156,10 +156,11 @@ def _fit(
     model: FootModel, rule: AnyLanding, traces: Sequence[Trace], signals: Mapping[str, Waveform], level: float
 ) -> LandingFit:
     out = np.full(len(traces), np.inf)
-    for k, trace in enumerate(traces):
-        with suppress(InputError):  # a rule that this structure has not, or a run that does not end
-            chosen = model.changed({"ground.landing": rule})
-            out[k] = moved(chosen, trace, signals[trace.set], level, UNTIL).off
+    with suppress(InputError):  # a rule that this structure has not
+        chosen = model.changed({"ground.landing": rule})
+        for k, trace in enumerate(traces):
+            with suppress(InputError):  # a run that does not end
+                out[k] = moved(chosen, trace, signals[trace.set], level, UNTIL).off
     return LandingFit(rule, out)
 
 

@@ -137,7 +137,7 @@ class _Lines:
         self.highest = float(frf.frequency[-1])
         values = frf.values[:, 0, ::stride]
         self.size = np.sqrt(np.sum(np.abs(values) ** 2, axis=1))[:, None]
-        self.values = values / self.size
+        self.target = stacked(values / self.size, -1)
         self.repeats = None if frf.repeats is None else frf.repeats[:, :, 0, ::stride] / self.size
         left = (frf.values - fit.synthesis)[:, 0, ::stride] / self.size
         self.noise = float(np.sum(np.abs(left) ** 2))
@@ -166,9 +166,8 @@ class _Lines:
     def left(self, x: Floats, low: LowPass | None) -> Floats:
         """What the best amplitudes leave (no 2 nf,)."""
         columns = self.columns(x, low)
-        design = stacked((columns / np.linalg.norm(columns, axis=0)).T, -1).T
-        target = stacked(self.values, -1)
-        return (target - (design @ np.linalg.lstsq(design, target.T, rcond=None)[0]).T).ravel()
+        basis = np.linalg.qr(stacked(columns / np.linalg.norm(columns, axis=0), 0)).Q
+        return (self.target - (self.target @ basis) @ basis.T).ravel()
 
     def searched(self, low: LowPass | None) -> Floats:
         """The best of many starts, by delay."""

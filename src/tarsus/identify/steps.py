@@ -66,11 +66,8 @@ def _resonances(chain: StepRunner) -> StepResult:
         raise InputError("the sets of sweeps state no swept sine as their signal, which gives the band to identify")
     band = max(low for low, _ in ends), min(high for _, high in ends)
     chain.resonances = _structure(chain, band)
-    assert chain.evidence.instruments is not None  # there are records
-    late = None
-    if "hysteresis" not in chain.steps:  # the second time it is corrected
-        late = chain.evidence.instruments.behind(chain.resonances.fit)
-    if late is not None:
+    straight = "hysteresis" in chain.steps  # the second time lateness is corrected
+    if not straight and (late := chain.evidence.instruments.behind(chain.resonances.fit)) is not None:
         chain.evidence.correct(late)
         chain.resonances = _structure(chain, band)
     out = {one.file for one in chain.resonances.step.left_out}
@@ -83,20 +80,19 @@ def _resonances(chain: StepRunner) -> StepResult:
 
 def _structure(chain: StepRunner, band: tuple[float, float]) -> Resonances:
     """Resonances of the sweeps without what is their instruments'; of gains the channels are at fault without which
-    the modes have the shapes of the structure."""
+    the modes have the shapes of the structure, as the first time shows."""
     evidence, best, problems = chain.evidence, None, []
-    assert evidence.instruments is not None  # there are records
-    decided = "hysteresis" in chain.steps
-    for instruments in (evidence.instruments,) if decided else evidence.instruments.hypotheses():
+    known = chain.resonances
+    for instruments in evidence.instruments.hypotheses() if known is None else (evidence.instruments,):
         taken = replace(evidence, instruments=instruments)
         read = [(r, one) for r in chain.files_of(Purpose.MODAL) if (one := taken.record(r)) is not None]
         sets, records = [chain.opened.campaign.records[r.set] for r, _ in read], [one for _, one in read]
         drives = [(one.rest, one.signal) for one in sets if one.signal is not None]
-        if decided and len(drives) == len(records):
+        if "hysteresis" in chain.steps and len(drives) == len(records):
             records = straightened(records, drives, chain.known.model())
         try:
-            near = None if chain.resonances is None else chain.resonances.seen
-            found = identify_resonances(chain.opened.model, records, band, chain.seed, near)
+            near = known or (None if best is None else best[0])
+            found = identify_resonances(chain.opened.model, records, band, chain.seed, near and near.seen)
         except InputError as error:
             problems += error.problems
             continue
@@ -256,7 +252,7 @@ def _walking(chain: StepRunner) -> StepResult:
     return replace(found, files=frozenset(files))
 
 
-def _straighter(chain: StepRunner) -> bool:
+def straighter(chain: StepRunner) -> bool:
     """Once the law of the drive is known, the sweeps tell the structure better, and that the law."""
     return {"resonances", "hysteresis"} <= set(chain.steps)
 
@@ -329,8 +325,8 @@ SWEEP_STEPS = (RESONANCES,)
 """Steps that need no ground."""
 GROUND_STEPS = (
     HYSTERESIS,
-    replace(RESONANCES, when=_straighter),
-    replace(HYSTERESIS, when=_straighter),
+    replace(RESONANCES, when=straighter),
+    replace(HYSTERESIS, when=straighter),
     FILM_STEP,
     CLOSE,
     ChainStep(

@@ -83,7 +83,7 @@ def _contacts(model: FootModel, traces: Sequence[Trace], name: str, signal: Wave
     """Beginnings and ends (nc,) [s] of the contacts that a simulation with one set's drive shows; of a run that stops
     early, those before."""
     until = max(float(t.time[-1]) for t in traces if t.set == name)
-    events = model.run(signal, until).events
+    _, events, _ = model.run(model.driven(signal), until, np.zeros(0))
     events = events[np.isin(events["kind"], (*CONTACT_BEGINS, EventKind.RELEASE))]
     ended = np.flatnonzero(events["kind"][1:] == EventKind.RELEASE)
     ended = ended[np.isin(events["kind"][ended], CONTACT_BEGINS)]

@@ -190,21 +190,22 @@ def estimate_frf(
         rows = np.array([record[name] for name in names])
         if segment is None:
             frequency, whole = np.fft.rfftfreq(size, 1.0 / first.rate), np.fft.rfft(rows - rows.mean(axis=1)[:, None])
-            full = whole.conj()[:, None] * whole
+            full, power = whole, np.abs(whole[:count]) ** 2
         else:  # csd(a, b) is <conj(A) B>
             frequency, found = csd(
                 rows[:, None], rows[None, :], first.rate, "hann", nperseg=size, noverlap=size // 2, detrend="constant"
             )
             full = np.asarray(found, dtype=complex)
+            power = np.einsum("iif->if", full)[:count].real
         inside = (frequency >= band[0]) & (frequency <= band[1]) & (frequency > 0.0)
         if np.count_nonzero(inside) < 3:
             raise InputError(
                 f"fewer than 3 lines lie between {band[0]:g} Hz and {band[1]:g} Hz: the spacing is {frequency[1]:g} Hz "
                 f"and the highest line {frequency[-1]:g} Hz; take longer segments or a higher sampling rate"
             )
-        frequency = np.asarray(frequency, dtype=float)[inside]
-        spectra.append(full[..., inside])
-        _check_drive(spectra[-1], full, frequency, drives)
+        frequency, full = np.asarray(frequency, dtype=float)[inside], full[..., inside]
+        spectra.append(full.conj()[:, None] * full if segment is None else full)
+        _check_drive(power, inside, frequency, drives)
     mean: Complexes = np.mean(spectra, axis=0)
     single = averages >= count and len(records) > 1
     total = averages * len(records)
@@ -238,10 +239,11 @@ def _check_records(records: Sequence[Measurement], responses: Sequence[str]) -> 
         raise InputError(problems)
 
 
-def _check_drive(inside: Complexes, full: Complexes, frequency: Floats, drives: Sequence[str]) -> None:
+def _check_drive(powers: Floats, inside: NDArray[np.bool_], frequency: Floats, drives: Sequence[str]) -> None:
+    """Refuse drives of which a line inside of the band (nb,) has next to none of the powers (n, nf)."""
     problems = []
-    for k, name in enumerate(drives):
-        power, top = inside[k, k].real, float(full[k, k].real.max())
+    for name, whole in zip(drives, powers, strict=True):
+        power, top = whole[inside], float(whole.max())
         if top <= 0.0:
             problems.append(f"channel '{name}' is no drive: it does not change")
         elif np.any(power < _UNEXCITED * top):
@@ -262,6 +264,8 @@ def _response(spectra: Complexes, count: int, estimator: Estimator) -> Complexes
     own = np.einsum("fii->fi", by_line).real[:, count:]
     if estimator is Estimator.H1:
         # <conj(X) Y> = <conj(X) X> H^T
+        if count == 1:
+            return spectra[:1, 1:].swapaxes(0, 1) / spectra[0, 0].real
         return np.moveaxis(np.linalg.solve(drive, cross).astype(np.complex128), (0, 1, 2), (2, 1, 0))
     if estimator is Estimator.H2:
         if count > 1:

@@ -88,13 +88,12 @@ class _Problem:
         window: Surroundings,
     ) -> None:
         self.frequency, self.hann = frequency, window.hann
-        self.background = np.concatenate(
-            [background_columns(frequency, window.degree), modal_columns(frequency, fixed, self.hann)], axis=1
-        )
+        background = [background_columns(frequency, window.degree), modal_columns(frequency, fixed, self.hann)]
+        self.background = np.linalg.qr(stacked(np.concatenate(background, axis=1), 0)).Q
         self.start = start
         line = 2.0 * np.pi * (frequency[1] - frequency[0])
         self.unit = np.maximum(np.abs(start.real), 0.1 * line)
-        self.values = stacked(values, 1).T
+        self.values = self.beyond(stacked(values, 1).T)
         self.weights = weights
         self._kept: tuple[bytes, Floats, Floats] = b"", np.zeros((0, 0)), np.zeros((0, 0))
 
@@ -102,12 +101,16 @@ class _Problem:
         half = len(self.start)
         return self.start + self.unit * (theta[:half] + 1.0j * theta[half:])
 
+    def beyond(self, columns: Floats) -> Floats:
+        """Columns (2 nf, n) without what the background gives."""
+        return columns - self.background @ (self.background.T @ columns)
+
     def columns(self, theta: Floats) -> tuple[Floats, Floats]:
-        """Orthonormal basis (2 nf, k) of what poles and background give, and its triangle (k, k); kept for the last
-        place, where residuals and derivatives are asked for, and residuals again under other weights."""
+        """Orthonormal basis (2 nf, k) of what poles give beyond the background, and its triangle (k, k); kept for the
+        last place, where residuals and derivatives are asked for, and residuals again under other weights."""
         if self._kept[0] != theta.tobytes():
             own = modal_columns(self.frequency, self.poles(theta), self.hann)
-            found = np.linalg.qr(stacked(np.concatenate([own, self.background], axis=1), 0))
+            found = np.linalg.qr(self.beyond(stacked(own, 0)))
             self._kept = theta.tobytes(), found.Q, found.R
         return self._kept[1:]
 
@@ -140,7 +143,7 @@ class _Problem:
         real, imag = linear[:count].T, linear[count : 2 * count].T
         by_parts = [both * real + apart * imag, apart * real - both * imag]
         out = stacked(np.concatenate(by_parts, axis=2) * np.tile(self.unit, 2), 0)
-        flat = out.reshape(len(out), -1)
+        flat = self.beyond(out.reshape(len(out), -1))
         return (flat - basis @ (basis.T @ flat)).reshape(out.shape)
 
     def jacobian(self, theta: Floats) -> Floats:

@@ -140,7 +140,7 @@ class Flow:
                 SUBSTEPS,
             )
             parts.append(slopes.reshape(len(values), channels, LANES))
-        return values, np.concatenate(parts, axis=2)[..., :q]
+        return values, (parts[0] if len(parts) == 1 else np.concatenate(parts, axis=2))[..., :q]
 
 
 @lru_cache(maxsize=32)

@@ -256,7 +256,15 @@ class RunMotion:
 
     def _sampled(self, times: Floats, *, account: bool) -> tuple[SampledStates, MotionAlongGround | None, Floats]:
         """States, what feet do along the way and energies up to then, at times [s] in order."""
-        plan, samples = self.acting.plan, self._run(times, account=account).samples
+        return self._unpacked(self._run(times, account=account).samples, times)
+
+    def watched(self, times: Floats) -> tuple[RawRuns, SampledStates]:
+        """What the engine notes without an account, and the states at times [s] in order, of one run."""
+        found = self._run(times, account=False)
+        return found, self._unpacked(found.samples, times)[0]
+
+    def _unpacked(self, samples: Floats, times: Floats) -> tuple[SampledStates, MotionAlongGround | None, Floats]:
+        plan = self.acting.plan
         if plan.legs is not None:
             return unpacked(self.acting, samples, times)
         tangents = plan.system.tangents
