@@ -64,7 +64,7 @@ def told(truth, bounces, seen):
 def test_restitution_hangs_on_the_film_and_the_impacts_tell_both(truth, bounces, seen, told):
     true, level = truth.scene.ground.restitution.coefficient, (-truth.gap, 0.0)
     before, after = (
-        identify_restitution(known.model(), known, bounces, level, seed=5).step for known in (seen[0], told[0])
+        identify_restitution(known.model(), known, bounces, level, seed=5)[0] for known in (seen[0], told[0])
     )
     assert abs(before.value(PATH) / true - 1.0) > 0.03
     assert after.value(PATH) == pytest.approx(true, rel=0.02)

@@ -21,10 +21,8 @@ from tarsus.identify.instruments import SOUND, Instruments
 from tarsus.identify.traces import Trace, repeats_of
 from tarsus.impacts.detection import STILL
 from tarsus.model.drive.waveforms import Waveform
-from tarsus.model.standing import rest_state
 from tarsus.records.measurement import Quantity
 from tarsus.records.purpose import IN_AIR
-from tarsus.solve import ResultCode
 
 _FINER = 8
 """Places a sample at which a prediction is delayed: beyond lies a thousandth of the motion."""
@@ -133,10 +131,8 @@ def _record(
         """Displacements and velocities of the points from the rest, as seen with some values of the numbers."""
         there = known.model(values)
         scene = there.driven(signal, first.gap)
-        ended, _, states = there.run(scene, count * step, times)
-        if ended is not ResultCode.DONE:
-            raise InputError(f"the identified device cannot be simulated with this drive: {ended}")
-        x = states.x - np.array(rest_state(scene))[:, None]
+        states = there.states(scene, count * step, times)
+        x = states.x - np.array(scene.initial.displacement)[:, None]
         pairs = (there.rows @ x, Quantity.DISPLACEMENT), (there.rows @ states.v, Quantity.VELOCITY)
         return np.concatenate([instruments.seen(*one, step / finer) for one in pairs])[:, ::finer]
 

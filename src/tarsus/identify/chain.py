@@ -15,12 +15,12 @@ from tarsus.base.messages import together
 from tarsus.base.progress import Progress
 from tarsus.base.spec import float_paths
 from tarsus.base.threads import single_threaded
+from tarsus.identify.bounce import Bounces
 from tarsus.identify.campaign import Opened, RecordFile, read_campaign
 from tarsus.identify.estimates import PLACEHOLDER, Estimates
 from tarsus.identify.evidence import Evidence
 from tarsus.identify.film import FilmFit
 from tarsus.identify.resonance import Resonances
-from tarsus.identify.restitution import BounceStudy
 from tarsus.identify.result import Identification
 from tarsus.identify.step import UNSOLVED, NotDone, StepResult, Used
 from tarsus.identify.steps import AFTERWARDS, GROUND_STEPS, STEPS, SWEEP_STEPS, ChainStep
@@ -52,7 +52,7 @@ class StepRunner:
     not_done: list[NotDone] = field(default_factory=list)
     resonances: Resonances | None = None
     film: FilmFit | None = None
-    bounces: BounceStudy | None = None
+    bounces: Bounces | None = None
     _reported: int = 0
 
     @classmethod

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from tarsus.base.arrays import Complexes, Floats
+from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.model.drive.laws import VoltageLaw
 from tarsus.model.drive.waveforms import Waveform
@@ -194,6 +195,13 @@ class FootModel:
         found, states = motion_of(scene, {}, seconds, None, self.shared).watched(times)
         ended = ResultCode.of(int(found.codes[0]), makes_energy=scene.ground.makes_energy)
         return ended, structured_events(found.events), states
+
+    def states(self, scene: Scene, seconds: float, times: Floats) -> SampledStates:
+        """States at times (nt,) [s] of a simulation; InputError of one that does not reach its end."""
+        ended, _, states = self.run(scene, seconds, times)
+        if ended is not ResultCode.DONE:
+            raise InputError(f"the identified device cannot be simulated with this drive: {ended}")
+        return states
 
     def changed(self, values: Mapping[str, Any]) -> FootModel:
         """The same with other values in the scene, by path."""

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from tarsus.base.arrays import Floats
-from tarsus.base.errors import InputError
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Curve, Panel
 from tarsus.identify.traces import Trace
 from tarsus.model.drive.waveforms import Waveform
-from tarsus.solve import ResultCode
 
 
 @dataclass(frozen=True)
@@ -52,9 +50,7 @@ def moved(model: FootModel, trace: Trace, signal: Waveform, level: float, until:
     """
     driven = (trace.time >= -1e-9) & (trace.time <= until)
     time = np.maximum(trace.time[driven], 0.0)
-    ended, _, states = model.run(model.driven(signal), float(time[-1]) + trace.step, time)
-    if ended is not ResultCode.DONE:
-        raise InputError(f"{trace.file}: the identified device cannot be simulated with this drive: {ended}")
+    states = model.states(model.driven(signal), float(time[-1]) + trace.step, time)
     seen = model.normal * (trace.x[trace.point(model.foot_point), driven] - level)
     return Moved(time, seen, model.gap + model.row @ states.x)
 

@@ -103,22 +103,17 @@ class Loops:
 class LoopFit:
     """The drive as the loops show it.
 
-    paths (p,), values (p,): participations but the first of a modal load, then the parameters of the law; own (draws,
-    p): deviations over blocks; influence: of the blocks, on all but the law's constant.
+    model: the device with it; paths (p,), values (p,): participations but the first of a modal load, then the
+    parameters of the law; own (draws, p): deviations over blocks; influence: of the blocks, on all but the law's
+    constant.
     """
 
     loops: Loops
     model: FootModel
-    level: float
-    shares: Shares
     paths: tuple[str, ...]
     values: Floats
     own: Floats
     influence: Influence
-
-    def again(self, model: FootModel, level: float, shares: Floats) -> Floats:
-        """Parameters (p,) for another structure [of the model], contact level [m] and known shares (n - 1,)."""
-        return _estimate(model, self.loops, level, replace(self.shares, values=shares))
 
 
 def fit_loops(model: FootModel, traces: Sequence[Trace], level: float | None, shares: Shares, seed: int) -> LoopFit:
@@ -145,16 +140,21 @@ def fit_loops(model: FootModel, traces: Sequence[Trace], level: float | None, sh
     """
     bases = [basis_of(model.law, trace.volts, model.history) for trace in traces]
     loops = _gathered(model, traces, bases, level)
-    neutral = -model.gap * model.normal if level is None else level
+    at = neutral(model) if level is None else level
     _check_reach(model, traces)
-    values = _estimate(model, loops, neutral, shares)
+    values = _estimate(model, loops, at, shares)
     # ringing is a hundredth of the motion at most, so that a first estimate of the drive is enough to tell it
     calm = [calmed(_with(model, values, shares), trace) for trace in traces]
     loops = _gathered(model, calm, bases, level)
-    values = _estimate(model, loops, neutral, shares)
+    values = _estimate(model, loops, at, shares)
     influence, prior = _influence(model, loops, shares, values)
     own = _own(model, loops, shares, values, scattered(influence, seed, prior) * influence.units)
-    return LoopFit(loops, model, neutral, shares, _paths(model, shares), values, own, influence)
+    return LoopFit(loops, _with(model, values, shares), _paths(model, shares), values, own, influence)
+
+
+def neutral(model: FootModel) -> float:
+    """Contact level [m] of a device whose rest is neutral."""
+    return -model.gap * model.normal
 
 
 def _paths(model: FootModel, shares: Shares) -> tuple[str, ...]:
@@ -273,22 +273,22 @@ def identify_hysteresis(
     known: what was found before, the structure, with draws; level: with its standard error [m]. The others, and what is
     raised, are as `fit_loops` has them.
     """
-    at = None if level is None else level[0]
-    fit = fit_loops(known.model(), traces, at, shares, seed)
-    count, split = len(known.values), len(known.values) + 1
-    moved = drawn_level((fit.level, 0.0 if level is None else level[1]), seed)
-    before = np.concatenate([known.samples, moved[:, None], shares.draws], axis=1)
+    model, count = known.model(), len(known.values)
+    fit = fit_loops(model, traces, None if level is None else level[0], shares, seed)
+    at = level or (neutral(model), 0.0)
+    before = np.concatenate([known.samples, drawn_level(at, seed)[:, None], shares.draws], axis=1)
 
     def again(values: Floats) -> Floats:
-        return fit.again(known.model(values[:count]), float(values[count]), values[split:])
+        told = replace(shares, values=values[count + 1 :])
+        return _estimate(known.model(values[:count]), fit.loops, float(values[count]), told)
 
-    from_before = carried(again, np.concatenate([known.values, [fit.level], shares.values]), before)
-    panels, residuals = _shown(_with(fit.model, fit.values, shares), fit)
+    from_before = carried(again, np.concatenate([known.values, at[:1], shares.values]), before)
+    panels, residuals = _shown(fit)
     samples = sum(len(block.index) for block in fit.loops.blocks)
-    gap, constant = fit.model.gap, fit.values[len(shares.values)]
+    gap, constant = model.gap, fit.values[len(shares.values)]
     notes = (
         f"The force offset assumes a {1e6 * gap:.4g} um gap; a 1 % gap error changes it by "
-        f"{abs(gap / (_with(fit.model, fit.values, shares).static_load * constant)):.2g} %.",
+        f"{abs(gap / (fit.model.static_load * constant)):.2g} %.",
     )
     if level is None:
         notes = (
@@ -316,9 +316,9 @@ def identify_hysteresis(
     )
 
 
-def _shown(model: FootModel, fit: LoopFit) -> tuple[tuple[Panel, ...], tuple[Residual, ...]]:
+def _shown(fit: LoopFit) -> tuple[tuple[Panel, ...], tuple[Residual, ...]]:
     """Loops measured and fitted, as the motion of the foot and of the point that moves most on the ground."""
-    panels, residuals = [], []
+    model, panels, residuals = fit.model, [], []
     for number, trace in enumerate(fit.loops.traces):
         blocks = [b for b in fit.loops.blocks if b.source is trace]
         index = np.sort(np.concatenate([b.index[b.free] for b in blocks]))

@@ -19,7 +19,7 @@ from tarsus.identify.bounce import Bounces
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.flight import WORST
 from tarsus.identify.foot import FootModel
-from tarsus.identify.restitution import FEWEST, BounceStudy, variance_of
+from tarsus.identify.restitution import FEWEST, variance_of
 from tarsus.identify.step import Curve, Panel, Residual, StepResult, Used
 from tarsus.impacts.estimates import Spread, common_ratio
 from tarsus.impacts.impact_map import ImpactMapEstimate, estimate_impact_map
@@ -27,7 +27,7 @@ from tarsus.records.excluded import Excluded
 from tarsus.records.measurement import Measurement, Quantity
 
 
-def identify_impact_column(model: FootModel, study: BounceStudy, seed: int) -> StepResult:
+def identify_impact_column(model: FootModel, near: Bounces, seed: int) -> StepResult:
     """Column of the impact map at every point but the foot, beside that of the mass-weighted law.
 
     It has no parameter of the device: a device without a map of its own follows the mass-weighted law.
@@ -37,7 +37,6 @@ def identify_impact_column(model: FootModel, study: BounceStudy, seed: int) -> S
     InputError
         If too few impacts are fitted well with free velocities.
     """
-    near = study.bounces
     bounces = Bounces(near.traces, near.items, near.level, model, free=True)
     fitted = bounces.fit()
     good = fitted.chi < WORST

@@ -47,18 +47,11 @@ TURN = np.array([[1.0, -1.0], [-1.0, 1.0]])
 """Sign that turns the approach velocity into a speed, in covariances."""
 
 
-@dataclass(frozen=True)
-class BounceStudy:
-    """The step's result, and the impacts whose ratio of velocities is like that of the others."""
-
-    step: StepResult
-    bounces: Bounces
-
-
 def identify_restitution(
     model: FootModel, known: Estimates, traces: Sequence[Trace], level: tuple[float, float], seed: int
-) -> BounceStudy:
-    """Coefficient of restitution with its interval.
+) -> tuple[StepResult, Bounces]:
+    """Coefficient of restitution with its interval, and the impacts whose ratio of velocities is like that of the
+    others.
 
     Parameters
     ----------
@@ -100,7 +93,7 @@ def identify_restitution(
         )
     bounces = bounces.chosen(good)
     step, like = _result(known, bounces, fitted.chosen(good), left, total, level[1], seed)
-    return BounceStudy(step, bounces.chosen(like))
+    return step, bounces.chosen(like)
 
 
 def _sooner(model: FootModel, step: float) -> str:

@@ -187,8 +187,8 @@ def _restitution(chain: StepRunner) -> StepResult:
     if not traces:
         raise InputError(chain.nothing_for(Purpose.BOUNCES, "bounces"))
     model = chain.known.model()
-    chain.bounces = identify_restitution(model, chain.known, traces, chain.ground(), chain.seed + 4)
-    return chain.bounces.step
+    found, chain.bounces = identify_restitution(model, chain.known, traces, chain.ground(), chain.seed + 4)
+    return found
 
 
 def _impact_map(chain: StepRunner) -> StepResult:

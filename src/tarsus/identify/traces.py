@@ -158,9 +158,7 @@ def trace_of(
             ]
         )
     noise_x, noise_v = (
-        # a rest within one step of a converter shows no noise, but is as uncertain as the step
-        np.maximum(quiet.std(axis=1, ddof=1), [digit_of(one) / np.sqrt(12.0) for one in whole])
-        for quiet, whole in ((quiet_x, x), (quiet_v, v))
+        np.array([_noise(*one) for one in zip(*both, strict=True)]) for both in ((quiet_x, x), (quiet_v, v))
     )
     return Trace(
         record.source,
@@ -175,6 +173,13 @@ def trace_of(
         noise_x / np.sqrt(still),
         gap,
     )
+
+
+def _noise(quiet: Floats, whole: Floats) -> float:
+    """Standard deviation of a sample, by those at rest. Within one step of the converter they show no noise, but are as
+    uncertain as that, which is no larger than any between them."""
+    std = float(quiet.std(ddof=1))
+    return std if std > digit_of(quiet) / np.sqrt(12.0) > 0.0 else max(std, digit_of(whole) / np.sqrt(12.0))
 
 
 @dataclass(frozen=True)

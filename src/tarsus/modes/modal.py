@@ -368,7 +368,7 @@ def _refined(
                 fits[pole] = refined(fit.pole, ends[others], residues[:, others]) or fit
 
     all_refined()
-    seconds = [_second(fits, pole, refined) for pole in certain] if models else []
+    seconds = [_second(fits, pole, refined) for pole in certain if _unexplained(fits[pole], frf)] if models else []
     seconds = [one for one in seconds if one is not None and _shown(one.pole, models, line) and _certain(one, line)]
     if seconds:
         fits |= {one.pole: one for one in seconds}
@@ -400,6 +400,15 @@ def _second(
     left = [(_left(fit) / _left(one), fit) for fit in found if fit is not None and fit.pole.real < 0.0]
     part, best = min(left, key=lambda pair: pair[0], default=(1.0, None))
     return best if part < _EXPLAINED else None
+
+
+def _unexplained(fit: LocalFit, frf: Frf) -> bool:
+    """Whether a fit leaves more of the responses than by their scatter between repeats any other can do without."""
+    if frf.repeats is None:
+        return True
+    part = frf.repeats[..., fit.lines].reshape(len(frf.repeats), len(fit.noise), -1)
+    scatter = np.sqrt(np.mean(part.var(axis=0, ddof=1), axis=1) / (2.0 * len(part)))
+    return float(np.exp(np.mean(np.log(np.maximum(scatter, 1e-300) / fit.noise)))) < _HOPELESS
 
 
 def _left(fit: LocalFit) -> float:

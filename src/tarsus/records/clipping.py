@@ -46,7 +46,7 @@ def clipped_samples(values: Floats) -> int:
     levels = np.unique(values)
     if len(levels) < 3:
         return 0
-    digit = digit_of(values)
+    digit = float(np.diff(levels).min())
     return sum(_at(values, float(extreme), digit) for extreme in (levels[0], levels[-1]))
 
 
@@ -70,7 +70,10 @@ def heaped_samples(values: Floats) -> tuple[int, float]:
     middle, span = float(np.median(values)), float(np.ptp(values))
     if span == 0.0:
         return found
-    levels, counts = np.unique(np.round(values / (_SAME * span)), return_counts=True)
+    steps = np.round(values / (_SAME * span))
+    if max(np.count_nonzero(steps == end) for end in (steps.min(), steps.max())) < _FEWEST_HEAPED:
+        return found
+    levels, counts = np.unique(steps, return_counts=True)
     levels *= _SAME * span
     if len(levels) <= _NEXT:
         return found
