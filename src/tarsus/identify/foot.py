@@ -19,7 +19,6 @@ from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.scene import Scene
 from tarsus.model.standing import rest_state
 from tarsus.solve import ResultCode, Shared
-from tarsus.solve.codes import structured_events
 
 if TYPE_CHECKING:
     from tarsus.core.states import SampledStates
@@ -190,11 +189,9 @@ class FootModel:
 
     def run(self, scene: Scene, seconds: float, times: Floats) -> tuple[ResultCode, NDArray[np.void], SampledStates]:
         """How a simulation of a `driven` scene ends, its events and its states at times (nt,) [s], in order."""
-        from tarsus.solve.run import motion_of
+        from tarsus.solve import sampled_run
 
-        found, states = motion_of(scene, {}, seconds, None, self.shared).watched(times)
-        ended = ResultCode.of(int(found.codes[0]), makes_energy=scene.ground.makes_energy)
-        return ended, structured_events(found.events), states
+        return sampled_run(scene, seconds, times, self.shared)
 
     def states(self, scene: Scene, seconds: float, times: Floats) -> SampledStates:
         """States at times (nt,) [s] of a simulation; InputError of one that does not reach its end."""

@@ -17,6 +17,7 @@ from tarsus.solve.explored import Explored as Explored
 from tarsus.solve.flights import Flow as Flow, Launches as Launches, SUBSTEPS as SUBSTEPS, Varied as Varied
 from tarsus.solve.outputs import Output as Output, output_rows as output_rows, output_slopes as output_slopes
 from tarsus.solve.page_engine import compiled_engine as compiled_engine, engine_bytes as engine_bytes
+from tarsus.solve.run import sampled_run as sampled_run
 from tarsus.solve.shared import Shared as Shared
 from tarsus.solve.simulation import too_long as too_long
 from tarsus.solve.stepping import State as State

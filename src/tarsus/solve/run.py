@@ -437,6 +437,16 @@ def changed_run(
     return Run(scene, seconds, period, motion.log, values, accuracy, kept=motion, wall_s=wall)
 
 
+def sampled_run(
+    scene: Scene, seconds: float, times: Floats, shared: Shared
+) -> tuple[ResultCode, npt.NDArray[np.void], SampledStates]:
+    """How a run of a scene ends, its events and its states at times (nt,) [s], in order: one run, without an account of
+    its energy. Raises InputError as `simulate`."""
+    found, states = motion_of(scene, {}, seconds, None, shared).watched(times)
+    ended = ResultCode.of(int(found.codes[0]), makes_energy=scene.ground.makes_energy)
+    return ended, structured_events(found.events), states
+
+
 def motion_of(
     scene: Scene,
     values: Mapping[str, Any],
