@@ -114,6 +114,8 @@ def test_every_hypothesis_is_a_device_with_provenance_and_intervals(finished):
     low, high = scene.interval(path) or (np.nan, np.nan)
     assert low <= best.value <= high
     assert ts.get_value(scene, "initial.velocity.0") == pytest.approx(2.0 * push.value)
+    gap = scene.origin("robot.feet.ball.gap")
+    assert gap is not None and gap.note == "Set by a study."
 
 
 def test_the_folder_explains_itself(finished, tmp_path):
