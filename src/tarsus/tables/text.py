@@ -87,5 +87,5 @@ def _cell(shown: str, flagged: bool) -> str:
     """A word with its remarks behind it, as terminals have it."""
     plain: str = getattr(shown, "striptags", lambda: shown)()  # of HTML, the text in it
     word, *remarks = plain.split("\n")
-    whole = f"{word}{' !' * flagged}" + (f" ({'; '.join(remarks)})" if remarks else "")
+    whole = f"{word}{f'{HELD}!' * flagged}" + (f" ({'; '.join(remarks)})" if remarks else "")
     return whole.replace(JOINED, HELD)
