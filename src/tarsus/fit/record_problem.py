@@ -23,7 +23,7 @@ from tarsus.base.spec import get_value, with_values
 from tarsus.fit.normal_equations import NormalEquations
 from tarsus.fit.unknowns import Prior
 from tarsus.model.scene import Scene
-from tarsus.plan.lowering import Plan, lower_scene, slot
+from tarsus.plan.lowering import Plan, lower_scene, renumbered, slot
 from tarsus.plan.rows import Rows
 from tarsus.solve import (
     Contacts,
@@ -113,8 +113,8 @@ class RecordFit:
 
     values: of the numbers, by name; moved (np,): the same in standard deviations of what was known beforehand;
     covariance (np, np): in these, what was known included; ahead (np,): the undamped step that a descent which ended
-    before its minimum would still make; segments: with their starts as found; windows: there; left (nw,): mean squares
-    over the noise, NaN of a window without samples; settled: whether it would go no further; jumps: of tied segments,
+    before its minimum would still make; segments: with their starts as found; left (nw,): mean squares over the noise,
+    NaN of a window without samples; settled: whether it would go no further; jumps: of tied segments,
     by how many of their ties' standard deviations starts are off the ends before; cost: sum of squares of all that is
     left, of ties, and of what was known beforehand.
     """
@@ -124,7 +124,6 @@ class RecordFit:
     covariance: Floats
     ahead: Floats
     segments: tuple[Segment, ...]
-    windows: WindowBatch
     left: Floats
     settled: bool
     jumps: Floats
@@ -159,6 +158,7 @@ class RecordProblem:
     _made: dict[bytes, tuple[list[Scene], list[Plan]]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
+    _first: dict[int, Plan] = field(default_factory=dict, init=False, repr=False, compare=False)
     _beside: dict[tuple[int, tuple[str, ...]], Entered] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
@@ -214,18 +214,48 @@ class RecordProblem:
         """Scene and plan of every record at numbers (np,); those asked for last are kept."""
         key = moved.tobytes()
         if key not in self._made:
-            values = self.values(moved)
-            changes = {path: values[path] for path in self.paths if path not in self.directions}
-            by = {path: values[name] * w for name, one in self.directions.items() for path, w in one.items()}
-            each = {
-                id(one): with_values(one, changes | {path: get_value(one, path) + by[path] for path in by})
-                for one in self.scenes
-            }
-            plans = {one: lower_scene(scene, self._shared.drive) for one, scene in each.items()}
+            each = self._changed(self.values(moved))
+            plans = {one: self._plan(one, scene) for one, scene in each.items()}
             self._made.clear()
             self._beside.clear()
             self._made[key] = [each[id(one)] for one in self.scenes], [plans[id(one)] for one in self.scenes]
         return self._made[key]
+
+    @cached_property
+    def _sought(self) -> tuple[str, ...]:
+        """Paths of all numbers that move."""
+        along = (path for one in self.directions.values() for path in one)
+        return (*(path for path in self.paths if path not in self.directions), *along)
+
+    def _changed(self, values: Mapping[str, float]) -> dict[int, Scene]:
+        """Scenes with values of the numbers; what these are of is made, and checked, once for scenes that share it."""
+        changes = {path: values[path] for path in self._sought if path in values}
+        by = {path: values[name] * w for name, one in self.directions.items() for path, w in one.items()}
+        first, out = self.scenes[0], dict[int, Scene]()
+        inside = all(path.partition(".")[0] in ("robot", "ground", "grounds") for path in self._sought)
+        for one in self.scenes:
+            same = one.robot is first.robot and one.ground is first.ground and one.grounds == first.grounds
+            if out and inside and same:
+                own = out[id(first)]
+                parts = {"robot": own.robot, "ground": own.ground, "grounds": own.grounds}
+                out[id(one)] = one.model_copy(update=parts)
+            else:
+                out[id(one)] = with_values(one, changes | {path: get_value(one, path) + by[path] for path in by})
+        return out
+
+    def _plan(self, number: int, scene: Scene) -> Plan:
+        """That of a scene, which differs in the numbers alone from the first one of its record."""
+        first = self._first.get(number)
+        found = None if first is None else renumbered(first, scene, self._sought)
+        found = found or lower_scene(scene, self._shared.drive)
+        self._first.setdefault(number, found)
+        return found
+
+    @cached_property
+    def _forces(self) -> bool:
+        """Whether any channel shows forces of the ground."""
+        pairs = zip(self.scenes, self.records, strict=True)
+        return any(output_rows(a, [c.output for c in b.channels], b.times[:1]).pressed for a, b in pairs)
 
     def flown(
         self,
@@ -257,7 +287,7 @@ class RecordProblem:
         by_start = names is not None and starts_too
         ways = [free_of(plans[one.record], one) for one in segments] if by_start else False
         by = WindowGradients(entered, ways, t0=False, enough=ENOUGH)
-        batch = simulate_windows(plans[segments[0].record], starts, gradients=by)
+        batch = simulate_windows(plans[segments[0].record], starts, gradients=by, forces=self._forces)
         width = max(len(one.channels) for one in self.records)
         outputs = np.zeros((width, first))
         for r, at in _parts(segments, batch):

@@ -352,7 +352,6 @@ class TiedWindows:
             covariance,
             ahead,
             tuple(replace(one, state=np.asarray(start.state, dtype=float), begin=start.t0) for one, start in pairs),
-            at.flown.batch,
             np.array([float(np.mean(one**2)) if one.size else np.nan for one in at.off]),
             settled,
             np.concatenate([np.zeros(0), *(at.gaps[k] for _, k in _tied(segments))]),

@@ -116,6 +116,14 @@ class Legs:
     body: LeggedBody
     blocks: np.ndarray
 
+    @classmethod
+    def of(cls, body: LeggedBody) -> Legs:
+        """Those of a body, whose legs are told apart."""
+        ways = body.directions
+        values = np.stack([np.repeat(body.mass[:, None], ways, axis=1), body.stiffness, body.damping], axis=2)
+        blocks, kind = np.unique(values.reshape(-1, 3), axis=0, return_inverse=True)
+        return cls(body._replace(kind=kind.reshape(-1, ways).astype(np.int64)), blocks)
+
     def __getstate__(self) -> dict[str, Any]:
         return without_native(self)
 
@@ -254,16 +262,21 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
         np.zeros(0) if lift is None else np.asarray(lift),
         np.array([one.exerted() for one in scene.robot.drives.values()] + [0.0] * len(driven_by_ground)),
     )
+    return _at_start(plan, list(scene.robot.feet))
+
+
+def _at_start(plan: Plan, feet: Sequence[str]) -> Plan:
+    """The same plan with the state in which it starts, and its scales. Raises InputError as `started`."""
     row: Any = SimpleNamespace(
         signals=plan.signals,
-        parameters=laws.parameters[None],
-        initial=initial[None],
-        sources=system.sources[None],
+        parameters=plan.laws.parameters[None],
+        initial=plan.initial[None],
+        sources=plan.system.sources[None],
         scales=np.zeros((1, 3)),
-        channels=np.arange(len(channels))[None],
+        channels=np.arange(len(plan.channels))[None],
         profile=plan.profile[None],
     )
-    own, ((length, force, _),) = started(plan, row, plan.idle[None], list(scene.robot.feet))
+    own, ((length, force, _),) = started(plan, row, plan.idle[None], feet)
     # what the engine has made of the plan by now does not depend on these three, and stays
     plan.__dict__.update(initial=own.ravel(), length=float(length), force=float(force))
     return plan
@@ -273,13 +286,57 @@ SPRINGS = ("stiffness_v", "damping_v", "stiffness_l", "damping_l", "stiffness_t"
 """Ends of paths of numbers that are in the matrices of stiffness and damping alone."""
 
 
-def resprung(plan: Plan, scene: Scene) -> Plan:
-    """The plan of a walker that differs from that of a plan in its springs and dampers (`SPRINGS`) alone."""
-    matrices = scene.robot.structure.matrices()
-    system = replace(plan.system, stiffness=matrices.stiffness, damping=matrices.damping)
-    out = replace(plan, system=system, legs=lower_legs(scene, system))
+def of_leg(scene: Scene, path: str) -> bool:
+    """Whether the number at a path is a spring or a damper between hip and foot of a walker's leg, which a plan has in
+    its arrays as it is; where the ground moves its forces have them too."""
+    walker, keys = scene.robot.structure, path.split(".")
+    if not isinstance(walker, Walker) or keys[:3] != ["robot", "structure", "legs"] or scene.ground.motion is not None:
+        return False
+    return keys[-1] in SPRINGS[:-1] and len(keys) == 5 and walker.legs[keys[3]].tip is None
+
+
+def resprung(plan: Plan, scene: Scene, values: Mapping[str, float]) -> Plan:
+    """The plan of a walker with other springs and dampers of its legs, by path (`of_leg`); no description is read."""
+    assert plan.legs is not None
+    assert isinstance(scene.robot.structure, Walker)
+    body, names = plan.legs.body, list(scene.robot.structure.legs)
+    nb, nl = len(body.body_mass), len(names)
+    own = {what: getattr(body, what).copy() for what in ("stiffness", "damping")}
+    whole = {what: getattr(plan.system, what).copy() for what in own}
+    for path, value in values.items():
+        *_, leg, field = path.split(".")
+        what, _, way = field.partition("_")
+        k, w = names.index(leg), "vlt".index(way)
+        row = np.zeros(len(plan.system.mass))
+        row[:nb], row[(nb + 2 * k + 1, nb + 2 * k, nb + 2 * nl + k)[w]] = body.hip[k, w], -1.0
+        whole[what] += (value - own[what][k, w]) * np.outer(row, row)
+        own[what][k, w] = value
+    out = replace(plan, system=replace(plan.system, **whole), legs=Legs.of(body._replace(**own)))
     out.__dict__["signals"] = plan.signals  # of the same drives
     return out
+
+
+def renumbered(plan: Plan, scene: Scene, paths: Sequence[str]) -> Plan | None:
+    """The plan of a scene that differs from that of a plan in the numbers at some paths alone: what they move in its
+    arrays is moved; None where one is neither a spring or damper of a leg nor a parameter of a law.
+
+    Raises InputError as `lower_scene`.
+    """
+    springs = {path: float(get_value(scene, path)) for path in paths if of_leg(scene, path)}
+    places = {path: slot(scene, path) for path in paths if path not in springs}
+    parameters = plan.laws.parameters.copy()
+    for path, place in places.items():
+        if place is None or place.kind is not Kind.LAW:
+            return None
+        parameters[slice(None) if place.feet is None else list(place.feet), place.at] = get_value(scene, path)
+    if springs and plan.system.directions is not None:  # these may depend on springs
+        return None
+    out = resprung(plan, scene, springs) if springs else replace(plan)
+    laws = replace(plan.laws, parameters=parameters, acting=scene.ground.acting_laws)
+    laws.__dict__["native"] = plan.laws.native  # parameters come with every batch
+    stance, rate = lower_stance(scene, out.system), _rate(out.system)
+    out.__dict__.update(laws=laws, stance=stance, rate=rate, signals=plan.signals)
+    return _at_start(out, list(scene.robot.feet))
 
 
 def lower_stance(scene: Scene, system: LinearSystem) -> Stance | None:
@@ -391,7 +448,6 @@ def lower_legs(scene: Scene, system: LinearSystem) -> Legs | None:
         ]
     )
     ways = values.shape[1]
-    blocks, kind = np.unique(values.reshape(ways * nl, 3), axis=0, return_inverse=True)
     hip = np.array([[*walker.above(leg)[::-1], walker.hip_row_y(leg)][:ways] for leg in names])
     damping, stiffness = walker.within()
     # what moves a hip or a foot, and a coordinate within the body by itself
@@ -418,7 +474,7 @@ def lower_legs(scene: Scene, system: LinearSystem) -> Legs | None:
         gap=gap,
         foot=foot,
         leg=leg,
-        kind=kind.reshape(nl, ways).astype(np.int64),
+        kind=np.zeros((nl, ways), dtype=np.int64),
         weight=-system.weight[nb + 1 : nb + 2 * nl : 2, 0],
         first=np.concatenate([[0], np.cumsum(touched.sum(axis=1))]).astype(np.int64),
         drive=driven_by,
@@ -431,7 +487,7 @@ def lower_legs(scene: Scene, system: LinearSystem) -> Legs | None:
         line=np.array(line, dtype=np.int64),
         directions=ways,
     )
-    return Legs(body, blocks)
+    return Legs.of(body)
 
 
 def _tangents(scene: Scene) -> np.ndarray | None:
@@ -623,13 +679,12 @@ def _law_column(scene: Scene, path: str) -> int | None:
         return None
     if ground is None:
         return None
-    columns = _columns(scene.ground.acting_laws, _switched(scene))
-    paths = {
-        f"{'laws.' if name in ground.laws else ''}{name}.{field}": columns[name] + place
-        for name, law in ground.acting_laws.items()
-        for place, field in enumerate(law.names())
-    }
-    return paths.get(rest)
+    whole, _, field = rest.rpartition(".")
+    name = whole.removeprefix("laws.")
+    law = ground.acting_laws.get(name)
+    if law is None or field not in law.names() or (name in ground.laws) != (name != whole):
+        return None
+    return _columns(scene.ground.acting_laws, _switched(scene))[name] + law.names().index(field)
 
 
 def _feet_of(scene: Scene, keys: Sequence[str]) -> tuple[int, ...] | None:

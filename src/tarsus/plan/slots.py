@@ -20,7 +20,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, float_paths, get_value, with_values
 from tarsus.model.drive.pieces import Channels
 from tarsus.plan.channels import DriveRuns, check_columns, drive_courses, with_columns
-from tarsus.plan.lowering import Kind, Place, Plan, distinct, gravity_on, lower_profile, slot, started
+from tarsus.plan.lowering import Kind, Place, Plan, distinct, gravity_on, lower_profile, of_leg, slot, started
 from tarsus.plan.moving import GroundForce, ground_forces, refuse_jumps, shifts_of, velocities_at_start
 from tarsus.plan.rows import Rows, marked_period, marked_rows, pack, rows_of
 
@@ -33,6 +33,7 @@ __all__ = [
     "Kind",
     "Place",
     "bears",
+    "bounded",
     "check_bounds",
     "courses_of_all",
     "rows_for",
@@ -74,6 +75,12 @@ def unit_of(path: str, plan: Plan | None) -> float:
 
 _SIZES = ("amplitude", "offset", "level", "start", "stop")
 """Numbers of a waveform that are values of what it says."""
+
+
+def bounded(scene: Scene, path: str) -> bool:
+    """Whether the bounds of a number are an interval of its own, whatever else varies."""
+    place = slot(scene, path)
+    return of_leg(scene, path) if place is None else place.bounded
 
 
 def check_bounds(scene: Scene, path: str, values: Floats) -> None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, number_paths, with_values
-from tarsus.plan.slots import check_bounds, rows_for, slot, unit_of
+from tarsus.plan.slots import bounded, check_bounds, rows_for, slot, unit_of
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
@@ -116,11 +116,10 @@ class Stencil:
             columns = {path: self.base[path] + w * ends for path, w in self.direction.items()}
             if all(slot(scene, path) is not None for path in columns):
                 rows_for(scene, plan, columns, 0.0)
-        for path, w in self.direction.items():
-            place = slot(scene, path)
-            if place is not None and place.bounded:
-                check_bounds(scene, path, self.base[path] + w * ends)
-        if not all((place := slot(scene, path)) is not None and place.bounded for path in self.direction):
+        alone = [path for path in self.direction if bounded(scene, path)]
+        for path in alone:
+            check_bounds(scene, path, self.base[path] + self.direction[path] * ends)
+        if len(alone) < len(self.direction):
             for end in ends:
                 self.scene(scene, float(end))
 

@@ -184,20 +184,49 @@ def _ground_motion(tangents: Floats | None, state: SampledStates) -> MotionAlong
     return MotionAlongGround(none, Sliding(tangents.T @ state.x, speed, stuck, slips, -np.sign(state.friction), along))
 
 
+class _Walked(NamedTuple):
+    """Samples of a walker: displacements and velocities (n, nt); of its legs (nl, 2, 2, nt) upward and along the way,
+    and across it (nl, 2, nt), displacements and rates; what feet do (kinds, m, nt), which of them are held (m, nt),
+    what they do across the way, and energies."""
+
+    x: Floats
+    v: Floats
+    legs: Floats
+    across: Floats
+    footing: Floats
+    held: NDArray[np.bool_]
+    beside: Floats
+    energy: Floats
+
+    @classmethod
+    def of(cls, plan: Plan, samples: Floats) -> _Walked:
+        assert plan.legs is not None
+        body, m = plan.legs.body, plan.feet
+        nt, nl, nb, kinds = len(samples), len(body.mass), len(body.body_mass), 5 if len(body.points) else 2
+        sideways = 2 * nl + m if plan.legs.sways else 0
+        place, speed, *parts = np.split(samples.T, np.cumsum([nb, nb, 4 * nl, kinds * m, sideways]))
+        legs, footing, beside = parts[0].reshape(nl, 2, 2, nt), parts[1].reshape(kinds, m, nt), parts[2]
+        across = beside[: sideways and 2 * nl].reshape(-1, 2, nt)
+        x = np.concatenate([place, legs[:, ::-1, 0].reshape(2 * nl, nt), across[:, 0]])
+        v = np.concatenate([speed, legs[:, ::-1, 1].reshape(2 * nl, nt), across[:, 1]])
+        held = np.isin(footing[0], (FootState.STUCK, FootState.SLIPPING))
+        return cls(x, v, legs, across, footing, held, beside[2 * nl :], parts[3])
+
+
+def walked(plan: Plan, samples: Floats) -> SampledStates:
+    """States of a walker by its samples, with neither gaps nor forces of its feet."""
+    at, none = _Walked.of(plan, samples), np.zeros((0, len(samples)))
+    return SampledStates(at.x, at.v, none, none, none, none, none, at.held)
+
+
 def unpacked(acting: RunLaws, samples: Floats, times: Floats) -> tuple[SampledStates, MotionAlongGround, Floats]:
     """States of a walker, what it does along the way, and its energies as the engine sums them up, of its samples."""
     plan, sources = acting.plan, acting.rows.sources[0]
     assert plan.legs is not None
-    body, m = plan.legs.body, plan.feet
-    nt, nl, nb, kinds = len(times), len(body.mass), len(body.body_mass), 5 if len(body.points) else 2
-    sideways = 2 * nl + m if plan.legs.sways else 0
-    place, speed, legs, footing, beside, energy = np.split(samples.T, np.cumsum([nb, nb, 4 * nl, kinds * m, sideways]))
-    feet = legs.reshape(nl, 2, 2, nt)  # leg; upward, along; displacement, rate
-    across = beside[: sideways and 2 * nl].reshape(-1, 2, nt)
-    x = np.concatenate([place, feet[:, ::-1, 0].reshape(2 * nl, nt), across[:, 0]])
-    v = np.concatenate([speed, feet[:, ::-1, 1].reshape(2 * nl, nt), across[:, 1]])
-    contact, sense, *below = footing.reshape(kinds, m, nt)
-    held = np.isin(contact, (FootState.STUCK, FootState.SLIPPING))
+    x, v, feet, across, footing, held, side, energy = _Walked.of(plan, samples)
+    body, m, nb, nl = plan.legs.body, plan.feet, len(plan.legs.body.body_mass), len(feet)
+    place = x[:nb]
+    contact, sense, *below = footing
     up, ahead = feet[body.leg, 0], feet[body.leg, 1]
     gap, rate = sources[:m, None] + up[:, 0], up[:, 1]
     if below:  # the facets' directions: their tangents have these components along the way and upward
@@ -217,10 +246,10 @@ def unpacked(acting: RunLaws, samples: Floats, times: Floats) -> tuple[SampledSt
     pull = np.where(held, lift, 0.0)
     state = SampledStates(x, v, gap, rate, resistive, np.where(held, 0.0, smooth), pull, held)
     stuck = contact == FootState.STUCK
-    if not sideways:
+    if not plan.legs.sways:
         way = MotionAlongGround(place, Sliding(ahead[:, 0], np.abs(slip), stuck, held & ~stuck, sense, along))
         return state, way, energy
-    side, sway, push = beside[2 * nl :], across[body.leg], onto[nb + 2 * nl :][body.leg]
+    sway, push = across[body.leg], onto[nb + 2 * nl :][body.leg]
     speed = np.hypot(slip, sway[:, 1])
     ways = (
         Sliding(to, speed, stuck, held & ~stuck, turned, force)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from tarsus.core.modes import LinearSystem
     from tarsus.core.states import SampledStates
     from tarsus.model.drive.pieces import Pieces
+    from tarsus.model.drive.signal import Signal
     from tarsus.model.scene import Scene
     from tarsus.plan.lowering import Plan
     from tarsus.solve.channels import RunChannel
@@ -94,9 +96,10 @@ class OutputRows:
     def values(self, states: SampledStates, friction: Floats | None = None) -> Floats:
         """The outputs (nc, nt) in these states; friction (m, nt) [N]: that of the states unless given, which those of a
         walker do not have. Raises InputError for an output that needs friction where there is none."""
-        ground = np.where(states.held, -states.pull, states.resistive + states.smooth)
-        along = self._along(states.friction if friction is None else friction)
-        return self.free(states.x, states.v) + self.normal @ ground + along
+        out = self.free(states.x, states.v) + self._along(states.friction if friction is None else friction)
+        if self.pressed:
+            out += self.normal @ np.where(states.held, -states.pull, states.resistive + states.smooth)
+        return out
 
     def free(self, x: Floats, v: Floats) -> Floats:
         """The same but for the ground's forces, at displacements and velocities (n, nt)."""
@@ -105,15 +108,22 @@ class OutputRows:
     def slopes(self, states: SampledStates) -> Floats:
         """Their derivatives (nc, nt, P) by what the states have derivatives by, with the rows as they are. Raises
         InputError as `values`."""
-        ground = np.where(states.held[..., None], -states.pull, states.resistive + states.smooth)
         self._along(None)
         moved = (
             gain[..., None] * np.tensordot(row, part, 1)
             for gain, row, part in ((self.x_gain, self.x, states.x), (self.v_gain, self.v, states.v))
         )
-        out, pressed = sum(moved, np.zeros(1)), self.normal.any(axis=1)
-        out[pressed] += np.tensordot(self.normal[pressed], ground, 1)  # forces may have none where motions do
+        out = sum(moved, np.zeros(1))
+        if self.pressed:
+            pressed = self.normal.any(axis=1)  # forces may have none where motions do
+            ground = np.where(states.held[..., None], -states.pull, states.resistive + states.smooth)
+            out[pressed] += np.tensordot(self.normal[pressed], ground, 1)
         return out
+
+    @property
+    def pressed(self) -> bool:
+        """Whether any needs the ground's forces along the normals of the feet."""
+        return bool(self.normal.any())
 
     def _along(self, friction: Floats | None) -> Floats | float:
         """What friction adds, where there is any."""
@@ -195,10 +205,7 @@ class Readings:
         """The rate of that."""
         system = self.system
         per_force = solve(system.mass, self.row(at))  # the mass matrix is its own transpose
-        pieces = [self._pieces(name)[0] for name in self.scene.robot.drives]
-        pieces += [one.pieces for one in ground_forces(self.scene, system)]
-        forces = np.array([evaluate(one, self.times) for one in pieces])
-        known = per_force @ system.loads @ forces.reshape(-1, len(self.times)) + per_force @ system.constant
+        known = per_force @ system.loads @ self._driven + per_force @ system.constant
         for direction, shift in shifts_of(self.scene).items():  # an accelerometer feels the ground's as well
             way = self.scene.robot.structure.translation(direction)
             assert way is not None  # checked by Scene
@@ -236,10 +243,21 @@ class Readings:
         capacitance = 0.0 if motional else self.scene.robot.drives[drive].capacitance or 0.0
         return Weights(load, load, bent, own.x_gain, known=capacitance * rate)
 
+    @cached_property
+    def _driven(self) -> Floats:
+        """Forces (nd, nt) of the drives and of ground that moves."""
+        pieces = [self._pieces(name)[0] for name in self.scene.robot.drives]
+        pieces += [one.pieces for one in ground_forces(self.scene, self.system)]
+        return np.array([evaluate(one, self.times) for one in pieces]).reshape(-1, len(self.times))
+
     def _level(self, drive: str) -> Floats:
         if self._volts is not None:
             return self._volts[drive]
-        return np.asarray(self.scene.actuator_volts[drive].volts(self.times), dtype=float)
+        return np.asarray(self._signals[drive].volts(self.times), dtype=float)
+
+    @cached_property
+    def _signals(self) -> Mapping[str, Signal]:
+        return self.scene.actuator_volts
 
     def _gains(self, drive: str) -> Floats:
         """Coefficients of the gain of small signals by the volts."""
@@ -252,7 +270,7 @@ class Readings:
         """Force and volts of a drive as pieces, lowered once."""
         if drive not in self._lowered:
             own = self.scene.robot.drives[drive]
-            self._lowered[drive] = self._lower(self.scene.actuator_volts[drive], own.law, own.history)
+            self._lowered[drive] = self._lower(self._signals[drive], own.law, own.history)
         return self._lowered[drive]
 
     def row(self, at: str) -> Floats:

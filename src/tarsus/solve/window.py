@@ -154,6 +154,7 @@ def simulate_windows(
     shared: Tables | None = None,
     accuracy: Accuracy = SINGLE_RUN,
     threads: Workers = None,
+    forces: bool = True,
 ) -> WindowBatch:
     """Run many windows of one plan in one call of the engine, each from its own state at its own time.
 
@@ -175,6 +176,8 @@ def simulate_windows(
         Tolerances; those of a single run by default.
     threads
         Of windows without derivatives; by default one for each processor that this process may use.
+    forces
+        Whether states of a walker have gaps and forces of its feet, which take as long as all else of short windows.
 
     Raises
     ------
@@ -189,12 +192,12 @@ def simulate_windows(
     settings = settings_of(plan, end, accuracy)
     along = None if gradients is None else gradients.along(len(starts), len(plan.system.mass))
     if gradients is None or along is None or not gradients.names(along):
-        ran, slopes = run_windows(plan, tables, data, given, settings, threads), None
+        ran, slopes = run_windows(plan, tables, data, given, settings, threads, forces=forces), None
     else:
         seen, at = given.denser(SEEN)
         finer = settings_of(plan, end, accuracy.finer)
-        ran = run_windows(plan, tables, data, seen, settings)
-        copies = Copies(plan, tables, data, seen, gradients, along, settings)
-        found = copies.differenced(ran, run_windows(plan, tables, data, seen, finer))
+        ran = run_windows(plan, tables, data, seen, settings, forces=forces)
+        copies = Copies(plan, tables, data, seen, gradients, along, settings, forces)
+        found = copies.differenced(ran, run_windows(plan, tables, data, seen, finer, forces=forces))
         slopes, ran = found.slopes(gradients.names(along)).at(at), ran.at(at, given.first)
     return WindowBatch(plan, starts, data, given.sources, ran, slopes)

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.core import _native
-from tarsus.plan.lowering import SPRINGS, Plan, lower_scene, resprung
+from tarsus.plan.lowering import Plan, lower_scene, of_leg, resprung
 from tarsus.plan.rows import Rows, rows_of
 from tarsus.plan.slots import rows_for, slot
 from tarsus.solve.differences import ROUNDED, STEP, Direction, Stencil, directions_of
@@ -79,26 +79,19 @@ def _pairs(
     each = [base | one.values(place) for one in rows.values() for place in one.places]
     columns = {path: np.array([row[path] for row in each]) for path in base}
     made = rows_for(scene, plan, columns, 0.0, scaled=False, count=len(each)) if each else None
-    out, first = dict[str, ScenePair](), 0
+    out, first, own = dict[str, ScenePair](), 0, rows_of(plan)
     for name, one in steps.items():
         copies: list[tuple[Plan | None, Rows]]
         if name in rows:
             assert made is not None
             copies = [(None, made.taken(slice(k, k + 1))) for k in (first, first + 1)]
             first += 2
+        elif all(of_leg(scene, path) for path in one.direction):
+            copies = [(resprung(plan, scene, one.values(place)), own) for place in one.places.tolist()]
         else:
-            # where the ground moves springs are in its forces as well
-            still = plan.legs is not None and scene.ground.motion is None
-            springs = still and all(path.endswith(SPRINGS) for path in one.direction)
-            scenes = [one.scene(scene, place) for place in one.places.tolist()]
-            copies = [_resprung(at, plan) if springs else _lowered(at, plan, name) for at in scenes]
+            copies = [_lowered(one.scene(scene, place), plan, name) for place in one.places.tolist()]
         out[name] = ScenePair(one.places, tuple(copies))
     return out
-
-
-def _resprung(scene: Scene, plan: Plan) -> tuple[Plan, Rows]:
-    own = resprung(plan, scene)
-    return own, rows_of(own)
 
 
 def _lowered(scene: Scene, plan: Plan, name: str) -> tuple[Plan, Rows]:
@@ -197,11 +190,12 @@ class _Call:
         self.parts.append(starts)
         return _Filed(self, len(self.parts) - 1, places)
 
-    def ran(self, settings: _native.Settings) -> list[Ran]:
+    def ran(self, settings: _native.Settings, forces: bool) -> list[Ran]:
         """What each part came to."""
         if not self.parts:
             return []
-        every = run_windows(self.plan, self.tables, self.data, WindowStarts.joined(self.parts), settings)
+        starts = WindowStarts.joined(self.parts)
+        every = run_windows(self.plan, self.tables, self.data, starts, settings, forces=forces)
         edges = np.cumsum([0, *map(len, self.parts)])
         return [every.taken(np.arange(a, b)) for a, b in pairwise(edges.tolist())]
 
@@ -222,7 +216,7 @@ class _Shift(NamedTuple):
 class Copies:
     """Makes windows beside those of a plan, its ``starts``, which run on ``data``.
 
-    tables: of the plan's structure; along (nw, 2n, q): directions of the start states.
+    tables: of the plan's structure; along (nw, 2n, q): directions of the start states; forces: as `run_windows`.
     """
 
     plan: Plan
@@ -232,6 +226,7 @@ class Copies:
     by: WindowGradients
     along: Floats
     settings: _native.Settings
+    forces: bool = True
 
     def differenced(self, own: Ran, finer: Ran) -> Differenced:
         """Windows, and the same in other steps, with these beside them."""
@@ -256,7 +251,7 @@ class Copies:
             if shift is not None and len(moved):
                 filed = [self._filed(calls, shift, moved, side) for side in (0, 1)]
                 begun.append((number, factor, moved, shift, filed))
-        ran = {id(call): call.ran(self.settings) for call in calls.values()}
+        ran = {id(call): call.ran(self.settings, self.forces) for call in calls.values()}
         out = []
         for number, factor, windows, shift, filed in begun:
             sides = []

@@ -93,6 +93,8 @@ class WindowStarts:
 
     def taken(self, windows: Integers) -> WindowStarts:
         """Some of the windows."""
+        if _all_of(windows, len(self)):
+            return self
         at, first = gathered(self.first, windows)
         parts = {one.name: getattr(self, one.name)[windows] for one in fields(self) if one.name not in _TIMES}
         return WindowStarts(**parts, first=first, times=self.times[at])
@@ -163,6 +165,8 @@ class Ran:
 
     def taken(self, windows: Integers) -> Ran:
         """Some of them, in any order."""
+        if _all_of(windows, len(self.codes)):
+            return self
         events, begin = gathered(self.begin, windows)
         at, first = gathered(self.first, windows)
         return Ran(
@@ -193,6 +197,11 @@ class Ran:
         return cls(states=all_states([one.states for one in parts]), **whole)
 
 
+def _all_of(windows: Integers, count: int) -> bool:
+    """Whether these are all windows as they stand."""
+    return len(windows) == count and bool((windows == np.arange(count)).all())
+
+
 def gathered(first: Integers, windows: Integers) -> tuple[Integers, Integers]:
     """Numbers of what windows have, end to end, and where each one's begin, from where those of all begin."""
     counts = np.diff(first)[windows]
@@ -217,16 +226,23 @@ def run_windows(
     starts: WindowStarts,
     settings: _native.Settings,
     threads: Workers = None,
+    *,
+    forces: bool = True,
 ) -> Ran:
-    """Run windows of a plan, on all threads where there are many."""
+    """Run windows of a plan, on all threads where there are many; forces: whether states of a walker have gaps and
+    forces of its feet."""
     parts = Continuations(starts.state, starts.t0, starts.ends, starts.feet, starts.sources)
     times = Times(starts.times, starts.first)
     made = advance_many(plan, tables, settings, data, parts, times, together=TOGETHER, threads=threads)
     if plan.legs is None:
         n, slides = len(plan.system.mass), plan.system.tangents is not None
         states, _ = states_of(made.samples, n, plan.feet, slides)
-    else:
+    elif forces:
         states = _walked(plan, starts, data, made.samples)
+    else:
+        from tarsus.solve.motion import walked
+
+        states = walked(plan, made.samples)
     begin = np.concatenate([[0], made.event_end]).astype(np.int64)
     return Ran(made.codes, made.events, begin, states, starts.times, starts.first, made.states, made.feet)
 
