@@ -155,7 +155,7 @@ class RecordProblem:
     records: tuple[SeenRecord, ...]
     priors: Mapping[str, Prior]
     directions: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    _made: dict[bytes, tuple[list[Scene], list[Plan]]] = field(
+    _made: dict[bytes, dict[int, tuple[Scene, Plan]]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
     _first: dict[int, Plan] = field(default_factory=dict, init=False, repr=False, compare=False)
@@ -210,16 +210,21 @@ class RecordProblem:
         rows = [np.vstack([by, about]) for by in self.slopes_of(segments, flown, names)]
         return NormalEquations.of(residuals, rows, q)
 
-    def lowered(self, moved: Floats) -> tuple[list[Scene], list[Plan]]:
-        """Scene and plan of every record at numbers (np,); those asked for last are kept."""
-        key = moved.tobytes()
+    def lowered(self, moved: Floats, record: int) -> tuple[Scene, Plan]:
+        """Scene and plan of a record at numbers (np,); those at the numbers asked for last are kept."""
+        key, one = moved.tobytes(), self.scenes[record]
         if key not in self._made:
-            each = self._changed(self.values(moved))
-            plans = {one: self._plan(one, scene) for one, scene in each.items()}
             self._made.clear()
             self._beside.clear()
-            self._made[key] = [each[id(one)] for one in self.scenes], [plans[id(one)] for one in self.scenes]
-        return self._made[key]
+            self._made[key] = {}
+        made = self._made[key]
+        if id(one) not in made:
+            scene = self._changed(one, self.values(moved), made)
+            first = self._first.get(id(one))
+            plan = None if first is None else renumbered(first, scene, self._sought)
+            made[id(one)] = scene, plan or lower_scene(scene, self._shared.drive)
+            self._first.setdefault(id(one), made[id(one)][1])
+        return made[id(one)]
 
     @cached_property
     def _sought(self) -> tuple[str, ...]:
@@ -227,29 +232,18 @@ class RecordProblem:
         along = (path for one in self.directions.values() for path in one)
         return (*(path for path in self.paths if path not in self.directions), *along)
 
-    def _changed(self, values: Mapping[str, float]) -> dict[int, Scene]:
-        """Scenes with values of the numbers; what these are of is made, and checked, once for scenes that share it."""
+    def _changed(self, one: Scene, values: Mapping[str, float], made: Mapping[int, tuple[Scene, Plan]]) -> Scene:
+        """A scene with values of the numbers; what they are of is that of another of the same robot and ground, where
+        one is made."""
+        if all(path.startswith(("robot.", "ground.", "grounds.")) for path in self._sought):
+            for other in self.scenes:
+                same = other.robot is one.robot and other.ground is one.ground and other.grounds == one.grounds
+                if same and id(other) in made:
+                    like = made[id(other)][0]
+                    return one.model_copy(update={"robot": like.robot, "ground": like.ground, "grounds": like.grounds})
         changes = {path: values[path] for path in self._sought if path in values}
-        by = {path: values[name] * w for name, one in self.directions.items() for path, w in one.items()}
-        first, out = self.scenes[0], dict[int, Scene]()
-        inside = all(path.partition(".")[0] in ("robot", "ground", "grounds") for path in self._sought)
-        for one in self.scenes:
-            same = one.robot is first.robot and one.ground is first.ground and one.grounds == first.grounds
-            if out and inside and same:
-                own = out[id(first)]
-                parts = {"robot": own.robot, "ground": own.ground, "grounds": own.grounds}
-                out[id(one)] = one.model_copy(update=parts)
-            else:
-                out[id(one)] = with_values(one, changes | {path: get_value(one, path) + by[path] for path in by})
-        return out
-
-    def _plan(self, number: int, scene: Scene) -> Plan:
-        """That of a scene, which differs in the numbers alone from the first one of its record."""
-        first = self._first.get(number)
-        found = None if first is None else renumbered(first, scene, self._sought)
-        found = found or lower_scene(scene, self._shared.drive)
-        self._first.setdefault(number, found)
-        return found
+        by = {path: values[name] * w for name, along in self.directions.items() for path, w in along.items()}
+        return with_values(one, changes | {path: get_value(one, path) + by[path] for path in by})
 
     @cached_property
     def _forces(self) -> bool:
@@ -269,9 +263,10 @@ class RecordProblem:
         """Windows with derivatives by starts, unless they are left out, and by numbers of these names; without any
         unless given."""
         values = self.values(moved)
-        scenes, plans = self.lowered(moved)
-        data = {id(scenes[r]): r for r in dict.fromkeys(one.record for one in segments)}
-        number = {r: list(data).index(id(scenes[r])) for r in dict.fromkeys(one.record for one in segments)}
+        lowered = {r: self.lowered(moved, r) for r in dict.fromkeys(one.record for one in segments)}
+        scenes, plans = ({r: pair[k] for r, pair in lowered.items()} for k in (0, 1))
+        data = {id(scene): r for r, scene in scenes.items()}
+        number = {r: list(data).index(id(scene)) for r, scene in scenes.items()}
         starts, first = list[WindowStart](), 0
         places, measured = list[NDArray[np.intp]](), list[Floats]()
         for segment, at in zip(segments, own, strict=True):

@@ -154,7 +154,7 @@ class WalkFollower:
 
     def _standing(self, moved: Floats, end: float) -> Segment:
         """The first window, from the state in which the walker stands; feet that lie on the ground there are held."""
-        plan = self.problem.lowered(moved)[1][self.number]
+        plan = self.problem.lowered(moved, self.number)[1]
         begun = simulate_windows(plan, [WindowStart(plan.initial, 0.0, [end])])[0].events
         feet = sorted({int(i) for i in begun["foot"][begun["time"] == 0.0]})
         contacts = Contacts(feet, [0.0] * len(feet))
@@ -178,7 +178,7 @@ class WalkFollower:
         """The same up to a time, the last window in pieces of few events, cut in the longest stretch without one of the
         second half of each: near an event a start changes by more than any noise."""
         last = at.segments[-1]
-        plan = self.problem.lowered(at.moved)[1][self.number]
+        plan = self.problem.lowered(at.moved, self.number)[1]
         start = WindowStart(last.state, last.begin, [end], last.contacts)
         times = np.unique(simulate_windows(plan, [start])[0].events["time"])
         samples = np.searchsorted(self.problem.records[self.number].times, times)

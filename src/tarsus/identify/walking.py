@@ -189,7 +189,7 @@ def _problem(records: Sequence[WalkRecord], spread: Mapping[str, float]) -> Reco
     scenes = tuple(one.scene for one in records)
     priors = {path: Prior(float(get_value(scenes[0], path)), factor=float(np.exp(one))) for path, one in spread.items()}
     problem = RecordProblem(scenes, tuple(one.seen() for one in records), priors)
-    _, plans = problem.lowered(np.zeros(len(priors)))
+    plans = [problem.lowered(np.zeros(len(priors)), number)[1] for number in range(len(records))]
     for one, plan in zip(records, plans, strict=True):
         there = output_rows(one.scene, one.outputs, one.times[:1]).x @ plan.initial[: len(plan.initial) // 2]
         priors |= {

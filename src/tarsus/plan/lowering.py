@@ -236,22 +236,13 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
         if sees and w is not None:
             laws.volts[i] = system.loads.shape[1] + used.index(names.index(w))
     channels = (*forces, *(one.pieces for one in driven_by_ground), *(volts[d] for d in used))
-    n = system.mass.shape[0]
-    initial = np.zeros(2 * n)
-    if scene.initial.displacement is not None:
-        initial[:n] = scene.initial.displacement
-    if scene.initial.velocity is not None:
-        initial[n:] = scene.initial.velocity
-    if scene.initial.in_laboratory:
-        waves = {direction: one.wave for direction, one in shifts_of(scene).items()}
-        initial[n:] -= velocities_at_start(scene, waves)[0]
     lift = scene.robot.structure.vertical() if scene.initial.lifted else None
     plan = Plan(
         system,
         laws,
         channels,
         tuple(used),
-        initial,
+        _initial(scene, len(system.mass)),
         np.array(periods),
         math.nan,
         math.nan,
@@ -263,6 +254,19 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
         np.array([one.exerted() for one in scene.robot.drives.values()] + [0.0] * len(driven_by_ground)),
     )
     return _at_start(plan, list(scene.robot.feet))
+
+
+def _initial(scene: Scene, n: int) -> Floats:
+    """Displacements and velocities (2n,) that a scene gives."""
+    initial = np.zeros(2 * n)
+    if scene.initial.displacement is not None:
+        initial[:n] = scene.initial.displacement
+    if scene.initial.velocity is not None:
+        initial[n:] = scene.initial.velocity
+    if scene.initial.in_laboratory:
+        waves = {direction: one.wave for direction, one in shifts_of(scene).items()}
+        initial[n:] -= velocities_at_start(scene, waves)[0]
+    return initial
 
 
 def _at_start(plan: Plan, feet: Sequence[str]) -> Plan:
@@ -300,20 +304,31 @@ def resprung(plan: Plan, scene: Scene, values: Mapping[str, float]) -> Plan:
     assert plan.legs is not None
     assert isinstance(scene.robot.structure, Walker)
     body, names = plan.legs.body, list(scene.robot.structure.legs)
-    nb, nl = len(body.body_mass), len(names)
     own = {what: getattr(body, what).copy() for what in ("stiffness", "damping")}
-    whole = {what: getattr(plan.system, what).copy() for what in own}
     for path, value in values.items():
         *_, leg, field = path.split(".")
         what, _, way = field.partition("_")
-        k, w = names.index(leg), "vlt".index(way)
-        row = np.zeros(len(plan.system.mass))
-        row[:nb], row[(nb + 2 * k + 1, nb + 2 * k, nb + 2 * nl + k)[w]] = body.hip[k, w], -1.0
-        whole[what] += (value - own[what][k, w]) * np.outer(row, row)
-        own[what][k, w] = value
-    out = replace(plan, system=replace(plan.system, **whole), legs=Legs.of(body._replace(**own)))
+        own[what][names.index(leg), "vlt".index(way)] = value
+    body = body._replace(**own)
+    damping, stiffness = _springs(body, len(plan.system.mass))
+    out = replace(plan, system=replace(plan.system, damping=damping, stiffness=stiffness), legs=Legs.of(body))
     out.__dict__["signals"] = plan.signals  # of the same drives
     return out
+
+
+def _springs(body: LeggedBody, size: int) -> tuple[Floats, Floats]:
+    """Damping and stiffness (n, n) of a walker, to the last bit as `Walker.matrices`."""
+    nb, nl = len(body.body_mass), len(body.mass)
+    damping, stiffness = np.zeros((size, size)), np.zeros((size, size))
+    damping[:nb, :nb], stiffness[:nb, :nb] = body.body_damping, body.body_stiffness
+    for k in range(nl):
+        for w, at in ((1, nb + 2 * k), (0, nb + 2 * k + 1), (2, nb + 2 * nl + k))[: body.directions]:
+            row = np.zeros(size)
+            row[:nb], row[at] = body.hip[k, w], -1.0
+            square = np.outer(row, row)
+            stiffness += body.stiffness[k, w] * square
+            damping += body.damping[k, w] * square
+    return damping, stiffness
 
 
 def renumbered(plan: Plan, scene: Scene, paths: Sequence[str]) -> Plan | None:
@@ -334,8 +349,8 @@ def renumbered(plan: Plan, scene: Scene, paths: Sequence[str]) -> Plan | None:
     out = resprung(plan, scene, springs) if springs else replace(plan)
     laws = replace(plan.laws, parameters=parameters, acting=scene.ground.acting_laws)
     laws.__dict__["native"] = plan.laws.native  # parameters come with every batch
-    stance, rate = lower_stance(scene, out.system), _rate(out.system)
-    out.__dict__.update(laws=laws, stance=stance, rate=rate, signals=plan.signals)
+    stance, rate, initial = lower_stance(scene, out.system), _rate(out.system), _initial(scene, len(out.system.mass))
+    out.__dict__.update(laws=laws, stance=stance, rate=rate, initial=initial, signals=plan.signals)
     return _at_start(out, list(scene.robot.feet))
 
 
