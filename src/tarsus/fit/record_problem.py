@@ -264,7 +264,8 @@ class RecordProblem:
         unless given."""
         values = self.values(moved)
         lowered = {r: self.lowered(moved, r) for r in dict.fromkeys(one.record for one in segments)}
-        scenes, plans = ({r: pair[k] for r, pair in lowered.items()} for k in (0, 1))
+        scenes = {r: scene for r, (scene, _) in lowered.items()}
+        plans = {r: plan for r, (_, plan) in lowered.items()}
         data = {id(scene): r for r, scene in scenes.items()}
         number = {r: list(data).index(id(scene)) for r, scene in scenes.items()}
         starts, first = list[WindowStart](), 0
