@@ -29,7 +29,7 @@ def declared() -> list[str]:
     return [one.split(":")[0] for one in options["markers"]]
 
 
-FIRST = ("core/test_page_engine.py", "report/", "docs/test_doc_commands.py", "examples/", "lint/test_reference.py")
+FIRST = ("core/test_page_engine.py", "report/", "docs/", "examples/", "validation/", "lint/test_reference.py")
 """Files whose cases take ten seconds and more: begun first, so that at the end no core waits for them. Those that
 need the engine for pages are side by side: one process has them all, and compiles it once."""
 

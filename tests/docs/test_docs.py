@@ -53,9 +53,9 @@ def clone(folder: Path) -> Names:
 
 def lab(folder: Path) -> Names:
     """A small campaign where the page of identification has a whole one."""
-    from identify.campaigns import copied
+    from identify.campaigns import of_known_structure
 
-    copied(folder / "lab")
+    of_known_structure(folder / "lab")
     return {}
 
 

@@ -90,7 +90,7 @@ def test_a_policy_that_feels_nothing_is_the_gait_of_the_device():
 @pytest.mark.full
 def test_a_gait_is_learnt_on_grounds_that_are_not_known():
     example = load("learn_gait")
-    wave = example.best_wave(grounds=3)
-    learnt, _, straight, own = example.judged(example.trained(8, grounds=3, policies=10), wave, grounds=30)
+    wave = example.best_wave(grounds=2)
+    learnt, _, straight, own = example.judged(example.trained(5, grounds=2, policies=10), wave, grounds=10)
     assert learnt.mean() > 3.0 * own.mean() and straight.mean() > 3.0 * own.mean()
     assert np.mean(learnt > own) > 0.9

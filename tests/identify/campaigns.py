@@ -18,7 +18,7 @@ from laboratory import LABORATORY
 from once import once
 from tarsus.base.spec import FrozenDict
 from tarsus.files.library import load_scene
-from tarsus.files.toml import description_text
+from tarsus.files.toml import description_text, scene_text
 from tarsus.identify.campaign import Opened, read_campaign
 from tarsus.identify.chain import Identification, StepRunner, identify
 from tarsus.model.scene import Scene
@@ -97,6 +97,13 @@ def copied(target: Path, *purposes: str) -> Path:
     if purposes:
         only(target, *purposes)
     return target
+
+
+def of_known_structure(target: Path) -> None:
+    """A copy of the records that tell of film and adhesion, on a device whose structure is known: identified in a
+    second."""
+    copied(target, "loops", "ramps")
+    (target / "device.toml").write_text(scene_text(truth()), encoding="utf-8")
 
 
 def grounded(opened: Opened) -> StepRunner:

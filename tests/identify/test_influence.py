@@ -78,7 +78,7 @@ def test_groups_are_events_files_and_sets():
         assert shares.sum(axis=0) == pytest.approx(1.0) and pulls.sum(axis=0) == pytest.approx(0.0, abs=1e-9)
 
 
-@pytest.mark.parametrize("trials", [20, pytest.param(300, marks=pytest.mark.full)])
+@pytest.mark.parametrize("trials", [20, pytest.param(150, marks=pytest.mark.full)])
 def test_chance_is_told_once_in_a_hundred_campaigns(trials):
     alarms = 0
     for seed in range(trials):

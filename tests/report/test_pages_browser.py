@@ -26,7 +26,7 @@ as well, where its sections are folded."""
 
 HERE = Path(__file__).parent
 SCRIPTS = "".join((HERE / name).read_text(encoding="utf-8") for name in ("glance.js", "interactions.js"))
-INTERACTIONS = 100
+INTERACTIONS = 50
 
 
 @pytest.fixture(scope="module")

@@ -109,7 +109,9 @@ def test_multipliers_of_a_pair_are_one_curve_and_small_ones_are_not_drawn():
 
 def test_a_landing_is_drawn_beside_the_step():
     fast = dict(tick=10e-9, shortest=1e-6, effort=0.02)
-    design = ts.design.landing(ts.load_scene("mems-switch"), "beam", pairs=1, levels="0 V, 90 V", **fast)
+    design = ts.design.landing(
+        ts.load_scene("mems-switch"), "beam", pairs=1, levels="0 V, 90 V", risk="nominal", **fast
+    )
     step, softer = ts.plot.landing(design).get_lines()
     assert step.get_ydata().min() == pytest.approx(0.0, abs=1e-15) and softer.get_ydata()[0] > 2e-6
     assert repr(design).startswith("<LandingDesign of 'mems-switch': ") and len(repr(design)) < 120

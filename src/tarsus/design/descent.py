@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tarsus.design.free import Free
 from tarsus.design.grounds import Grounds
-from tarsus.design.problem import DesignProblem, LastPeriod
+from tarsus.design.problem import LOOK, DesignProblem, LastPeriod
 from tarsus.fit.valleys import Budget, Visited, follow_down
 
 Floats = NDArray[np.float64]
@@ -22,6 +22,8 @@ EACH = 400
 """Points that a strategy costs, those included that end early."""
 MOST = 32
 """Strategies at most."""
+FIRST_LOOK = int(0.4 * LOOK)
+"""Grounds of an attack below which strategies take a share of their generations, unless points are left."""
 NEAR, STEP = 0.03, 0.05
 """Points of so different valleys are begun with, and the first step from them: a third and two thirds of a valley's
 size, for what is best on more grounds lies beside what was best on fewer."""
@@ -38,13 +40,23 @@ def valleys(free: Free, points: Floats, costs: Floats, count: int) -> Floats:
 
 
 def follow(
-    cost: Callable[[Floats], Floats], free: Free, points: Floats, costs: Floats, count: int, rng: np.random.Generator
+    cost: Callable[[Floats], Floats],
+    free: Free,
+    points: Floats,
+    costs: Floats,
+    count: int,
+    rng: np.random.Generator,
+    look: int,
 ) -> None:
-    """Ask for costs (n,) of about ``count`` points (n, nu) on the way down from the best valleys of points (n, nu)."""
+    """Ask for costs (n,) of about ``count`` points (n, nu) on the way down from the best valleys of points (n, nu).
+    look: grounds that an attack on the box looks at."""
     starts = valleys(free, points, costs, int(np.clip(count // EACH, 2, MOST)))
     numbers, rest = free.parted(starts)
     visited = Visited.empty(rest.shape[1])
-    follow_down(lambda which, some: cost(free.joined(which, some)), visited, numbers, rest, LENGTH, rng, step=STEP)
+    most = LENGTH.generations
+    few = max(count // LENGTH.offspring, most * look // FIRST_LOOK)
+    budget = replace(LENGTH, generations=min(few, most))
+    follow_down(lambda which, some: cost(free.joined(which, some)), visited, numbers, rest, budget, rng, step=STEP)
 
 
 def settled(request: DesignProblem) -> DesignProblem:
