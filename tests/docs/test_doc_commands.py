@@ -41,7 +41,7 @@ SMALLER = {
     "--starts 60 --over": "--starts 20 --over",
     "--starts 20 --over": "--starts 20 --no-edges --over",
     "--over robot.structure.frequencies.0=617Hz:629Hz --over robot.structure.frequencies.1=6360Hz:6488Hz ": "",
-    "=0.15:0.5 -o landing": "=0.15:0.5 --request effort=0.005 -o landing",
+    "=0.15:0.5 -o landing": "=0.15:0.5 --request effort=0.005 --request risk=nominal -o landing",
     "effort=0.3 -o landing": "effort=0.005 --request risk=nominal -o again",
     "tarsus calibrate cantilever -o fit": "tarsus devices",
     ' --array 100 --sbatch "--partition=main --time=2:00:00 --cpus-per-task=8"': " --array 4",
