@@ -34,7 +34,7 @@ SMALLER = {
     " --request candidates=64 --request look=2 -o gaits",
     "from_rest=100ms": "from_rest=50ms",
     "candidates=72 --request look=24 -o faster": "candidates=64 --request look=2 -o faster",
-    'um/s" -o out': 'um/s" --robots 2 --draws 2 --from-rest 50ms -o out',
+    'um/s" -o out': 'um/s" --robots 4 --draws 2 --from-rest 50ms -o out',
     'adhesion.rate --budget "2 s"': 'adhesion.rate --budget "2 s" --vary hz=50',
     'hz="15, 50, 100" --vary gap="70 um, 90 um"': 'hz=50 --vary gap="70 um"',
     'recommend millipede --budget "1 s"': 'recommend millipede --budget "0.3 s" --vary hz=102 --vary volts=14',
