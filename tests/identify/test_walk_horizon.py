@@ -67,6 +67,15 @@ def test_feet_are_told_apart_only_where_another_start_asks_for_it_too(
     assert set(found.feet) == ({f"{foot}: {friction}" for foot in ("L1", "R1")} if confirmed else set())
 
 
+def test_a_window_with_one_sample_far_off_is_not_followed() -> None:
+    """By eight of its noise, which its mean square hardly shows: an impact at another moment leaves no more."""
+    _, seen = record(0.012)
+    seen.values[3, 120] += 8.0 * seen.noise[3]
+    found = identify_walk([seen], dict.fromkeys(PATHS, 1.0))
+    assert np.nanmean(found.residuals[0] ** 2) < 1.2 and not found.good.all()
+    assert {found.verdict(path) for path in PATHS} <= {Verdict.PREFERRED, Verdict.UNDECIDED, Verdict.ASSUMED}
+
+
 def test_of_two_starts_that_are_followed_the_one_that_leaves_less_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
     _, seen = record(0.008)
     costs, together = list[float](), walking._together

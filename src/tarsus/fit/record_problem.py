@@ -114,9 +114,9 @@ class RecordFit:
     values: of the numbers, by name; moved (np,): the same in standard deviations of what was known beforehand;
     covariance (np, np): in these, what was known included; ahead (np,): the undamped step that a descent which ended
     before its minimum would still make; segments: with their starts as found; left (nw,): mean squares over the noise,
-    NaN of a window without samples; settled: whether it would go no further; jumps: of tied segments,
-    by how many of their ties' standard deviations starts are off the ends before; cost: sum of squares of all that is
-    left, of ties, and of what was known beforehand.
+    NaN of a window without samples; farthest (nw,): how far one sample of each is off at most, over its noise; settled:
+    whether it would go no further; jumps: of tied segments, by how many of their ties' standard deviations starts are
+    off the ends before; cost: sum of squares of all that is left, of ties, and of what was known beforehand.
     """
 
     values: Mapping[str, float]
@@ -125,6 +125,7 @@ class RecordFit:
     ahead: Floats
     segments: tuple[Segment, ...]
     left: Floats
+    farthest: Floats
     settled: bool
     jumps: Floats
     cost: float

@@ -353,6 +353,7 @@ class TiedWindows:
             ahead,
             tuple(replace(one, state=np.asarray(start.state, dtype=float), begin=start.t0) for one, start in pairs),
             np.array([float(np.mean(one**2)) if one.size else np.nan for one in at.off]),
+            np.array([float(np.abs(one).max(initial=0.0)) for one in at.off]),
             settled,
             np.concatenate([np.zeros(0), *(at.gaps[k] for _, k in _tied(segments))]),
             at.cost + known.cost(at.moved),

@@ -50,6 +50,10 @@ ZERO = 1e-5
 """Standard deviation of the zero of a displacement [m] from record to record; of an angle over the arm."""
 FOLLOWED = 1.3
 """Mean square over the noise, but for its scatter, up to which a window is followed: an estimate is good to a tenth."""
+STRAY = 6.0
+"""Times its noise up to which each sample of a window is when it is followed: noise is beyond once in 5e8 samples. An
+impact at another moment than in the record leaves one sample of a current or a velocity far off, which hardly moves the
+mean square: a restitution 11 % off, to 0.2 % by its own account, left one of 8 and one of 10 among 12,000."""
 JUMP = 2.5
 """Standard deviations of a tie up to which starts may be off the ends before: where the model is that of the robot they
 are off by 0.7 to 1.7 at most, in dozens of windows, for what ties allow is far above what a model misses; on ground
@@ -284,8 +288,9 @@ class _Joint(NamedTuple):
 
     @property
     def good(self) -> NDArray[np.bool_]:
-        """Windows (nw,) that are followed to their noise."""
-        return self.fit.left < most_of(self.windows.problem, self.fit.segments, FOLLOWED)
+        """Windows (nw,) that are followed to their noise, every sample of them."""
+        near = self.fit.farthest < STRAY
+        return near & (self.fit.left < most_of(self.windows.problem, self.fit.segments, FOLLOWED))
 
     @property
     def followed(self) -> float:
