@@ -240,7 +240,7 @@ class DesignSearch:
         seed = 1000 * self.options.seed + self.asked
         points, found = search_front(costs, len(free), free.circular, search, seed, starts)
         if self.descends:
-            left, rng, look = count - len(points), np.random.default_rng(seed), self.request.options.look
+            left, rng, look = count - len(points), np.random.default_rng(seed), self.options.look
             follow(lambda some: costs(some)[:, 0], free, points, found[:, 0], left, rng, look)
         return _Found(*(np.concatenate(part) for part in zip(*every, strict=True)))
 
