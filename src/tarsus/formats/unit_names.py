@@ -55,8 +55,10 @@ def scaled(text: str) -> Scaled | None:
     if imperial is not None:
         return Scaled(*imperial)
     given = _given(plain)
-    same = (one for one in Quantity if given is not None and given.dimension == parse_unit(one.unit).dimension)
-    return None if given is None else next((Scaled(one, _scale(given)) for one in same), None)
+    if given is None:
+        return None
+    same = (one for one in Quantity if given.dimension == parse_unit(one.unit).dimension)
+    return next((Scaled(one, _scale(given)) for one in same), None)
 
 
 def ratio_of(text: str) -> tuple[Scaled, Scaled] | None:

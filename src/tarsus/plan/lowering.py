@@ -29,7 +29,7 @@ from tarsus.model.laws.landing import PullAsPrinted
 from tarsus.model.laws.translate import translate
 from tarsus.model.profile import heights_of
 from tarsus.model.standing import Stance, stance_of
-from tarsus.model.structure.walker import STRAIGHT_AHEAD, Walker
+from tarsus.model.structure.walker import STRAIGHT_AHEAD, Walker, add_springs
 from tarsus.plan.moving import ground_forces, shifts_of, velocities_at_start
 from tarsus.plan.rows import Rows
 
@@ -321,13 +321,12 @@ def _springs(body: LeggedBody, size: int) -> tuple[Floats, Floats]:
     nb, nl = len(body.body_mass), len(body.mass)
     damping, stiffness = np.zeros((size, size)), np.zeros((size, size))
     damping[:nb, :nb], stiffness[:nb, :nb] = body.body_damping, body.body_stiffness
-    for k in range(nl):
-        for w, at in ((1, nb + 2 * k), (0, nb + 2 * k + 1), (2, nb + 2 * nl + k))[: body.directions]:
-            row = np.zeros(size)
-            row[:nb], row[at] = body.hip[k, w], -1.0
-            square = np.outer(row, row)
-            stiffness += body.stiffness[k, w] * square
-            damping += body.damping[k, w] * square
+    springs = [
+        (at, body.hip[k, w], body.stiffness[k, w], body.damping[k, w])
+        for k in range(nl)
+        for w, at in ((1, nb + 2 * k), (0, nb + 2 * k + 1), (2, nb + 2 * nl + k))[: body.directions]
+    ]
+    add_springs(stiffness, damping, springs)
     return damping, stiffness
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 from typing import Literal
 
 import numpy as np
@@ -351,19 +352,14 @@ class Walker(Structure):
         damping, stiffness = np.zeros_like(mass), np.zeros_like(mass)
         nb, nl = self.body_size, len(self.legs)
         damping[:nb, :nb], stiffness[:nb, :nb] = self.within()
+        springs = list[tuple[int, Array, float, float]]()
         for k, (name, end) in enumerate(zip(self.legs, ends, strict=True)):
             leg, (x, z) = self.legs[name], self.above(name)
-            springs = [
-                (nb + 2 * k, x, end.stiffness_l, end.damping_l),
-                (nb + 2 * k + 1, z, end.stiffness_v, end.damping_v),
-            ]
+            springs.append((nb + 2 * k, x, end.stiffness_l, end.damping_l))
+            springs.append((nb + 2 * k + 1, z, end.stiffness_v, end.damping_v))
             if leg.stiffness_t is not None and leg.damping_t is not None:
                 springs.append((nb + 2 * nl + k, self.hip_row_y(name), leg.stiffness_t, leg.damping_t))
-            for at, of_body, own_stiffness, own_damping in springs:
-                row = np.zeros(len(mass))
-                row[:nb], row[at] = of_body, -1.0
-                stiffness += own_stiffness * np.outer(row, row)
-                damping += own_damping * np.outer(row, row)
+        add_springs(stiffness, damping, springs)
         return Matrices(mass, damping, stiffness)
 
     def row(self, point: str) -> Array:
@@ -423,6 +419,17 @@ RIGID = ("surge", "heave", "roll", "pitch", "sway", "yaw")
 
 _ENDINGS = ("_x", "_hip", "_hip_x", "_ankle", "_ankle_x")
 _ACROSS = ("_y", "_hip_y")
+
+
+def add_springs(stiffness: Array, damping: Array, springs: Iterable[tuple[int, Array, float, float]]) -> None:
+    """Add springs with dampers to matrices (n, n), in place: each with the number of the coordinate at its foot, its
+    hip in the coordinates of the body (nb,), its stiffness and its damping."""
+    for at, hip, own_stiffness, own_damping in springs:
+        row = np.zeros(len(stiffness))
+        row[: len(hip)], row[at] = hip, -1.0
+        square = np.outer(row, row)
+        stiffness += own_stiffness * square
+        damping += own_damping * square
 
 
 def _leg_points(name: str, leg: WalkerLeg) -> tuple[str, ...]:
