@@ -20,8 +20,7 @@ from tarsus.model.drive.lower import evaluate, lower
 from tarsus.model.drive.output import Stage, amplified
 from tarsus.model.drive.parts import IDENTITY, to_pieces, whole_parts
 from tarsus.model.drive.signal import Signal
-from tarsus.model.drive.waveforms import Constant, OnOff, RampedSquare, Sine, Square
-from tarsus.model.robot import Drive
+from tarsus.model.drive.waveforms import OnOff, RampedSquare, Sine, Square
 
 Floats = NDArray[np.float64]
 VOLTS = ts.LinearForce(gain=1.0)
@@ -72,14 +71,6 @@ def test_a_lagged_sine_is_its_transient_and_its_steady_state() -> None:
     start = 1.0 - 3.0 * gain * math.sin(phase)
     wanted = 1.0 + 3.0 * gain * np.sin(w * t - phase) - start * np.exp(-t / lag)
     np.testing.assert_allclose(given(signal, t), wanted, rtol=0, atol=4e-12)
-
-
-def test_a_large_step_slews_until_the_error_is_the_rate_times_the_lag() -> None:
-    """10 V, 1 V/ms, lag 2 ms: a ramp to 8 V, an exponential from there, with one slope where they meet."""
-    signal = Amplifier(rise_time=2e-3 * math.log(9.0), slew_rate=1e3).output(Constant(level=10.0))
-    t = np.linspace(0.0, 0.03, 3001)
-    wanted = np.where(t < 8e-3, 1e3 * t, 10.0 - 2.0 * np.exp(-(t - 8e-3) / 2e-3))
-    np.testing.assert_allclose(given(signal, t), wanted, rtol=0, atol=1e-11)
 
 
 def test_a_rail_is_met_in_finite_time_and_left_with_the_command() -> None:
@@ -141,12 +132,6 @@ def test_any_waveform_against_small_steps(name: str, stage: tuple[float, float, 
     assert np.abs(given(amplifier.output(waveform), t) - near).max() <= 3.0 * jump
 
 
-def test_it_starts_at_the_last_voltage_of_the_history() -> None:
-    drive = Drive(load=_POINT, law=VOLTS, amplifier=Amplifier(slew_rate=1e3), history=(0.0, 10.0))
-    volts = drive.actuator_volts(Constant(level=0.0)).volts(np.array([0.0, 4e-3, 0.02]))
-    assert volts.tolist() == pytest.approx([10.0, 6.0, 0.0], abs=1e-12)
-
-
 def test_energy_is_counted_on_the_actuators_volts() -> None:
     """A square of 8 V clipped at 5 V rises by 10 V; one that slews never gets higher than the rate lets it."""
     edges = np.arange(4) * 0.02
@@ -158,9 +143,6 @@ def test_energy_is_counted_on_the_actuators_volts() -> None:
     # with 2.4 V/ms the first rise is one from 0 V to 8 V, the others of the whole 16 V
     slewed = Amplifier(slew_rate=2.4e3).output(square)
     assert rise_squares(slewed, edges).tolist() == pytest.approx([64.0, 256.0, 256.0])
-
-
-_POINT = ts.PointLoad(weights={"tip": 1.0})
 
 
 @pytest.mark.parametrize(("kind", "share"), list(zip(WAVEFORMS, cycle([3e-4, 0.02, 0.3, 4.0]), strict=False)))

@@ -14,7 +14,6 @@ from model.test_drive_lower import check_shape
 from tarsus.model.drive.laws import Creeping, fit_rates
 from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii, fit_branches
 from tarsus.model.drive.lower import evaluate, lower
-from tarsus.model.drive.plays import play_states
 from tarsus.model.drive.waveforms import Constant, Sampled, Sine, Square
 
 volts = st.floats(-12.0, 12.0)
@@ -39,15 +38,6 @@ def play_by_play(sequence: list[float], threshold: float, state: float = 0.0) ->
         state = max(v - threshold, min(v + threshold, state))
         states.append(state)
     return states
-
-
-@pytest.mark.parametrize("digits", [2, 12])
-def test_long_runs_between_turns_are_the_recursion(digits: int) -> None:
-    """Smooth volts, and the same rounded, which rest between moves."""
-    volts = np.round(8.0 * np.sin(np.linspace(0.0, 20.0, 800)) * np.linspace(1.0, 0.2, 800), digits)
-    for threshold in (0.0, 0.3, 2.0, 9.0):
-        got = play_states(volts, np.array([threshold]), np.array([0.5]))[:, 0]
-        assert got.tolist() == play_by_play(volts.tolist(), threshold, 0.5)
 
 
 @given(sequence=sequences, history=st.lists(volts, max_size=5))
@@ -214,21 +204,6 @@ def test_loops_are_those_of_the_closed_form(hz: float) -> None:
     ]
     found = evaluate(force, begin + times)
     assert np.abs(found - wanted).max() < 1e-9 * np.ptp(found)
-
-
-def test_the_way_to_a_loop_is_that_of_straight_moves() -> None:
-    """Of a voltage that is straight between samples, at each of which the elements are known, and held at the end."""
-    rng = np.random.default_rng(3)
-    times = np.cumsum(rng.uniform(1e-4, 0.2, 40)) - 1e-4
-    volts = rng.uniform(-8.0, 8.0, 40)
-    times -= times[0]
-    signal = Sampled(times=tuple(times), levels=tuple(volts))
-    force = lower(signal, LAW, (3.0,))[0]
-    check_shape(force)
-    later = np.append(times, times[-1] + np.array([0.01, 3.0]))
-    held = np.append(volts, [volts[-1]] * 2)
-    wanted = LAW.along(later, held, (3.0,))
-    np.testing.assert_allclose(evaluate(force, later), wanted, rtol=0, atol=1e-12 * np.ptp(wanted))
 
 
 def test_the_inverse_gives_the_forces_that_are_wanted() -> None:

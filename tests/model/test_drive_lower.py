@@ -105,29 +105,6 @@ def check_shape(pieces: Pieces, terms: float = 0.0, slopes: tuple[float, float] 
         assert miss.max() <= (1e-12, 5e-10, 1e-7)[order] * size
 
 
-@pytest.mark.parametrize("law_name", LAWS)
-@pytest.mark.parametrize("name", [n for n, w in WAVEFORMS.items() if w.period is not None])
-def test_a_thousand_periods_later(name: str, law_name: str) -> None:
-    waveform, law = WAVEFORMS[name], LAWS[law_name]
-    pieces, _ = lower(waveform, law, [10.0, 0.0])
-    period = waveform.period
-    assert period is not None
-    t = grid(waveform, 4001)
-    t = t[away_from_switches(waveform, t)]
-    wanted = direct(waveform, law, t, [10.0, 0.0])
-    second = t > period
-    late = evaluate(pieces, t[second] + 1000 * period)
-    # a time of 1000 periods is known to 1e-13 periods only: allow for the steepest slope
-    steepest = float(np.abs(np.diff(wanted)).max() / np.diff(t).min() * period)
-    slack = 3e-13 * min(steepest, 200 * float(np.ptp(wanted)))
-    clear = np.ones(int(second.sum()), dtype=bool)
-    for edge in np.concatenate([jumps(waveform), waveform.track().twice().start]):
-        clear &= np.abs(t[second] - edge) > 1e-9 * period
-    assert clear.sum() > 1000
-    span = max(float(np.ptp(wanted)), 1e-6)
-    assert np.abs(late - wanted[second])[clear].max() <= 1e-12 * span + slack
-
-
 def test_play_engagement_is_found_exactly_and_marked() -> None:
     """A triangle of +-8 V through one play of 3 V: engaged from -2 V rising on, and from 2 V falling on."""
     law = LAWS["one-play"]
@@ -272,25 +249,3 @@ def test_what_has_no_amplitude_or_no_edge_is_constant_beside_what_has():
     ):
         scene = ts.with_values(scene_of("p1_n2"), {"robot.drives.pull.law": PLAYS, "signals": {"pull": wave}})
         check(scene, {f"signals.pull.{path}": np.array(values)})
-
-
-def test_numbers_of_drives_of_histories_and_of_amplifiers():
-    wave = ts.waveforms.RampedSquare(amplitude=8.0, frequency=50.0, duty=0.3, phase=0.4)
-    scene = ts.with_values(
-        scene_of("p1_n2"),
-        {"robot.drives.pull.law": PLAYS, "robot.drives.pull.history": (10.0, -3.0), "signals": {"pull": wave}},
-    )
-    head = "robot.drives.pull."
-    three = np.array([0.9, 1.0, 1.1])
-    check(
-        scene,
-        {
-            f"{head}law.{name}": ts.get_value(scene, f"{head}law.{name}") * three
-            for name in ("linear", "cubic", "thresholds.1", "thresholds.3", "weights.2")
-        },
-    )
-    check(scene, {f"{head}law.weights.0": np.array([-1e-4, 0.0]), f"{head}history.1": np.array([-3.0, 2.0])})
-    behind = ts.with_values(scene, {f"{head}amplifier": {"bandwidth": 800.0, "slew_rate": 9000.0}})
-    check(behind, {f"{head}amplifier.bandwidth": 800.0 * three, "signals.pull.amplitude": 8.0 * three})
-    branches = ts.with_values(scene, {f"{head}law": PRINTED})
-    check(branches, {f"{head}law.rising.linear": PRINTED.rising.linear * three})

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
-from tarsus.base.errors import InputError
 from tarsus.model.drive.gait import Alternating, CustomGait, Gait, Layout, MetachronalGait, Reach, Ripple, Tripod
 from tarsus.model.drive.waveforms import Square
 
@@ -105,33 +103,9 @@ def test_dead_legs_keep_their_place() -> None:
         assert left == {leg: wave for leg, wave in gait.waveforms(whole).items() if leg in left}
 
 
-def test_a_lateral_drive_follows_its_leg() -> None:
-    layout = Layout({"a": (0.0, 0.0)}, {"up": Reach(("a",)), "along": Reach(("a",), lateral=True)})
-    on = high(CustomGait(**COMMON, duty=0.4, swing_lag=0.1, phases={"a": 0.3}), layout)
-    assert np.all(np.roll(on["up"], 24) == on["along"])
-    assert np.all(np.roll(MIDDLES < 0.4, 72) == on["up"])
-
-
 def test_a_drive_that_moves_no_leg_gets_no_volts() -> None:
     layout = Layout({"a": (0.0, 0.0)}, {"leg": Reach(("a",)), "tail": Reach(())})
     assert set(Alternating(**COMMON).waveforms(layout)) == {"leg"}
-
-
-def test_voltages_in_order() -> None:
-    with pytest.raises(InputError, match=r"^MetachronalGait.high: .*14 V .*15 V"):
-        MetachronalGait(**COMMON, low=15.0)
-    still = MetachronalGait(**COMMON, low=14.0).waveforms(rows(1, 0))["L1"]
-    assert still.volts(MIDDLES).tolist() == [14.0] * len(MIDDLES)
-
-
-def test_patterns_that_do_not_fit() -> None:
-    ((place, said),) = Tripod(**COMMON).faults(rows(2, 3))
-    assert place == "kind" and "2 on the left and 3 on the right" in said
-    faults = CustomGait(**COMMON, phases={"L1": 0.0, "L9": 0.5}).faults(rows(2, 1))
-    assert [place for place, _ in faults] == ["phases.L9", "phases", "phases"]
-    assert all(name in said for name, (_, said) in zip(("'L9'", "'L2'", "'R1'"), faults, strict=True))
-    ((place, said),) = Alternating(**COMMON).faults(rows(2, 2, dead=("L1", "L2", "R1", "R2")))
-    assert place == "" and "nothing to walk with" in said
 
 
 def test_a_group_must_share_one_phase() -> None:

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import xarray
 
 import tarsus as ts
 from scene_files import scene
@@ -24,17 +23,15 @@ from tarsus.model.profile import Relief, gaps_above, heights_of, line_between
 from tarsus.model.profile.random_ground import _coherence, _shares
 from tarsus.model.scene import Scene
 from tarsus.orbits.starts import Box
-from tarsus.plan.lowering import lower_scene, slot
+from tarsus.plan.lowering import lower_scene
 from tarsus.report.drawing import drawing_of
 from tarsus.report.motion import motion_of
 from tarsus.report.player import payload, walk_plate
 from tarsus.solve.outputs import Output
 from tarsus.solve.session import Session
-from tarsus.study.sweeping import run_sweep
 from walking_scenes import sticky, trotter
 
 STAIRS = {"kind": "staircase", "tread": 1e-3, "rise": 1e-5}
-LOW = STAIRS | {"rise": 1e-7}
 ROUGH = {"kind": "random", "seed": 3, "rms": 1e-6, "correlation_length": 3e-4, "hurst": 0.8, "spacing": 4e-5}
 
 
@@ -42,11 +39,6 @@ def shape(**profile: Any) -> Relief:
     found = validate(Ground, {"profile": profile}).profile
     assert found is not None
     return found
-
-
-def uneven(**profile: Any) -> Scene:
-    scene = with_values(trotter(2, ground=sticky(), turning=False), {"ground.profile": profile or LOW})
-    return with_values(scene, {"initial": {"standing": {}}})
 
 
 def test_points_of_shapes(tmp_path: Path) -> None:
@@ -102,22 +94,6 @@ def test_random_ground_may_grow_along_the_way() -> None:
     assert level.repeats and not growing.repeats
 
 
-def test_random_grounds_are_drawn(tmp_path: Path) -> None:
-    """A seed is data as the heights are: each run of a batch or of a sweep walks on its own ground."""
-    rough = {"kind": "random", "seed": 0, "rms": 1e-8, "correlation_length": 1e-4, "spacing": 2e-5, "facets": 64}
-    scene = uneven(**rough)
-    batch = ts.simulate_batch(scene, {"ground.profile.seed": [1, 2]}, "5 ms")
-    first, second = (batch.run(i) for i in range(2))
-    assert not np.array_equal(first.events, second.events)
-    assert slot(scene, "ground.profile.facets") is None
-    vary = {"ground.profile.seed": [1.0, 2.0], "ground.profile.rms": [0.0, 1e-8]}
-    numbers = {"name": "grounds", "scene": scene, "from_rest": "5 ms", "vary": vary, "measures": ["mean_speed"]}
-    done = run_sweep(validate(ts.Sweep, numbers), tmp_path / "out")
-    assert done.failed == 0
-    found = xarray.load_dataset(done.file)["mean_speed"].values
-    assert found[0, 0] == found[1, 0] != found[0, 1] != found[1, 1]
-
-
 def test_robots_are_put_down_onto_the_ground_that_each_has() -> None:
     box = Box.of(with_values(load_scene("millipede", hz=50, volts=14), {"ground.profile": ROUGH}), None)
     seeds, starts = np.arange(0.0, 120.0, 10.0), box.values(box.drawn(12, 0))
@@ -163,12 +139,6 @@ def walks_alike(one: Scene, other: Scene, duration: float, within: float) -> ts.
     x, y = (run.at(np.array([0.9 * duration])).state.x for run in (first, second))
     assert x == pytest.approx(y, abs=within * np.abs(y).max())
     return first
-
-
-@pytest.mark.parametrize("shape", [TEETH | {"friction": [1.0, 0.5]}, PATCHY])
-def test_the_same_ground_twice_is_one(shape: dict[str, Any]) -> None:
-    scene = trotter(3)
-    walks_alike(on(scene, shape, shape), with_values(scene, {"ground.profile": shape}), 0.01, 0.0)
 
 
 def test_higher_ground_is_a_smaller_gap() -> None:
@@ -285,15 +255,6 @@ def test_a_record_moves_the_ground(tmp_path: Path) -> None:
     assert motion.normal.at(0.01, 1) == pytest.approx(0.5 * 0.01 * 0.5)
     written = ts.with_values(scene("ball"), {"ground.motion": motion})
     assert parse_scene(scene_text(written)) == written
-
-
-def test_a_periodic_motion_on_a_shaker_is_found() -> None:
-    table = {"normal": {"displacement": {"kind": "sine", "amplitude": 1.2 / (2.0 * np.pi) ** 2, "frequency": 1.0}}}
-    shaken = scene("vibrating_table", {"robot.drives": {}, "signals": {}, "ground.motion": table})
-    phase = float(np.arccos(np.pi / 3.0 / 1.2))
-    start = {"ground.motion.normal.displacement.phase": phase, "initial.velocity": [1.0 / 3.0]}
-    orbit = ts.periodic(ts.with_values(shaken, start))
-    assert orbit.period == 1.0 and orbit.stable
 
 
 def test_players_draw_it() -> None:

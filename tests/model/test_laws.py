@@ -13,39 +13,18 @@ from example_files import load_file
 from tarsus.base import pythonfile
 from tarsus.base.errors import InputError
 from tarsus.core import _native
-from tarsus.model.laws import ImpactLaw, SmoothLaw, load_laws
+from tarsus.model.laws import load_laws
 from tarsus.model.laws.program import Op
 from tarsus.model.laws.translate import translate
 
-GOOD = '''
-"""A magnet under the ground."""
-
-from __future__ import annotations
-
-import math
-
-from tarsus.model.laws import ImpactLaw, SmoothLaw
-from tarsus.base.spec import quantity
-
-
-class MagnetPull(SmoothLaw):
-    """Pull that decays over a reach."""
-
-    uses_rate = False
-    strength: float = quantity("N", "pull in contact", ge=0)
-    reach: float = quantity("m", "decay length", default=1e-6, gt=0)
-
-    def force(gap, gap_rate, volts, time, strength, reach):
-        return -strength * math.exp(-gap / reach)
-
-
-class SoftImpact(ImpactLaw):
+HEAD = "from tarsus.model.laws import ImpactLaw, SmoothLaw\nfrom tarsus.base.spec import quantity\n"
+SOFT = """class SoftImpact(ImpactLaw):
     loss: float = quantity("1", "share of the speed lost", ge=0, le=1)
 
     @staticmethod
     def rebound(speed, loss):
         return speed * (1.0 - loss)
-'''
+"""
 
 
 def law_file(folder: Path, text: str) -> Path:
@@ -54,28 +33,13 @@ def law_file(folder: Path, text: str) -> Path:
     return file
 
 
-def test_user_file(tmp_path: Path) -> None:
-    laws = load_laws(law_file(tmp_path, GOOD))
-    assert list(laws) == ["magnet_pull", "soft_impact"]
-    pull = laws["magnet_pull"](strength="3 uN")  # type: ignore[call-arg]
-    assert isinstance(pull, SmoothLaw)
-    assert pull.parameters() == (3e-6, 1e-6)
-    function = type(pull).function()
-    assert function is not None
-    assert function(1e-6, 0.0, 0.0, 0.0, *pull.parameters()) == -3e-6 * math.exp(-1.0)
-    assert issubclass(laws["soft_impact"], ImpactLaw)
-
-
 def test_an_edited_file_gives_the_new_law(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In the second in which it was loaded, too, where Python keeps byte code."""
     monkeypatch.setattr("sys.dont_write_bytecode", False)
-    before = load_laws(law_file(tmp_path, GOOD))["soft_impact"].function()
-    after = load_laws(law_file(tmp_path, GOOD.replace("1.0 - loss", "0.5 - loss")))["soft_impact"].function()
+    before = load_laws(law_file(tmp_path, HEAD + SOFT))["soft_impact"].function()
+    after = load_laws(law_file(tmp_path, HEAD + SOFT.replace("1.0 -", "0.5 -")))["soft_impact"].function()
     assert before is not None and after is not None
     assert (before(1.0, 0.0), after(1.0, 0.0)) == (1.0, 0.5)
-
-
-HEAD = "from tarsus.model.laws import SmoothLaw\nfrom tarsus.base.spec import quantity\n"
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,6 @@ import pytest
 import tarsus as ts
 from scene_files import balls, scene
 from sliding_scenes import by_modes
-from tarsus.files.toml import parse_scene, scene_text
-from tarsus.plan.lowering import lower_scene
 from walking_scenes import sticky, trotter
 
 G = 9.81
@@ -102,14 +100,6 @@ def test_an_electrode_elsewhere_is_a_foot_that_never_lands() -> None:
     last = run.states(np.array([0.02])).x[:, 0]
     pull = -1e-19 * 25.0 / (1e-5 + last[0] + 1e-6) ** 2
     np.testing.assert_allclose(structure.matrices().stiffness @ last, [pull, 0.0], rtol=0.0, atol=1e-6 * abs(pull))
-
-
-def test_files_keep_them_and_one_ground_costs_nothing() -> None:
-    own = balls()
-    assert parse_scene(scene_text(own)) == own
-    plain = lower_scene(balls(grounds={"soft": {"restitution": {"coefficient": 0.8}}}))
-    assert not plain.laws.switched and plain.laws.terms == lower_scene(own).laws.terms
-    assert (plain.laws.parameters == plain.laws.parameters[0]).all()
 
 
 def test_a_walker_has_them_by_legs_as_by_contact_modes() -> None:

@@ -52,15 +52,9 @@ def test_small_free_motion_has_the_frequency_of_the_linearisation(leg, change):
     assert np.diff(at).mean() == pytest.approx(period, rel=1e-6)
 
 
-@pytest.mark.parametrize(
-    "change",
-    [pytest.param({}, marks=pytest.mark.slow), pytest.param(HEAVY, marks=pytest.mark.slow), {**HEAVY, **BENT}],
-    ids=["as printed", "heavy", "heavy, bent"],
-)
-def test_without_dampers_energy_is_conserved(leg, change):
-    one = ts.with_values(leg, {**change, **UNDAMPED})
-    times = np.linspace(0.0, 0.01 if change else 0.0005, 60)
-    motion = step_response(one, times)
+def test_without_dampers_energy_is_conserved(leg):
+    one = ts.with_values(leg, {**HEAVY, **BENT, **UNDAMPED})
+    motion = step_response(one, np.linspace(0.0, 0.01, 60))
     assert motion.dissipated.max() == 0.0
     assert np.abs(motion.work).max() > 1e-11  # it moved, and not a little
     assert motion.closure < 1e-9

@@ -80,16 +80,6 @@ def test_starting_below_the_ground() -> None:
     assert problems(lambda: scene(robot=upside_down, initial=Initial(displacement=["71 um", "0 m"])))
 
 
-def test_origin_is_that_of_the_nearest_table() -> None:
-    printed = Provenance(source=Source.PRINTED, note="Table 1.")
-    derived = Provenance(source=Source.DERIVED, note="From it.")
-    it = scene(provenance={"robot.structure": printed, "robot.structure.mass.0": derived})
-    assert it.origin("robot.structure.stiffness.0.1") == printed
-    assert it.origin("robot.structure.mass.0.0") == derived
-    assert it.origin("robot.structure.mass.1.1") == printed
-    assert it.origin("duration") is None
-
-
 def test_override_keeps_provenance_true() -> None:
     printed = Provenance(source=Source.PRINTED, note="Table 1.")
     it = scene(
@@ -102,9 +92,6 @@ def test_override_keeps_provenance_true() -> None:
         "robot.structure.mass": printed,
         "signals.pzt.amplitude": Provenance(source=Source.ASSUMED, note="Set by the user; was 8 V (printed)."),
     }
-
-
-TWO = {"coordinates": ["tip", "base"], "mass": ["1 mg", "2 mg"], "stiffness": [[2.0, -2.0], [-2.0, 5.0]]}
 
 
 def beam(**changes: object) -> Beam:
@@ -140,30 +127,6 @@ def test_modal_matrices() -> None:
     np.testing.assert_array_equal(modal.vertical(), [1.0, 0.0, 0.0])
     with pytest.raises(KeyError):
         modal.row("hand")
-
-
-def test_lumped_lists_are_diagonals() -> None:
-    lumped = Lumped(**TWO)
-    matrices = lumped.matrices()
-    np.testing.assert_array_equal(matrices.mass, np.diag([1e-6, 2e-6]))
-    np.testing.assert_array_equal(matrices.damping, np.zeros((2, 2)))
-    np.testing.assert_array_equal(matrices.stiffness, TWO["stiffness"])
-    np.testing.assert_array_equal(lumped.row("base"), [0.0, 1.0])
-    np.testing.assert_array_equal(lumped.vertical(), [1.0, 1.0])
-    assert Lumped(coordinates=["ball"], mass="1 g", stiffness=0.0).mass == ((1e-3,),)
-
-
-def test_masses_that_fly_free_are_not_damped_by_the_ratios() -> None:
-    """Rounding gave their common motion a frequency, 1e-8 of the other, and so 1e-7 of its damping."""
-    k = 0.019577375020848185
-    lumped = Lumped(
-        coordinates=["a", "b"],
-        mass=[1.6069108894771215e-07, 8.268313430810564e-07],
-        stiffness=[[k, -k], [-k, k]],
-        damping_ratios=[0.31742610245472225, 0.07343966248883413],
-    )
-    damping = lumped.matrices().damping
-    assert np.abs(damping.sum(axis=1)).max() <= 1e-15 * np.abs(damping).max()
 
 
 def test_lumped_modal_damping_gives_the_ratios() -> None:

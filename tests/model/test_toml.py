@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import get_value, with_values
+from tarsus.base.spec import with_values
 from tarsus.files.library import load_scene
 from tarsus.files.toml import parse_scene, read_scene, scene_text, write_scene
 from tarsus.model.laws import load_laws
@@ -47,16 +47,6 @@ def problems(text: str, **options: object) -> list[str]:
     with pytest.raises(InputError) as caught:
         parse_scene(text, **options)  # type: ignore[arg-type]
     return caught.value.problems
-
-
-def test_a_small_file() -> None:
-    ball = parse_scene(BALL)
-    assert ball.duration == 3.0
-    assert get_value(ball, "robot.structure.mass.0.0") == 1e-3
-    assert get_value(ball, "ground.gravity.acceleration") == 9.81
-    assert get_value(ball, "ground.restitution.coefficient") == 0.9
-    assert ball.initial.displacement == (1.0,)
-    assert parse_scene(scene_text(ball)) == ball
 
 
 def test_a_signal_of_another_kind_leaves_no_provenance_that_cannot_be_read() -> None:

@@ -13,8 +13,7 @@ import tomlkit
 
 import tarsus as ts
 from tarsus.base.errors import InputError
-from tarsus.base.spec import float_paths
-from tarsus.files.toml import parse_scene, scene_text
+from tarsus.files.toml import parse_scene
 from tarsus.model.drive.gait import Reach
 from tarsus.model.robot import ModalLoad
 from tarsus.model.scene import Scene
@@ -91,19 +90,6 @@ def refusals(*changes: Callable[[dict[str, Any]], None]) -> list[str]:
     return from_file.value.problems
 
 
-def test_the_scene_and_its_file() -> None:
-    scene = parse_scene(BASE)
-    assert parse_scene(scene_text(scene)) == scene
-    assert scene.robot.drives["a"].capacitance == pytest.approx(4e-10)
-    assert scene.robot.drives["b"].capacitance is None
-    paths = float_paths(scene)
-    assert {"gait.frequency", "gait.duty", "gait.high", "ground.friction.coefficient"} <= set(paths)
-    assert paths["robot.structure.legs.a.mass"].unit == "kg" and paths["robot.drives.a.capacitance"].unit == "F"
-    changed = ts.with_values(scene, {"gait.duty": 0.25, "robot.structure.legs.b.stiffness_v": "2 N/m"})
-    assert changed.gait.duty == 0.25 and changed.robot.structure.legs["b"].stiffness_v == 2.0
-    assert changed.robot.structure.legs["a"].stiffness_v == 1.2
-
-
 def test_drives_are_known_by_what_they_move() -> None:
     scene = parse_scene(BASE)
     layout = scene.robot.layout()
@@ -156,18 +142,11 @@ BAD: dict[str, tuple[list[Callable[[dict[str, Any]], None]], dict[str, str]]] = 
         [put("robot.feet.a.gap", "-1 um"), put("robot.structure.legs.b.mass", "-1 ug")],
         {"robot.structure.legs.b.mass": "above 0, got -1 ug", "robot.feet.a.gap": "foot below ground at rest"},
     ),
-    "a foot that starts below the ground": (
-        [put("initial.displacement", ["0 m", "0 m", "0 m", "0 m", "0 m", "-1.5 um"])],
-        {"initial.displacement": "'b' would start 500 nm below"},
-    ),
     "no feet": ([put("robot.feet", None)], {"robot.feet": "at least one foot"}),
-    "no legs": ([put("robot.structure.legs", {})], {"robot.structure.legs": "at least one leg"}),
     "a gait with a missing and an unknown leg": (
         [put("gait.kind", "free"), put("gait.phases", {"a": 0.0, "c": 0.5})],
         {"gait.phases.c": "no leg 'c'", "gait.phases": "leg 'b' has no phase"},
     ),
-    "a gait that is none": ([put("gait.kind", "waves")], {"gait.kind": "did you mean 'wave'"}),
-    "no driven leg": ([put("robot.drives", None)], {"gait": "no drive of the robot moves a leg"}),
     "a ground above, a hip, a body and a way as feet": (
         [
             put("robot.feet.a.normal", -1),
@@ -185,20 +164,6 @@ BAD: dict[str, tuple[list[Callable[[dict[str, Any]], None]], dict[str, str]]] = 
         },
     ),
     "two feet on one leg": ([put("robot.feet.b.point", "a")], {"robot.feet.b.point": "has a foot already"}),
-    "a drive on a point that is not there": (
-        [put("robot.drives.a.load.weights.a_hop", 1.0)],
-        {"robot.drives.a.load.weights.a_hop": "did you mean 'a_hip'"},
-    ),
-    "another impact map": ([put("ground.impact", {"kind": "dominant_mode"})], {"ground.impact": "point masses"}),
-    "a wrong gait with other faults": (
-        [
-            put("gait.kind", "free"),
-            put("gait.phases", {"b": 0.0, "d": 0.5}),
-            put("ground.friction.coefficient", -1.0),
-            put("duration", "0 s"),
-        ],
-        {"ground.friction.coefficient": "", "duration": "", "gait.phases.d": "", "gait.phases": ""},
-    ),
     "no walker": ([put("robot", BLOCK)], {"gait": "", "ground.friction": ""}),
     "all at once": (
         [
