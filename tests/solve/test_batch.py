@@ -14,7 +14,7 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
-from tarsus.base.workers import spread, workers
+from tarsus.base.workers import workers
 from tarsus.solve import Batch, ResultCode
 
 SCENES = Path(__file__).parent.parent / "scenes"
@@ -41,14 +41,11 @@ def test_a_grid_runs_every_combination_and_its_results_have_its_shape(scene, gri
     assert [peak[2, 0], peak[1, 1]] == rows.tolist() and len(np.unique(peak)) == 6
     assert grid.run((2, 0)).values == {FILM: 8e-21, VOLTS: 8.0}
     assert grid.measures((1, 1))["peak"].value == peak[1, 1]
-
-
-def test_a_grid_as_a_dataset_has_a_dimension_for_each_path(grid):
     data = grid.to_dataset(["peak", "bounces"])
     assert dict(data.sizes) == {FILM: 3, VOLTS: 2}
     assert data[VOLTS].attrs["units"] == "V" and data[FILM].values.tolist() == [4e-21, 6e-21, 8e-21]
     assert data["peak"].attrs["units"] == "m" and "highest point in a drive period" in data["peak"].attrs["long_name"]
-    assert float(data["peak"].sel({FILM: 6e-21, VOLTS: 10.0})) == grid.measure("peak")[1, 1]
+    assert float(data["peak"].sel({FILM: 6e-21, VOLTS: 10.0})) == peak[1, 1]
     assert data["peak_spread"].shape == (3, 2) and "mean_apex" not in data
     assert data["code"].values.tolist() == [[0, 0]] * 3 and data["code"].attrs["flag_meanings"].startswith("DONE ")
 
@@ -79,25 +76,24 @@ def test_a_run_that_stopped_early_has_measures_all_the_same(name, steps):
     assert run._repr_html_() and batch._repr_html_()
 
 
-def peak_and_closure(run: ts.Run) -> tuple[float, float]:
-    return run.measures["peak"].value, run.ledger.closure
-
-
-def peaks(batch: Batch) -> np.ndarray:
-    return batch.measure("peak")
-
-
-def ran(name: str) -> ts.Run:
-    return ts.simulate(ts.load_scene(name), DURATION)
+def same(given: object) -> object:
+    return given
 
 
 def test_runs_and_batches_go_to_other_processes_and_come_back(grid):
-    run = ran("cantilever")
-    context = multiprocessing.get_context("spawn")
-    with concurrent.futures.ProcessPoolExecutor(1, mp_context=context) as pool:
-        assert pool.submit(peak_and_closure, run).result() == peak_and_closure(run)
-        assert np.array_equal(pool.submit(peaks, grid).result(), peaks(grid))
-        np.testing.assert_array_equal(pool.submit(ran, "cantilever").result().events, run.events)
+    runs = [ts.simulate(name, DURATION) for name in ("cantilever", "millipede")]
+    for run in runs:
+        _ = run.measures, run.series, run.plan.signals, run.code
+    _ = grid.codes
+    with concurrent.futures.ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        back, again = pool.submit(same, (runs, grid)).result()
+    for one, run in zip(back, runs, strict=True):
+        np.testing.assert_array_equal(one.events, run.events)
+        assert repr(one) == repr(run) and one.ledger == run.ledger
+        assert np.array_equal(one.series.state.x, run.series.state.x)
+        assert repr(dict(one.measures)) == repr(dict(run.measures))
+    assert repr(again) == repr(grid) and np.array_equal(again.measure("mean_height"), grid.measure("mean_height"))
+    np.testing.assert_array_equal(again.events(3), grid.events(3))
 
 
 LAW = """
@@ -139,24 +135,3 @@ def test_threads_are_as_many_as_the_process_may_use():
     finally:
         os.sched_setaffinity(0, allowed)
     assert workers() == len(allowed)
-    assert list(spread(lambda x: x * x, range(20), 4)) == [x * x for x in range(20)]
-    assert list(spread(str, [])) == []
-
-
-@pytest.mark.parametrize("name", ["cantilever", "millipede"])
-def test_a_run_comes_back_from_its_pickle_with_everything(name):
-    run = ran(name)
-    _ = run.measures, run.series, run.plan.signals, run.code
-    back = pickle.loads(pickle.dumps(run))
-    np.testing.assert_array_equal(back.events, run.events)
-    assert repr(back) == repr(run)
-    assert back.ledger == run.ledger
-    assert np.array_equal(back.series.state.x, run.series.state.x)
-    assert repr(dict(back.measures)) == repr(dict(run.measures))
-
-
-def test_a_batch_comes_back_from_its_pickle(grid):
-    _ = grid.codes
-    back = pickle.loads(pickle.dumps(grid))
-    assert repr(back) == repr(grid) and np.array_equal(back.measure("mean_height"), grid.measure("mean_height"))
-    np.testing.assert_array_equal(back.events(3), grid.events(3))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from differences import AROUND, slope
 from scene_files import scene as scene_of
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import get_value, with_values
@@ -182,14 +183,9 @@ def test_slopes_of_outputs_are_those_of_windows_of_other_scenes() -> None:
     slopes = output_slopes(scene, outputs, times, found.states, found.slopes, paths, plan)
     for p, path in enumerate(paths):
         value = float(get_value(scene, path))
-        one, two = (
-            values(with_values(scene, {path: value * (1.0 + k * 1e-5)}))
-            - values(with_values(scene, {path: value * (1.0 - k * 1e-5)}))
-            for k in (1, 2)
-        )
-        by_difference = (8.0 * one - two) / (12.0 * 1e-5 * value)
+        beside = [values(with_values(scene, {path: value * (1.0 + k * 1e-5)})) for k in AROUND]
         size = np.abs(values(scene)).max(axis=1, keepdims=True) / value
-        assert np.all(np.abs(slopes[..., p] - by_difference) < 1e-5 * size), path
+        assert np.all(np.abs(slopes[..., p] - slope(beside, 1e-5 * value)) < 1e-5 * size), path
     assert np.abs(slopes[..., 0]).max() > 0.0
 
 

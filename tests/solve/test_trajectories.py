@@ -8,7 +8,6 @@ from scene_files import scene as scene_of
 from tarsus.base.events import EventKind
 from tarsus.design.stance import standing
 from turning_scenes import turning_walk
-from walking_scenes import sticky, trotter
 
 PARTS = np.array([3.0625, 7.9375, 12.0625])
 """Ends of parts in drive periods, none at an edge of a drive."""
@@ -34,15 +33,7 @@ def _table():
     return scene_of("vibrating_table"), {"robot.feet.ball.gap": np.linspace(0.0, 0.5, 4)}, 1.0
 
 
-def _uneven():
-    """Two legs that trot over teeth, under a film."""
-    film = ts.Film(coefficient=1e-26, thickness=1e-7)
-    teeth = {"kind": "sawtooth", "length": 9e-5, "height": 2e-7, "rising": 0.4, "start": 1.3e-5}
-    scene = ts.with_values(trotter(2, ground=sticky(film=film)), {"ground.profile": teeth})
-    return scene, {"ground.profile.height": np.linspace(1e-7, 3e-7, 4)}, 1.5e-3
-
-
-@pytest.mark.parametrize("of", [_millipede, _cantilever, _table, _turning, _uneven])
+@pytest.mark.parametrize("of", [_millipede, _cantilever, _table, _turning])
 def test_runs_in_parts_have_the_events_of_whole_ones(of):
     scene, vary, period = of()
     whole = ts.simulate_batch(scene, vary, PARTS[-1] * period)

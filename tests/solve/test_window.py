@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from differences import AROUND, slope
 from scene_files import creeping
 from scene_files import scene as scene_of
 from sliding_scenes import cantilever as sliding
@@ -95,19 +96,16 @@ def starts_in(run: ts.Run, count: int, span: float, seed: int) -> list[WindowSta
     random, out = np.random.default_rng(seed), []
     for t0 in random.uniform(0.02 * run.duration, run.duration - span, count).tolist():
         at = run.states(np.array([t0]))
-        begun = run.events[np.isin(run.events["kind"], (2, 4, 5)) & (run.events["time"] <= t0)]
-        held = [int(i) for i in np.flatnonzero(at.held[:, 0])]
-        contacts = Contacts(held, [float(begun["time"][begun["foot"] == i][-1]) for i in held])
         times = t0 + span * np.sort(random.uniform(0.05, 1.0, 6))
-        out.append(WindowStart(np.concatenate([at.x[:, 0], at.v[:, 0]]), t0, times, contacts))
+        state, contacts = np.concatenate([at.x[:, 0], at.v[:, 0]]), contacts_at(run, at.held[:, 0], t0)
+        out.append(WindowStart(state, t0, times, contacts))
     return out
 
 
 def difference(of: Callable[[float], WindowBatch], step: float) -> dict[str, np.ndarray]:
     """Fourth-order difference of the states of windows."""
-    there = {k: of(k * step).states for k in (-2, -1, 1, 2)}
-    near, far = ({name: getattr(there[k], name) - getattr(there[-k], name) for name in FIELDS} for k in (1, 2))
-    return {name: (8.0 * near[name] - far[name]) / (12.0 * step) for name in FIELDS}
+    there = [of(k * step).states for k in AROUND]
+    return {name: slope([getattr(one, name) for one in there], step) for name in FIELDS}
 
 
 def moved(starts: list[WindowStart], name: str, by: float) -> list[WindowStart]:
@@ -119,7 +117,6 @@ def moved(starts: list[WindowStart], name: str, by: float) -> list[WindowStart]:
 
 
 ROUGH = {"kind": "random", "seed": 3, "rms": 2e-7, "correlation_length": 3e-5, "spacing": 1e-5, "facets": 256}
-SLOW = pytest.mark.slow
 CASES = [
     pytest.param(
         lambda: scene_of("p1_n2"),
@@ -131,23 +128,13 @@ CASES = [
         id="chain",
     ),
     pytest.param(
-        lambda: trotter(5, ground=sticky()),
-        ("ground.adhesion.initial", "ground.restitution.coefficient"),
-        None,
-        0.002,
-        12,
-        True,
-        marks=SLOW,
-        id="trotter",
-    ),
-    pytest.param(
         lambda: with_values(trotter(3, ground=sticky()), {"ground.profile": ROUGH}),
         ("ground.profile.rms", "ground.friction.coefficient"),
         None,
         0.002,
         12,
         True,
-        marks=SLOW,
+        marks=pytest.mark.slow,
         id="rough ground",
     ),
     pytest.param(

@@ -30,16 +30,12 @@ DRIVES = [f"signals.pzt.{one}" for one in ("amplitude", "frequency", "duty", "ph
 
 def chain(vary: dict[str, Any], **changes: Any) -> wrong_inputs.Ask:
     """A batch of the chain of two masses."""
-    made = ts.with_values(bench.chain(2), {path.replace("__", "."): one for path, one in changes.items()})
+    made = ts.with_values(bench.chain(2), changes)
     return lambda at: ts.simulate_batch(made, vary, 0.01)
 
 
 def batch(vary: dict[str, Any], **how: Any) -> wrong_inputs.Ask:
     return lambda at: ts.simulate_batch("cantilever", vary, "2 ms", **how)
-
-
-def slopes(*paths: str) -> wrong_inputs.Ask:
-    return lambda at: ts.simulate(scene_of("ball"), 1.0, gradients=paths)
 
 
 def slope(name: str) -> wrong_inputs.Ask:
@@ -88,28 +84,15 @@ WRONG: dict[str, tuple[wrong_inputs.Ask, wrong_inputs.Said]] = {
         lambda at: ts.simulate("cantilever", "-10 ms"),
         "duration: expected a time above 0 s, got -0.01 s",
     ),
-    **{
-        f"duration {one}": (lambda at, one=one: ts.simulate("cantilever", one), "expected a time above 0 s")
-        for one in (0.0, math.inf, math.nan)
-    },
-    "duration of a batch": (lambda at: ts.simulate_batch("cantilever", {}, 0.0), "expected a time above 0 s"),
+    "duration that is no number": (lambda at: ts.simulate("cantilever", math.nan), "expected a time above 0 s"),
     "time before the start": (lambda at: ts.simulate("cantilever", 0.01).at(np.array([-1e-3, 0.0])), "time"),
     "one time": (lambda at: increasing(0.01), "a row of times"),
     "times out of order": (lambda at: increasing([0.01, 0.005]), "in order"),
-    "times of a walker": (lambda at: ts.simulate("millipede", 0.01).to_dataset([0.01, 0.005]), "in order"),
-    "foot of a design": (lambda at: ts.design.landing("cantilever", "tipp"), "the robot has no foot 'tipp'"),
-    "path of a branch": (
-        lambda at: ts.branch("mems-switch", {"signals.gate.amplitud": (40.0, 45.0)}),
-        "did you mean 'signals.gate.amplitude'",
-    ),
     "rows of two lengths": (batch({FILM: [4e-21] * 3, VOLTS: [8.0, 10.0]}), (f"has 3, {VOLTS} has 2", "grid=True")),
     "no run of a grid": (batch({FILM: [4e-21], VOLTS: []}, grid=True), "expected at least one run, got none"),
-    "no run": (batch({FILM: []}), "expected at least one run, got none"),
     "no number": (batch({FILM: [1e-21, math.nan]}), f"{FILM}: every value must be a finite number"),
     "a table": (batch({FILM: [[1e-21]]}), "expected a list of numbers, got an array of 2 dimensions"),
-    "below a bound": (batch({FILM: [1e-21, -1e-21]}), FILM),
     "misspelt path": (batch({"robot.feet.tp.gap": ["70 um"]}), "robot.feet.tp.gap: unknown path; did you mean"),
-    "mode that is not there": (batch({"robot.structure.frequencies.7": [1.0]}), "robot.structure.frequencies"),
     "unit of a value": (batch({GAP: ["70 V"]}), f"{GAP}: expected a length"),
     "measure of a batch": (
         lambda at: ts.simulate_batch("cantilever", {FILM: [4e-21]}, "2 ms").measure("peek"),
@@ -119,10 +102,7 @@ WRONG: dict[str, tuple[wrong_inputs.Ask, wrong_inputs.Said]] = {
         chain({"signals.pull.amplitude": [8.0, -1.0]}),
         "signals.pull.amplitude: expected a voltage (V) of at least 0",
     ),
-    "frequency of a slot": (chain({"signals.pull.frequency": [50.0, 0.0]}), "signals.pull.frequency"),
     "gap of a slot": (chain({GAP: [1e-5, -1e-6]}), f"{GAP}: foot below ground at rest"),
-    "thickness of a slot": (chain({"ground.film.thickness": [1e-6, -1.0]}), "ground.film.thickness"),
-    "number that a wave lacks": (chain({"signals.pull.height": [1.0]}), "signals.pull.height: unknown path"),
     "two slots together": (
         chain(
             {GAP: [1e-5, 0.0], "initial.displacement.0": [0.0, -1e-6]},
@@ -130,18 +110,10 @@ WRONG: dict[str, tuple[wrong_inputs.Ask, wrong_inputs.Said]] = {
         ),
         "in run 1 foot 'tip'",
     ),
-    "amplifier of a slot": (
-        chain(
-            {"robot.drives.pull.amplifier.rise_time": [1e-4, -1.0]},
-            robot__drives__pull__amplifier=ts.Amplifier(rise_time=2e-4),
-        ),
-        "robot.drives.pull.amplifier.rise_time",
-    ),
     "gait of a slot": (
         lambda at: ts.simulate_batch("millipede", {"gait.low": [0.0, 20.0]}, 0.01),
         "gait.high: the upper voltage 14 V is below the lower one",
     ),
-    "path of a derivative": (slopes("robot.feet.ball.gab"), "unknown path"),
     "measure of a derivative": (slope("contact_durations"), "there is no measure 'contact_durations'"),
     "term of a derivative": (slope("ledger.glue"), "no such term"),
     "derivative by half of a pair": (
