@@ -142,11 +142,10 @@ def extrapolated(first: Floats, scatter: Floats) -> tuple[Floats, Floats]:
     return best, error
 
 
-def look_at(seed: int, legged: bool = False) -> dict[str, Any]:
+def look_at(scene: ts.Scene, seed: int, paths: list[str] | None = None) -> dict[str, Any]:
     """What became of a scene: how many numbers of events were compared, how many are off by more than they may, the
-    largest error relative to the largest of its kind, wrong ones, signs, flags."""
-    scene = plain_scene(seed, legged=legged)
-    paths, refused = chosen(scene, seed), []
+    largest error relative to the largest of its kind, wrong ones, signs, flags; by these numbers, else by some."""
+    paths, refused = paths or chosen(scene, seed), []
     while True:
         try:
             run = ts.simulate(scene, gradients=paths)
@@ -192,7 +191,7 @@ def look_at(seed: int, legged: bool = False) -> dict[str, Any]:
 
 def of_both(seed: int) -> dict[str, Any]:
     """The same of modal robots, even seeds, and of walkers."""
-    return look_at(seed // 2, legged=bool(seed % 2))
+    return look_at(plain_scene(seed // 2, legged=bool(seed % 2)), seed // 2)
 
 
 def main() -> int:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import pickle
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -240,18 +239,6 @@ def test_a_robot_that_has_stopped_waits_for_a_reset():
     assert sim.reset().ok
 
 
-def test_one_session_in_many_threads():
-    sim = ts.Session("cantilever")
-    sim.reset()
-    with ThreadPoolExecutor(4) as pool:
-        list(pool.map(lambda k: sim.step({"pzt": 5.0}, "0.5 ms"), range(20)))
-    alone = ts.Session("cantilever")
-    alone.reset()
-    for _ in range(20):
-        alone.step({"pzt": 5.0}, "0.5 ms")
-    assert sim.state.x.tobytes() == alone.state.x.tobytes()
-
-
 # ---- derivatives of a step
 
 
@@ -277,7 +264,6 @@ def _moved(sim, scene, dt, command, by, *, state=None, volts=0.0, value=None):
         ("cantilever", "ground.restitution.coefficient"),
         ("millipede", "robot.structure.legs.L1.stiffness_v"),
         ("hexapod-walker", "ground.restitution.coefficient"),
-        ("feet that slide", "ground.friction.coefficient"),
         ("a drive that creeps", "robot.structure.frequencies.0"),
         ("plays behind an amplifier", "robot.structure.frequencies.0"),
     ],

@@ -14,7 +14,6 @@ from scene_files import creeping
 from scene_files import scene as scene_of
 from sliding_scenes import cantilever as sliding
 from tarsus.base.spec import get_value, with_values
-from tarsus.model.scene import Scene
 from tarsus.plan.lowering import lower_scene
 from tarsus.solve.contacts import Contacts
 from tarsus.solve.engine import Accuracy
@@ -76,17 +75,6 @@ def test_a_foot_that_is_leaving_flies_though_its_contact_would_hold_it():
     assert not leaves.states.held.any()
 
 
-def test_a_window_from_the_start_is_the_run_to_the_last_bit():
-    """Of a structure of three modes, whose sums depend on how they lie in vectors: that is one choice for both."""
-    scene = scene_of("three_feet")
-    plan = lower_scene(scene)
-    run = ts.simulate(scene, 0.03)
-    window = simulate_windows(plan, [WindowStart(plan.initial, 0.0, [0.03])])[0]
-    assert len(run.events) > 20
-    assert np.array_equal(window.events["time"], run.events["time"])
-    assert np.array_equal(window.events["energy"], run.events["energy"])
-
-
 FINE = Accuracy(gap=1e-13, drive=1e-13)
 FIELDS = ("x", "v", "gap", "rate", "resistive", "smooth", "pull")
 
@@ -117,74 +105,50 @@ def moved(starts: list[WindowStart], name: str, by: float) -> list[WindowStart]:
 
 
 ROUGH = {"kind": "random", "seed": 3, "rms": 2e-7, "correlation_length": 3e-5, "spacing": 1e-5, "facets": 256}
-CASES = [
-    pytest.param(
-        lambda: scene_of("p1_n2"),
-        ("ground.film.coefficient", "signals.pull.amplitude"),
-        0.1,
-        0.008,
-        16,
-        True,
-        id="chain",
-    ),
-    pytest.param(
+MU, LATE = "ground.friction.coefficient", {"bandwidth": 3000.0, "slew_rate": 2e5}
+CASES = {
+    "chain": (lambda: scene_of("p1_n2"), ("ground.film.coefficient", "signals.pull.amplitude"), 0.1, 0.008, 16, True),
+    "rough ground": (
         lambda: with_values(trotter(3, ground=sticky()), {"ground.profile": ROUGH}),
-        ("ground.profile.rms", "ground.friction.coefficient"),
-        None,
+        ("ground.profile.rms", MU),
+        0.02,
         0.002,
         12,
         True,
-        marks=pytest.mark.slow,
-        id="rough ground",
     ),
-    pytest.param(
+    "legs that move across": (
         lambda: ts.load_scene("turning-hexapod"),
-        ("ground.friction.coefficient", "robot.structure.body.mass"),
+        (MU, "robot.structure.body.mass"),
         0.03,
         0.004,
         4,
         False,
-        id="legs that move across",
     ),
-    pytest.param(
-        sliding,
-        ("ground.friction.coefficient", "robot.structure.modal_masses.0"),
-        0.03,
-        0.004,
-        4,
-        False,
-        id="feet that slide",
-    ),
-    pytest.param(
+    "feet that slide": (sliding, (MU, "robot.structure.modal_masses.0"), 0.03, 0.004, 4, False),
+    "a drive that creeps": (
         creeping,
         ("signals.pzt.amplitude", "robot.structure.frequencies.0"),
         0.03,
         0.004,
         4,
         False,
-        id="a drive that creeps",
     ),
-    pytest.param(
-        lambda: with_values(
-            ts.load_scene("cantilever", wave="square"),
-            {"robot.drives.pzt.amplifier": {"bandwidth": 3000.0, "slew_rate": 2e5}},
-        ),
+    "a slow amplifier": (
+        lambda: with_values(ts.load_scene("cantilever", wave="square"), {"robot.drives.pzt.amplifier": LATE}),
         ("signals.pzt.amplitude", "robot.drives.pzt.amplifier.bandwidth"),
         0.03,
         0.004,
         4,
         False,
-        id="a slow amplifier",
     ),
-]
+}
 """Scene, numbers, seconds of its run and of a window, windows, and whether their starts are varied as well."""
 
 
-@pytest.mark.parametrize(("make", "paths", "duration", "span", "count", "begins"), CASES)
-def test_windows_move_as_their_derivatives_say(
-    make: Callable[[], Scene], paths: tuple[str, ...], duration: float | None, span: float, count: int, begins: bool
-) -> None:
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] * (n == "rough ground")) for n in CASES])
+def test_windows_move_as_their_derivatives_say(name: str) -> None:
     """By differences of windows that start otherwise, or of scenes that are lowered anew."""
+    make, paths, duration, span, count, begins = CASES[name]
     scene = make()
     run, plan = ts.simulate(scene, duration), lower_scene(scene)
     starts = starts_in(run, count, span, 1 if begins else 2)
