@@ -60,15 +60,7 @@ def by_modes(scene: Scene) -> Scene:
         forward=tuple(walker.horizontal()),
     )
     feet = {name: foot.model_copy(update={"along": f"{foot.point}_x"}) for name, foot in scene.robot.feet.items()}
-    robot = Robot(structure=structure, drives=scene.robot.drives, feet=feet)
-    return Scene(
-        name=scene.name,
-        robot=robot,
-        ground=scene.ground,
-        signals=scene.signals,
-        initial=scene.initial,
-        duration=scene.duration,
-    )
+    return ts.with_values(scene, {"robot.structure": structure, "robot.feet": feet})
 
 
 def cantilever(**laws: Any) -> Scene:

@@ -108,8 +108,7 @@ def across(scene: Scene, dice: Dice | None = None, inertia: float = 2e-6) -> Sce
         for name, one in walker.legs.items()
     }
     body = walker.body.model_copy(update={"yaw_inertia": walker.body.mass * inertia * share(0.5, 2.0)})
-    robot = scene.robot.model_copy(update={"structure": Walker(body=body, legs=legs)})
-    return Scene(name=scene.name, robot=robot, ground=scene.ground, signals=scene.signals, duration=scene.duration)
+    return ts.with_values(scene, {"robot.structure": Walker(body=body, legs=legs)})
 
 
 def turning_walk(seed: int) -> Scene:
@@ -128,8 +127,6 @@ def turning_walk(seed: int) -> Scene:
     for name, one in drives.items():
         drives[name] = one.model_copy(update={"law": LinearForce(gain=2e-6 * dice.log(0.3, 6.0))})
     push = Drive(load=PointLoad(weights={"body_y": 1.0, "leg0_y": dice.between(-0.5, 0.5)}), law=LinearForce(gain=1e-6))
-    robot = scene.robot.model_copy(update={"drives": drives | {"push": push}})
     sine = ts.Sine(amplitude=dice.log(0.1, 2.0), offset=0.0, frequency=dice.log(50.0, 500.0), phase=0.3)
-    return Scene(
-        name=f"turning {seed}", robot=robot, ground=scene.ground, signals={**scene.signals, "push": sine}, duration=0.02
-    )
+    made = {"name": f"turning {seed}", "robot.drives": drives | {"push": push}, "signals.push": sine, "duration": 0.02}
+    return ts.with_values(scene, made)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -111,13 +112,12 @@ def _case(name: str, sets: Sequence[bytes], *told: tuple[str, float], start: flo
 def _forms() -> list[Case]:
     """Text and bytes of either order, single and double, even and uneven."""
     out = []
-    for order, words in (("", "text"), ("<", "bytes little"), (">", "bytes big")):
-        for double in (False, True):
-            for uneven in (False, True):
-                more: dict[str, Any] = {"double": double, "uneven": uneven, "order": order}
-                sets = [function58(TIP, 1, 3, **more), function58(DRIVE, 2, 0, kind=0, label="V", **more)]
-                name = f"{words}, {'double' if double else 'single'}, {'un' * uneven}even.uff"
-                out.append(_case(name, sets, ("m/s", 1.0), ("V", 1.0)))
+    for order, double, uneven in itertools.product(("", "<", ">"), (False, True), (False, True)):
+        more: dict[str, Any] = {"double": double, "uneven": uneven, "order": order}
+        sets = [function58(TIP, 1, 3, **more), function58(DRIVE, 2, 0, kind=0, label="V", **more)]
+        words = {"": "text", "<": "bytes little", ">": "bytes big"}[order]
+        name = f"{words}, {'double' if double else 'single'}, {'un' * uneven}even.uff"
+        out.append(_case(name, sets, ("m/s", 1.0), ("V", 1.0)))
     return out
 
 
@@ -131,12 +131,9 @@ def _directions() -> list[Case]:
     return [*out, _case("three directions of a node.unv", sets, *[("m/s", 1.0)] * 3)]
 
 
-def _labels(*pairs: tuple[int, str, str, float]) -> list[Case]:
-    out = []
-    for kind, label, unit, factor in pairs:
-        name = f"label {label.replace('/', ' per ')} of {kind}.uff"
-        out.append(_case(name, [function58(TIP, 1, 3, kind=kind, label=label)], (unit, factor)))
-    return out
+def _label(kind: int, label: str, unit: str, factor: float) -> Case:
+    name = f"label {label.replace('/', ' per ')} of {kind}.uff"
+    return _case(name, [function58(TIP, 1, 3, kind=kind, label=label)], (unit, factor))
 
 
 def _systems(*systems: tuple[str, int, float, float]) -> list[Case]:
@@ -169,18 +166,12 @@ def _long_lines() -> Callable[[Path], Held]:
 CASES = [
     *_forms(),
     *_directions(),
-    *_labels(
-        (11, "mm/s", "m/s", 1e-3),
-        (8, "um", "m", 1e-6),
-        (8, "µm", "m", 1e-6),
-        (12, "g", "m/s^2", 9.80665),
-        (12, "m/s²", "m/s^2", 1.0),
-        (13, "mN", "N", 1e-3),
-        (0, "mV", "V", 1e-3),
-        (1, "V", "V", 1.0),
-        (11, "in/s", "m/s", 0.0254),
-        (13, "lbf", "N", 4.4482216152605),
-    ),
+    _label(8, "µm", "m", 1e-6),
+    _label(12, "g", "m/s^2", 9.80665),
+    _label(12, "m/s²", "m/s^2", 1.0),
+    _label(0, "mV", "V", 1e-3),
+    _label(11, "in/s", "m/s", 0.0254),
+    _label(13, "lbf", "N", 4.4482216152605),
     *_systems(
         ("SI", 1, 1.0, 1.0),
         ("MM", 5, 1000.0, 1000.0),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import tarsus as ts
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Payload, Walker, WalkerMode, WalkerTip
 
@@ -25,31 +26,12 @@ def with_body(scene: Scene, modes: Any = (), payloads: Any = (), tips: tuple[str
     assert isinstance(walker, Walker)
     legs = {name: one.model_copy(update={"tip": TIP}) if name in tips else one for name, one in walker.legs.items()}
     structure = Walker(body=walker.body.model_copy(update={"modes": dict(modes)}), legs=legs, payloads=dict(payloads))
-    drives = {
-        name: drive.model_copy(
-            update={
-                "load": drive.load.model_copy(
-                    update={
-                        "weights": {
-                            {leg: f"{leg}_ankle", f"{leg}_x": f"{leg}_ankle_x"}.get(point, point): w
-                            for leg in [name if name in tips else ""]
-                            for point, w in drive.load.weights.items()
-                        }
-                    }
-                )
-            }
-        )
-        for name, drive in scene.robot.drives.items()
-    }
-    robot = scene.robot.model_copy(update={"structure": structure, "drives": drives})
-    return Scene(
-        name=scene.name,
-        robot=robot,
-        ground=scene.ground,
-        signals=scene.signals,
-        initial=scene.initial,
-        duration=scene.duration,
-    )
+    above = {f"{leg}{way}": f"{leg}_ankle{way}" for leg in tips for way in ("", "_x")}
+    drives = dict(scene.robot.drives)
+    for name, drive in drives.items():
+        weights = {above.get(point, point): w for point, w in drive.load.weights.items()}
+        drives[name] = drive.model_copy(update={"load": ts.PointLoad(weights=weights)})
+    return ts.with_values(scene, {"robot.structure": structure, "robot.drives": drives})
 
 
 BODIES: dict[str, dict[str, Any]] = {

@@ -7,11 +7,10 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
-from tarsus.files.toml import parse_scene, scene_text
 from tarsus.model.laws import AdhesiveFriction, Friction
 from walking_scenes import GRAVITY, block, moving, sticky, trotter
 
-CAPTURE, RELEASE, SLIP, STICK = 2, 3, 7, 8
+RELEASE, SLIP, STICK = 3, 7, 8
 MASS, MU_A = 1e-6, 0.4
 INITIAL, RATE = 2e-6, 3e-5
 PUSH = 4e-4  # [N/s] along the ground
@@ -53,15 +52,6 @@ def test_adhesion_that_grows_stops_a_slide() -> None:
     assert run.events["time"][run.events["kind"] == STICK] == pytest.approx([stop], rel=1e-12)
 
 
-def test_an_impact_takes_nothing_along_the_ground() -> None:
-    scene = ts.with_values(moving(held(), block_x=0.5), {"robot.feet.block.gap": 1e-5})
-    run = ts.simulate(scene, duration=5e-3)
-    assert run.events["kind"].tolist() == [CAPTURE]
-    landed = run.events["time"][0]
-    speed = run.scene.robot.structure.row("block_x") @ run.at(np.array([landed, landed + 1e-3])).state.v
-    assert speed == pytest.approx([0.5, 0.5 - MU_A * (INITIAL + 0.5e-3 * RATE) * 1e-3 / MASS], rel=1e-10)
-
-
 @pytest.mark.parametrize("share", [0.5, 1.01])
 def test_friction_lasts_until_the_foot_is_pulled_off(share: float) -> None:
     """The bound does not know how close the pull is to the strength."""
@@ -81,20 +71,8 @@ def test_adhesive_friction_needs_adhesion() -> None:
     assert caught.value.problems == [
         "ground.friction: adhesive friction needs adhesion: give ground.adhesion or an adhesion law of your own"
     ]
+    with pytest.raises(InputError, match=r"^ground\.friction.*'glue'"):
+        ts.with_values(scene, {"ground.friction": {"kind": "glue", "coefficient": 0.7}})
     bare = scene.ground.without_adhesion
     assert bare.adhesion is None and bare.friction is None
     assert sticky().without_adhesion.friction == sticky().friction
-
-
-def test_files_choose_the_law_by_kind_and_coulombs_by_default() -> None:
-    scene = trotter(ground=sticky(friction=AdhesiveFriction(coefficient=0.7)))
-    text = scene_text(scene)
-    assert 'kind = "adhesive"' in text
-    assert parse_scene(text) == scene
-    old = text.replace('kind = "adhesive"\n', "").replace('kind = "adhesive", ', "")
-    assert "adhesive" not in old
-    assert parse_scene(old).ground.friction == Friction(coefficient=0.7)
-    with pytest.raises(InputError, match=r"^ground\.friction.*'glue'"):
-        parse_scene(text.replace('"adhesive"', '"glue"'))
-    with pytest.raises(InputError, match=r"^ground\.friction\.coefficient: .*got -1"):
-        ts.with_values(scene, {"ground.friction.coefficient": -1.0})

@@ -77,24 +77,6 @@ def test_a_level_rod_stays_level(e: float, order: tuple[str, str]) -> None:
         assert a["kind"][-1] == REST and a["time"][-1] == pytest.approx(SPEED / G * (1.0 + e) / (1.0 - e), rel=1e-7)
 
 
-@pytest.mark.parametrize("e", [0.0, 0.3, 0.5, 1.0])
-def test_a_plate_on_four_feet_that_share_the_load(e: float) -> None:
-    """One foot more than the plate has ways to move: each takes a quarter."""
-    corners = {
-        f"{x}{y}": places
-        for (x, y), places in zip(itertools.product("lr", "fh"), itertools.product((-1.0, 1.0), repeat=2), strict=True)
-    }
-    run = ts.simulate(rigid(corners, {"restitution": {"coefficient": e}}))
-    assert run.ok and run.ledger.closure < 1e-12
-    first = [events[0] for events in of_feet(run).values()]
-    assert len({one["time"] for one in first}) == 1
-    np.testing.assert_allclose([one["speed_before"] for one in first], SPEED, rtol=1e-12)
-    np.testing.assert_allclose(
-        [one["energy"] for one in first], 0.125e-3 * (1.0 - e * e) * SPEED**2, rtol=1e-9, atol=1e-22
-    )
-    assert all(one["kind"] == (BOUNCE if e else CAPTURE) for one in first)
-
-
 @pytest.mark.parametrize("e", [0.0, 0.3, 1.0])
 def test_a_rod_on_feet_at_unlike_distances(e: float) -> None:
     """Both depart with e v; their impulses are as one over their distances, and so are the energies."""
@@ -177,14 +159,6 @@ def test_a_rod_that_friction_would_topple_lands_on_its_front(e: float, order: tu
     events = of_feet(run)
     assert not len(events["back"]) and events["front"]["kind"][0] == (BOUNCE if e else CAPTURE)
     np.testing.assert_allclose(after, want, rtol=1e-6, atol=1e-6)
-
-
-@pytest.mark.parametrize("order", [("back", "front"), ("front", "back")], ids=lambda order: order[0])
-def test_a_rod_that_friction_stops_sticks(order: tuple[str, str]) -> None:
-    run = sliding(0.8, 0.0, 0.1, order)
-    assert run.ok
-    np.testing.assert_allclose(run.at(np.array([0.55])).state.v[:, 0], 0.0, atol=1e-12)
-    assert sum(events["energy"][0] for events in of_feet(run).values()) == pytest.approx(0.505, rel=1e-12)
 
 
 # ---- random scenes
@@ -334,18 +308,8 @@ def loaded(events: np.ndarray) -> np.ndarray:
     return events[(events["kind"] != CONTACT_AT_START) | (np.abs(events["pull"]) > 1e-12)]
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", [*range(8), *(pytest.param(seed, marks=pytest.mark.full) for seed in range(8, 208))])
 def test_random_feet_that_land_together(seed: int) -> None:
-    complies(drawn(seed), seed)
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_random_pairs_of_feet_that_land_together(seed: int) -> None:
-    stays_symmetric(mirrored(seed))
-
-
-@pytest.mark.parametrize("seed", range(12, 212))
-def test_many_random_feet_that_land_together(seed: int) -> None:
     complies(drawn(seed), seed)
     stays_symmetric(mirrored(seed))
 
@@ -361,32 +325,14 @@ def test_pairs_of_feet_rest_slide_and_leave_together(seed: int) -> None:
 
 @pytest.mark.parametrize("order", [("a", "b"), ("b", "a")], ids="".join)
 def test_both_ends_of_a_rod_leave_at_once_and_it_stays_level(order: tuple[str, str]) -> None:
-    """Each carries half of what pulls at the middle, and one that stayed alone would carry a quarter."""
+    """Each carries half of what pulls at the middle, and one that stayed alone would carry a third."""
     strength, reached, duration = 1e-3, 0.02, 0.05
-    inertia = 1e-3 / 3.0  # a^2 / I = 3 / m
-    structure = {
-        "kind": "lumped",
-        "coordinates": ["z", "p"],
-        "mass": [1e-3, inertia],
-        "stiffness": [0.0] * 2,
-        "damping": [0.0] * 2,
-        "weights": {"a": [1.0, -1.0], "b": [1.0, 1.0], "middle": [1.0, 0.0]},
-    }
-    drive = {"load": {"kind": "point", "weights": {"middle": 1.0}}, "law": {"kind": "linear", "gain": 1.0}}
-    scene = {
-        "name": "pulled",
-        "duration": duration,
-        "robot": {
-            "structure": structure,
-            "drives": {"d": drive},
-            "feet": {name: {"point": name, "gap": 0.0} for name in order},
-        },
-        "signals": {
-            "d": {"kind": "ramp", "start": 0.0, "stop": 2.0 * strength * duration / reached, "duration": duration}
-        },
-        "ground": {"restitution": {"coefficient": 0.0}, "adhesion": {"initial": strength, "rate": 0.0}},
-    }
-    run = ts.simulate(validate(Scene, scene))
+    ground = {"restitution": {"coefficient": 0.0}, "adhesion": {"initial": strength, "rate": 0.0}, "gravity": None}
+    drive = {"load": {"kind": "point", "weights": {"z": 1.0}}, "law": {"kind": "linear", "gain": 1.0}}
+    pull = {"kind": "ramp", "start": 0.0, "stop": 2.0 * strength * duration / reached, "duration": duration}
+    rod = rigid({"a": (-1.0,), "b": (1.0,)}, ground, order, duration)
+    gaps = {f"robot.feet.{name}.gap": 0.0 for name in order}
+    run = ts.simulate(ts.with_values(rod, {"robot.drives": {"d": drive}, "signals": {"d": pull}} | gaps))
     assert run.ok and run.ledger.closure < 1e-11
     for events in of_feet(run).values():
         left = events[events["kind"] == RELEASE]
@@ -432,29 +378,12 @@ def test_a_run_ends_as_jammed_where_friction_leaves_several_motions(seed: int) -
     assert run.code.name == "JAMMED" and motions(run) > 1
 
 
-@pytest.mark.parametrize("seed", [193, 273, 453])
-def test_a_run_ends_as_jammed_where_friction_would_press_feet_down_without_end(seed: int) -> None:
-    """Nothing pulls on these feet; under some pulls they have no motion or several, by Kellogg's theorem: some feet
-    alone would be pressed down by their friction harder than it bears on."""
-    run = stays_symmetric(mirrored(seed))
-    _, by_margin = by_margins(run)
-    minors = [
-        np.linalg.det(by_margin[np.ix_(some, some)])
-        for size in range(1, len(by_margin) + 1)
-        for some in itertools.combinations(range(len(by_margin)), size)
-    ]
-    assert run.code.name == "JAMMED" and min(minors) < 0.0
-
-
 # ---- slides that stop at one moment
 
 
-def swaying(seed: int) -> dict[str, Any] | None:
-    """A robot of `mirrored` on springs, whose feet are captured, slide and stop again and again, in pairs; or none,
-    where that has no friction."""
+def swaying(seed: int) -> dict[str, Any]:
+    """A robot of `mirrored` that has friction, on springs: its feet are captured, slide and stop again and again."""
     data = mirrored(seed)
-    if "friction" not in data["ground"]:
-        return None
     rng = np.random.default_rng([seed, 5])
     structure = data["robot"]["structure"]
     n = len(structure["coordinates"])
@@ -467,8 +396,12 @@ def swaying(seed: int) -> dict[str, Any] | None:
     return data | {"duration": 6.0}
 
 
-def slides_in_pairs(data: dict[str, Any]) -> bool:
-    """Feet left and right have the same events, whatever the order of the tables; says whether some stop at once."""
+@pytest.mark.parametrize("seed", [43, 169, 459])
+def test_pairs_of_feet_whose_slides_stop_at_one_moment(seed: int) -> None:
+    """Where the foot of the lower number was asked first, it stuck and its twin slid on; of 169 both begin to slide,
+    and cannot, beside others that do. Of 459 both left, each asked without its own friction alone, and pressed down as
+    they would be then."""
+    data = swaying(seed)
     run = ts.simulate(validate(Scene, data))
     feet = of_feet(run)
     again = ts.simulate(validate(Scene, reordered(data, np.arange(len(feet))[::-1])))
@@ -478,34 +411,6 @@ def slides_in_pairs(data: dict[str, Any]) -> bool:
         for other in (of_feet(again)[name], feet[twin]):
             assert events["kind"].tolist() == other["kind"].tolist()
             np.testing.assert_allclose(events["time"], other["time"], atol=1e-6)
-    stops = run.events["time"][run.events["kind"] == STICK]
-    return len(np.unique(stops)) < len(stops)
-
-
-def test_a_pair_that_is_pulled_off_only_because_both_stick_slides() -> None:
-    """Each was asked without its own friction alone, and both left, pressed down as they would be then."""
-    data = swaying(459)
-    assert data is not None
-    run = ts.simulate(validate(Scene, data))
-    assert run.ok and run.ledger.closure < 1e-8
-
-
-@pytest.mark.parametrize("seed", [43, 169])
-def test_pairs_of_feet_whose_slides_stop_at_one_moment(seed: int) -> None:
-    """Where the foot of the lower number was asked first, it stuck and its twin slid on; of 169 both begin to slide,
-    and cannot, beside others that do."""
-    data = swaying(seed)
-    assert data is not None and slides_in_pairs(data)
-
-
-UNSTABLE = {22, 236, 260, 280}
-"""Feet of a pair stick at their bound or land at times that rounding parts by 1e-13 to 1e-9 s, and the one that moves
-first takes the load of the other."""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("first", [0, 100, 200])
-def test_many_pairs_of_feet_whose_slides_stop_at_one_moment(first: int) -> None:
-    drawn_ones = [swaying(seed) for seed in range(first, first + 100) if seed not in UNSTABLE]
-    at_once = [slides_in_pairs(data) for data in drawn_ones if data is not None]
-    assert sum(at_once) > 10
+    if seed != 459:
+        stops = run.events["time"][run.events["kind"] == STICK]
+        assert len(np.unique(stops)) < len(stops)

@@ -11,7 +11,6 @@ from scipy.special import hyp2f1
 import tarsus as ts
 from scene_files import scene
 from tarsus.base.events import EventKind
-from tarsus.measure import touchdown, volts_at
 
 G = 9.81
 
@@ -80,23 +79,6 @@ def test_a_rarefied_film_has_veijolas_viscosity(knudsen, within):
     after, before = (film.momentum(1e-6 + by, *film.parameters()) for by in (step, -step))
     slope = (after - before) / (2.0 * step)
     assert slope == pytest.approx(-1e-21 / 8e-18 / (1.0 + thin), rel=max(1e-5, within))
-
-
-def test_a_mass_stops_in_a_rarefied_film_where_its_momentum_says():
-    """Nothing else acts: m v + P(g) stays, so that the speed at a gap is known."""
-    film = ts.laws.RarefiedFilm(coefficient=2e-16, thickness=1e-6, free_path=5e-7)
-    values = {
-        "ground.gravity": None,
-        "ground.laws": {"rarefied_film": film},
-        "robot.structure.mass": [1e-6],
-        "robot.feet.ball.gap": 2e-5,
-        "initial.velocity": [-0.01],
-    }
-    run = ts.simulate(scene("ball", values), 3e-3)
-    states = run.states(np.linspace(0.0, 3e-3, 30))
-    momentum = [film.momentum(g, *film.parameters()) for g in states.gap[0]]
-    whole = -1e-6 * 0.01 - film.momentum(2e-5, *film.parameters())
-    np.testing.assert_allclose(1e-6 * states.v[0] - momentum, whole, rtol=1e-9)
 
 
 # --- combs ----------------------------------------------------------------------------------------------------
@@ -181,23 +163,6 @@ def test_slow_impacts_lose_no_less_than_is_said():
 
 
 # --- fringing field -------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("height", [5e-6, 40e-6])
-def test_fringes_lower_the_pull_in_voltage_as_the_equilibrium_says(height):
-    """The highest voltage that some displacement x balances: k x = C V^2 [1/h^2 + 1/(pi t h)], h = 3.8 um - x."""
-    plates = ts.load_scene("mems-switch").ground.electrostatic
-    fringes = ts.laws.FringingField(coefficient=plates.coefficient, offset=plates.offset, height=height)
-    ramp = {"kind": "ramp", "stop": 90.0, "duration": 2.0}
-    values = {"ground.laws": {"fringing_field": fringes}, "signals.gate": ramp}
-    run = ts.simulate(ts.with_values(ts.load_scene("mems-switch"), values), 2.0)
-    x = np.linspace(0.0, 2.6e-6, 20001)
-    gap = 3.8e-6 - x
-    pull = plates.coefficient * (1.0 / gap**2 + 1.0 / (math.pi * height * gap))
-    static = math.sqrt(float(np.max(42.0 * x / pull)))
-    found = volts_at(run, "gate", touchdown(run, "beam"))
-    assert static < found < 1.001 * static  # a ramp of 2 s comes late by some hundred cycles of 42,000
-    assert run.ledger.closure < 1e-8
 
 
 # --- momenta below zero ---------------------------------------------------------------------------------------

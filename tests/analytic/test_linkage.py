@@ -45,17 +45,6 @@ def four_bar(width: float = 3.0) -> Linkage:
     )
 
 
-def test_a_link_on_the_frame_turns_about_its_hinge():
-    arm = pendulum(stiffness=2e-6, damping=3e-9)
-    assert arm.coordinates == ("arm_pitch",)
-    found = arm.matrices()
-    np.testing.assert_allclose(found.mass, [[INERTIA + MASS * LENGTH**2]], rtol=1e-14)
-    np.testing.assert_allclose([found.stiffness, found.damping], np.reshape([2e-6, 3e-9], (2, 1, 1)), rtol=1e-14)
-    np.testing.assert_allclose(arm.row("arm"), [-LENGTH], rtol=1e-14)  # the pitch lowers its front
-    np.testing.assert_allclose(found.mass @ arm.vertical(), [-MASS * LENGTH], rtol=1e-14)
-    assert abs(arm.horizontal()[0]) < 1e-12
-
-
 def test_four_bars_have_one_motion():
     """A parallelogram: the coupler stays level, every hinge bends by the angle of the cranks."""
     bars = four_bar()

@@ -187,21 +187,3 @@ def test_a_walker_on_a_plate_that_is_pushed_up_is_as_heavy(gait: bool) -> None:
     np.testing.assert_array_equal(first["kind"], second["kind"])
     np.testing.assert_allclose(first["time"], second["time"], rtol=1e-9)
     assert runs[0].ledger.closure < 1e-8
-
-
-def test_a_shaken_walker_keeps_its_account() -> None:
-    """On a plate that swings along and up, with its gait; the ground's work is told from that of the drives."""
-    plate = {
-        "normal": {"displacement": {"kind": "sine", "amplitude": 2e-6, "frequency": 100.0}},
-        "along": {"displacement": {"kind": "sine", "amplitude": 1e-5, "frequency": 60.0, "phase": 1.0}},
-    }
-    run = ts.simulate(ts.with_values(ts.load_scene("millipede"), {"ground.motion": plate}), "40 ms")
-    assert run.ok and run.ledger.closure < 1e-8
-    series = run.to_dataset()
-    assert float(series["ground_work"][-1]) == pytest.approx(run.ledger.ground, rel=1e-9)
-    # the power -s'' . M v by the trapezoidal rule, from the series alone
-    structure, t = run.scene.robot.structure, run.time
-    v, pushed = run.series.state.v, run.scene.ground.motion
-    ways = ((pushed.normal, structure.vertical()), (pushed.along, structure.horizontal()))
-    power = sum(-shift.at(t, 2) * (structure.matrices().mass @ way @ v) for shift, way in ways)
-    assert run.ledger.ground == pytest.approx(np.trapezoid(power, t), rel=2e-2)

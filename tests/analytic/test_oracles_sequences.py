@@ -25,16 +25,6 @@ def test_p1_whole_sequence(n, count):
         assert run.ledger.closure < 1e-8
 
 
-@pytest.mark.parametrize("n", [2, 6, 32])
-def test_p1_whole_sequence_at_the_accuracy_of_batches(n):
-    expected = bench.reference_impacts(n)
-    seconds = 1.0 if n == 2 else expected[-1] * 1.0000001
-    batch = ts.simulate_batch(scene(f"p1_n{n}"), {"ground.restitution.coefficient": [0.378]}, duration=seconds)
-    found = impacts(batch.events(0))["time"]
-    assert len(found) == len(expected)
-    np.testing.assert_allclose(found, expected, rtol=1e-6)
-
-
 def check_p2(members: np.ndarray) -> None:
     table = bench.pairs()
     chain = scene("p1_n2")

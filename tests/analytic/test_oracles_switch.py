@@ -23,26 +23,10 @@ def switch(level: float | ts.OnOff, **values: Any) -> ts.Scene:
     return ts.load_scene("mems-switch", **{"signals.gate": signal, **values})
 
 
-def test_numbers_of_the_device():
-    scene = switch(90.0)
-    matrices = scene.robot.structure.matrices()
-    assert matrices.mass[0, 0] == pytest.approx(2.41241e-9, rel=1e-6)
-    assert matrices.stiffness[0, 0] == pytest.approx(STIFFNESS, rel=1e-14)
-    assert scene.ground.electrostatic.coefficient == pytest.approx(FORCE, rel=1e-14)
-    assert scene.robot.feet["beam"].gap + scene.ground.electrostatic.offset == pytest.approx(GAP, rel=1e-14)
-
-
-@pytest.mark.parametrize(("volts", "time", "speed"), [(90.0, 27.795e-6, 0.23378), (80.0, 69.24e-6, 0.1394)])
-def test_closing_time_and_speed(volts, time, speed):
-    run = ts.simulate(switch(volts), 100e-6)
-    closing = run.events[0]
-    assert run.ok and run.ledger.closure < 1e-8
-    assert closing["time"] == pytest.approx(time, rel=0.5e-9 / time if volts == 90.0 else 5e-9 / time)
-    assert closing["speed_before"] == pytest.approx(speed, abs=0.6e-5 if volts == 90.0 else 0.6e-4)
-
-
-@pytest.mark.parametrize("volts", [80.0, 90.0, 140.0])
-def test_closing_as_another_integrator_has_it(volts):
+@pytest.mark.parametrize(
+    ("volts", "time", "speed"), [(80.0, 69.24e-6, 0.1394), (90.0, 27.795e-6, 0.23378), (140.0, None, None)]
+)
+def test_closing_as_published_and_as_another_integrator_has_it(volts, time, speed):
     def flow(t: float, state: Any) -> list[float]:
         x, v = state
         pull = FORCE * volts**2 / (GAP - x) ** 2
@@ -53,7 +37,12 @@ def test_closing_as_another_integrator_has_it(volts):
 
     closed.terminal = True  # type: ignore[attr-defined]
     other = solve_ivp(flow, (0.0, 1e-4), [0.0, 0.0], "DOP853", events=closed, rtol=1e-12, atol=(1e-18, 1e-13))
-    closing = ts.simulate(switch(volts), 100e-6).events[0]
+    run = ts.simulate(switch(volts), 100e-6)
+    closing = run.events[0]
+    assert run.ok and run.ledger.closure < 1e-8
+    if time is not None:
+        assert closing["time"] == pytest.approx(time, rel=0.5e-9 / time if volts == 90.0 else 5e-9 / time)
+        assert closing["speed_before"] == pytest.approx(speed, abs=0.6e-5 if volts == 90.0 else 0.6e-4)
     assert closing["time"] == pytest.approx(other.t_events[0][0], rel=1e-9)
     assert closing["speed_before"] == pytest.approx(other.y_events[0][0, 1], rel=1e-9)
 
@@ -91,22 +80,3 @@ def test_a_switch_held_by_volts_opens_when_they_are_gone():
     assert run.events["kind"].tolist()[:2] == [2, 3]
     assert run.events["time"][1] == pytest.approx(70e-6, rel=1e-12)
     assert run.ledger.closure < 1e-8
-
-
-def test_a_pulse_and_a_coast_close_it_softly():
-    """One pair at 0 and 90 V: full volts, then none, so that the spring takes the speed away before the contact."""
-    scene = ts.load_scene("mems-switch")
-    design = ts.design.landing(
-        scene, "beam", pairs=1, levels="0 V, 90 V", tick=10e-9, shortest=1e-6, effort=0.4, risk="nominal"
-    )
-    assert design.before.speed[0, 0] == pytest.approx(0.23327, abs=1e-5)  # rung down to 0.5 %, not at rest
-    assert design.touchdowns == 1.0 and design.speed < 0.015
-    assert design.signal.levels == (90.0, 0.0, 90.0, 0.0)
-    pulse, coast = design.signal.durations[:2]
-    assert pulse + coast == pytest.approx(29.8e-6, abs=1e-6)  # 2 us later than the step
-    events = ts.simulate(design.scene, 12e-3).events
-    landings = events[events["speed_before"] > 0.0]
-    periodic = landings["speed_before"][landings["time"] > 4e-3]
-    assert len(periodic) == 2 and periodic.max() == pytest.approx(design.speed, rel=0.05)
-    # 13 nm of ringing that is not there yet: a landing is soft for the motion that it was made for
-    assert 0.03 < landings["speed_before"][landings["time"] < 4e-3].max() < 0.1

@@ -11,17 +11,13 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 import tarsus as ts
-from independent.compare import compare
-from random_scenes import plain_scene
-from sliding_scenes import by_modes
 from tarsus.base.events import EventKind
 from tarsus.base.spec import quantity
 from tarsus.model.drive.waveforms import Ramp
 from tarsus.model.laws import FrictionLaw
 from tarsus.model.laws.rate_friction import RateWeakeningFriction, StribeckFriction
-from tarsus.model.structure import Walker, WalkerBody, WalkerLeg
 from tarsus.solve import ResultCode
-from walking_scenes import GRAVITY, LOOSE, block, moving, sticky, trotter
+from walking_scenes import GRAVITY, block, moving, sticky, trotter
 
 MASS, START = 1e-6, 0.05
 SLIP, STICK = EventKind.SLIP_BEGINS, EventKind.STICK_BEGINS
@@ -63,81 +59,6 @@ def test_a_sliding_block_stops_after_the_time_of_the_quadrature(name: str) -> No
     assert run.ledger.closure < 1e-11
 
 
-def slider(law: FrictionLaw, stiffness: float, pull: float, heavy: float) -> ts.Scene:
-    """A block on a spring whose other end, a heavy body, moves on at ``pull`` [m/s]."""
-    scene = on(law)
-    leg = WalkerLeg(mass=MASS, **(LOOSE | {"stiffness_l": stiffness}))
-    structure = Walker(body=WalkerBody(mass=heavy), legs={"block": leg})
-    robot = scene.robot.model_copy(update={"structure": structure})
-    return moving(scene.model_copy(update={"robot": robot}), body_x=pull)
-
-
-@pytest.mark.parametrize("name", ["stribeck", "weakening", "steep"])
-def test_a_mass_on_a_pulled_spring_sticks_and_slips_as_its_equation_does(name: str) -> None:
-    """m x'' = k (X - x) - mu(x') m g, M X'' = -k (X - x), from where the spring carries mu_s m g to where x' is 0."""
-    law, stiffness, pull, heavy = LAWS[name], 0.01, 0.002, 1e-3
-    run = ts.simulate(slider(law, stiffness, pull, heavy), duration=1.3)
-    weight, limit = MASS * GRAVITY, law.evaluate(1.0, 0.0, 0.0)
-
-    def slides(t, z):
-        x, v, body, speed = z
-        force = stiffness * (body - x)
-        return [v, (force - law.evaluate(weight, 0.0, max(v, 0.0))) / MASS, speed, -force / heavy]
-
-    def sticks(t, z):
-        x, _, body, speed = z
-        return [0.0, 0.0, speed, -stiffness * (body - x) / heavy]
-
-    def stop(t, z):
-        return z[1]
-
-    def onset(t, z):
-        return stiffness * (z[2] - z[0]) - limit * weight
-
-    stop.terminal = onset.terminal = True
-    stop.direction, onset.direction = -1.0, 1.0
-    tight = {"rtol": 1e-12, "atol": 1e-16, "method": "DOP853", "max_step": 5e-3}
-    t, z, expected = 0.0, np.array([0.0, 0.0, 0.0, pull]), []
-    while True:
-        for rates, end, kind in ((sticks, onset, SLIP), (slides, stop, STICK)):
-            if kind == STICK:  # from the unstable rest the slip grows as the load does
-                tiny = 1e-7
-                load = stiffness * z[3] / MASS
-                braked = limit * weight / heavy * tiny
-                z += np.array([load * tiny**3 / 6.0, load * tiny**2 / 2.0, (z[3] - 0.5 * braked) * tiny, -braked])
-                t += tiny
-            found = solve_ivp(rates, (t, 1.3), z, events=end, first_step=1e-9, **tight)
-            if found.status != 1:
-                break
-            t, z = found.t_events[0][0], found.y_events[0][0]
-            z[1] = 0.0
-            expected.append((t, kind))
-        if found.status != 1:
-            break
-    assert run.ok and len(expected) >= 4
-    assert transitions(run)["kind"].tolist() == [kind for _, kind in expected]
-    # a force is none below 1e-13 of the body's weight, 2.5e-10 of what friction bears
-    assert transitions(run)["time"] == pytest.approx([time for time, _ in expected], rel=2e-9)
-    assert run.ledger.closure < 1e-12
-    series = run.at(np.linspace(0.0, 1.3, 400))
-    slip = np.abs(run.scene.robot.structure.row("block_x") @ series.state.v)
-    bound = [law.evaluate(weight, 0.0, v) for v in slip[series.slipping[0]]]
-    assert series.slipping.any() and not series.slipping.all()
-    np.testing.assert_allclose(-series.friction[0, series.slipping[0]], bound, rtol=1e-9)
-    assert np.all(np.abs(series.friction[0, ~series.slipping[0]]) <= limit * weight * (1.0 + 1e-9))
-
-
-class TwoConstants(FrictionLaw):
-    """One coefficient at rest, another of any slip."""
-
-    static: float = quantity("1", "coefficient at rest", default=0.5)
-    dynamic: float = quantity("1", "coefficient of a slip", default=0.3)
-
-    @staticmethod
-    def bound(margin, strength, slip, static, dynamic):
-        return (dynamic if slip > 0.0 else static) * margin
-
-
 class Rough(FrictionLaw):
     """A bound that bends more often than numbers tell speeds apart."""
 
@@ -148,10 +69,9 @@ class Rough(FrictionLaw):
         return coefficient * (1.0 + 1e-3 * math.sin(1e16 * slip)) * margin
 
 
-@pytest.mark.parametrize("legged", [False, pytest.param(True, marks=pytest.mark.slow)])
-def test_a_run_on_a_law_that_no_step_can_follow_ends_as_too_stiff(legged: bool) -> None:
+def test_a_run_on_a_law_that_no_step_can_follow_ends_as_too_stiff() -> None:
     """And not when its steps have filled all memory."""
-    run = ts.simulate(slider(Rough(), 0.01, 0.002, 1e-3) if legged else on_a_belt(Rough()))
+    run = ts.simulate(on_a_belt(Rough()))
     assert run.code is ResultCode.TOO_STIFF and run.end_time < run.duration
     assert transitions(run)["kind"][0] == SLIP
 
@@ -226,25 +146,6 @@ def test_every_slip_lasts_as_its_equation_says_however_fast_friction_falls(speed
     np.testing.assert_allclose(slips(run), slip_time(law, 0.2 * PUSH / MASS / speed), rtol=1e-9)
 
 
-@pytest.mark.parametrize(
-    "law",
-    [
-        TwoConstants(),
-        StribeckFriction(static=0.5, dynamic=0.3, speed=1e-8, exponent=1.0),
-        StribeckFriction(static=0.5, dynamic=0.3, speed=1e-6),
-        StribeckFriction(static=0.5, dynamic=0.3, speed=1e-3, exponent=3.0),
-        RateWeakeningFriction(static=0.5, dynamic=0.3, speed=1e-5),
-    ],
-)
-def test_slips_of_a_walkers_foot_last_as_by_contact_modes(law: FrictionLaw) -> None:
-    """To 1e-9; a force is none to a walker below 1e-13 of its body's weight, 2e-10 of what friction bears here."""
-    scene = slider(law, SPRING, PULLED, 1e-3).model_copy(update={"duration": 0.15})
-    walker, modes = (transitions(ts.simulate(one)) for one in (scene, by_modes(scene)))
-    assert len(walker) > 20 and walker["kind"].tolist() == modes["kind"].tolist()
-    lasts, others = (np.diff(events["time"])[events["kind"][:-1] == SLIP] for events in (walker, modes))
-    np.testing.assert_allclose(lasts, others, rtol=1e-9)
-
-
 def test_a_foot_that_has_stopped_rests_under_more_than_fast_friction_holds() -> None:
     """Between the dynamic and the static bound it stays where it is, which a slip of 1e-3 m/s would not."""
     law = LAWS["steep"]
@@ -269,10 +170,3 @@ def test_a_walk_on_friction_that_falls_at_once_neither_stalls_nor_chatters(speed
         own = own[own["foot"] == foot]
         again = (own["kind"][1:] == SLIP) & (own["kind"][:-1] == SLIP)
         assert np.all(np.diff(own["time"])[again] > 1e-7)
-
-
-@pytest.mark.parametrize("name", ["stribeck", pytest.param("weakening", marks=pytest.mark.slow)])
-def test_whole_sequences_agree_with_the_independent_simulator(name: str) -> None:
-    scene = ts.with_values(plain_scene(22, True), {"ground.friction": LAWS[name]})
-    found = compare(scene)
-    assert found.wrong is None, found

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from random_scenes import sliding_scene
 from sliding_scenes import MASS, slider
 from tarsus.base.events import EventKind
 from tarsus.model.laws import AdhesiveFriction, Friction
@@ -108,22 +107,3 @@ def test_a_block_whose_friction_would_press_it_down_without_end_jams() -> None:
     jammed = ts.simulate(slider(speed=SPEED, coupling=-0.6, friction=Friction(coefficient=2.0)))
     assert jammed.code.name == "JAMMED" and "friction" in jammed.code.value
     assert ts.simulate(slider(speed=-SPEED, coupling=-0.6, friction=Friction(coefficient=2.0))).ok
-
-
-@pytest.mark.parametrize("seed", [453, 983, 3071])
-def test_feet_that_drive_each_other_along_the_ground_never_stall(seed: int) -> None:
-    """Feet whose slides go by each other's push: one moves against what pulls it, or stays at its very bound.
-
-    The integral of sampled friction times slip speed is the ledger's friction, and friction never drives a foot on.
-    """
-    scene = sliding_scene(seed)
-    run = ts.simulate(scene)
-    assert run.code is ts.simulate(slider()).code and run.ledger.closure < 1e-8
-    structure, feet = scene.robot.structure, scene.robot.feet.values()
-    ways = structure.weights if isinstance(structure, ts.Lumped) else structure.shapes
-    rows = np.array([ways[foot.along] if foot.along else np.zeros(structure.size) for foot in feet])
-    times = np.linspace(0.0, run.duration, 100001)
-    at = run.at(times)
-    power = np.where(at.slipping, at.friction * (rows @ at.state.v), 0.0)
-    assert power.max() <= 1e-6 * np.abs(power).max()
-    assert -np.trapezoid(power.sum(axis=0), times) == pytest.approx(run.ledger.friction, rel=5e-3)

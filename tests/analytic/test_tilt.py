@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
 
 import tarsus as ts
@@ -84,20 +83,6 @@ def test_a_body_that_is_pressed_down_goes_along(tilt):
     turn = math.radians(tilt)
     expected = press * math.sin(turn) * math.cos(turn) * (1.0 / SOFT - 1.0 / HARD)
     assert moved == pytest.approx(expected, rel=1e-3, abs=1e-12)
-
-
-def test_a_bristle_swings_along_itself_and_across_as_if_it_were_upright():
-    """A point mass has the same inertia in every direction: the tilt turns modes, and keeps their frequencies."""
-    squares = []
-    for tilt in (0.0, 30.0):
-        structure = robot({"kind": "constant", "level": 0.0}, tilt=tilt).robot.structure
-        matrices = structure.matrices()
-        ankles = [structure.body_coordinates.index(f"front_ankle{way}") for way in ("_x", "")]
-        own = np.ix_(ankles, ankles)
-        tip = np.diag([structure.legs["front"].tip.stiffness_l, structure.legs["front"].tip.stiffness_v])
-        squares.append(np.linalg.eigvalsh((matrices.stiffness[own] - tip) / structure.legs["front"].mass))
-    np.testing.assert_allclose(squares[0], [SOFT / 2e-6, HARD / 2e-6], rtol=1e-12)
-    np.testing.assert_allclose(squares[1], squares[0], rtol=1e-12)
 
 
 def test_motion_reverses_over_the_frequency_and_with_the_tilt():

@@ -12,7 +12,6 @@ from scipy.integrate import solve_ivp
 import tarsus as ts
 from tarsus.base.events import EventKind
 from tarsus.base.spec import with_values
-from tarsus.files.toml import parse_scene
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 from walking_scenes import GRAVITY, block, moving, sticky, trotter
@@ -209,41 +208,23 @@ def test_a_foot_that_both_facets_drive_to_a_ridge_stands_on_it() -> None:
     """A spring pulls it off the ground, and electrostatics hold it: it slides to the ridge, stands there, and leaves
     when neither facet holds it. It went to and fro on the ridge in no time, without end."""
     hold, spring, push, rise, slope, beside = 4e-6, 1e-6, 6e-6, 0.1, 0.2, 5e-6
-    scene = parse_scene(f"""
-        name = "ridge"
-        duration = "{rise} s"
-        [robot.structure]
-        kind = "walker"
-        body = {{ mass = 1e6 }}
-        [robot.structure.legs.L]
-        x = {-beside}
-        mass = 1e-9
-        stiffness_v = 1.0
-        damping_v = 1e-4
-        stiffness_l = 0.01
-        damping_l = 1e-4
-        [robot.drives.volts]
-        load = {{ kind = "point", weights = {{ L = 1.0 }} }}
-        law = {{ kind = "linear", gain = 0.0 }}
-        [robot.drives.up]
-        load = {{ kind = "point", weights = {{ L = 1.0 }} }}
-        law = {{ kind = "linear", gain = 1.0 }}
-        [robot.feet.L]
-        point = "L"
-        gap = {spring}
-        electrode = "volts"
-        [signals.volts]
-        kind = "constant"
-        level = 10.0
-        [signals.up]
-        kind = "ramp"
-        start = 0.0
-        stop = {push}
-        duration = "{rise} s"
-        [ground]
-        electrostatic = {{ coefficient = {hold * 1e-12}, offset = "10 um" }}
-        profile = {{ kind = "polyline", given = [[-1e-3, {-slope * 1e-3}], [0.0, 0.0], [1e-3, {-slope * 1e-3}]] }}
-    """)
+    leg = ts.structures.WalkerLeg(
+        x=-beside, mass=1e-9, stiffness_v=1.0, damping_v=1e-4, stiffness_l=0.01, damping_l=1e-4
+    )
+    load = ts.PointLoad(weights={"L": 1.0})
+    drives = {name: ts.Drive(load=load, law=ts.LinearForce(gain=gain)) for name, gain in (("volts", 0.0), ("up", 1.0))}
+    line = {"kind": "polyline", "given": [[-1e-3, -slope * 1e-3], [0.0, 0.0], [1e-3, -slope * 1e-3]]}
+    scene = Scene(
+        name="ridge",
+        duration=rise,
+        robot=ts.Robot(
+            structure=Walker(body=ts.structures.WalkerBody(mass=1e6), legs={"L": leg}),
+            drives=drives,
+            feet={"L": ts.Foot(point="L", gap=spring, electrode="volts")},
+        ),
+        signals={"volts": ts.Constant(level=10.0), "up": {"kind": "ramp", "stop": push, "duration": rise}},
+        ground={"electrostatic": {"coefficient": hold * 1e-12, "offset": 1e-5}, "profile": line},
+    )
     run = ts.simulate(scene)
     assert run.ok and run.ledger.closure < 1e-8 and len(run.events) < 100
     assert place(run, 0.02) == place(run, 0.05) == pytest.approx(beside, rel=1e-12)

@@ -6,8 +6,8 @@ import numpy as np
 
 import tarsus as ts
 from random_scenes import OWN
-from tarsus.files.toml import parse_scene
 from tarsus.model.structure import WalkerBody, WalkerLeg
+from turning_scenes import across
 from walking_scenes import sticky, trotter
 
 
@@ -28,36 +28,9 @@ def test_a_leg_without_a_foot_takes_no_share_of_what_laws_do() -> None:
 
 def test_friction_whose_bound_is_zero_is_none() -> None:
     """In a disk, where its direction was looked for in what it takes."""
-    scene = """
-        name = "slippery"
-        duration = "20 ms"
-        [robot.structure]
-        kind = "walker"
-        body = { mass = 8e-6 }
-        [robot.structure.legs.L]
-        x = 0.0
-        mass = 3e-8
-        stiffness_v = 4.0
-        damping_v = 0.0
-        stiffness_l = 3.0
-        damping_l = 0.0
-        stiffness_t = 0.7
-        damping_t = 0.0
-        [robot.drives.L]
-        load = { kind = "point", weights = { L = -1.0, L_hip = 1.0, L_x = -0.6, L_hip_x = 0.6 } }
-        law = { kind = "linear", gain = 9e-7 }
-        [robot.feet.L]
-        point = "L"
-        gap = 0.0
-        electrode = "L"
-        [signals.L]
-        kind = "sine"
-        amplitude = 10.0
-        frequency = 450.0
-    """
-    ground = "[ground]\nadhesion = { initial = 0.0, rate = 0.0 }\n"
-    without = parse_scene(scene + ground)
-    adhesive = parse_scene(scene + ground + "friction = { kind = 'adhesive', coefficient = 0.02 }")
+    adhesion = ts.Adhesion(initial=0.0, rate=0.0)
+    without = across(trotter(1, damping=0.0, turning=False, ground=ts.Ground(adhesion=adhesion)))
+    adhesive = ts.with_values(without, {"ground.friction": {"kind": "adhesive", "coefficient": 0.02}})
     times = np.linspace(0.0, 0.02, 41)
     one, other = (ts.simulate(made) for made in (without, adhesive))
     assert one.ok and other.ok and other.ledger.closure < 1e-8

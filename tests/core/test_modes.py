@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-from concurrent.futures import ThreadPoolExecutor
-from threading import Barrier
-
 import numpy as np
 
 from divergence import moved
 from random_scenes import wide_scene
-from tarsus.core.modes import LinearSystem, ModeBook, contact_mode
+from tarsus.core.modes import LinearSystem, contact_mode
 from tarsus.plan.lowering import lower_scene
 
 MASS = np.array([[2.0, 0.3, 0.0], [0.3, 1.0, 0.0], [0.0, 0.0, 0.5]])
@@ -46,40 +42,6 @@ def test_feet_beyond_the_coordinates_follow_those_that_lead():
         assert np.abs(shares).max(initial=0.0) < 10.0
     # none follows where all move by themselves
     assert list(contact_mode(SYSTEM, 0).leading) == list(range(len(SYSTEM.rest_gap)))
-
-
-def test_contact_modes_are_listed_once_whoever_asks():
-    """Eight threads ask at once for modes that none has listed yet."""
-    rng, m = np.random.default_rng(5), 6
-    system = LinearSystem(
-        mass=np.eye(m),
-        damping=np.zeros((m, m)),
-        stiffness=np.diag(np.arange(1.0, m + 1.0)),
-        normals=np.eye(m),
-        rest_gap=np.ones(m),
-        loads=np.zeros((m, 0)),
-        weight=np.zeros((m, 2)),
-    )
-    interval = sys.getswitchinterval()
-    sys.setswitchinterval(1e-6)
-    try:
-        for _ in range(5):
-            book = ModeBook(system, 2.0 ** -np.arange(8.0))
-            masks = [int(mask) for mask in rng.permutation(2**m)]
-            for mask in masks:
-                book.require(mask)
-            begin = Barrier(8)
-
-            def listed(book: ModeBook = book, begin: Barrier = begin) -> list[int]:
-                begin.wait()
-                return [mode.mask for mode in book.modes]
-
-            with ThreadPoolExecutor(8) as pool:
-                found = [one.result() for one in [pool.submit(listed) for _ in range(8)]]
-            assert all(one == masks for one in found)
-            assert [mode.mask for mode in book.modes] == masks
-    finally:
-        sys.setswitchinterval(interval)
 
 
 def test_an_impulse_displaces_no_foot_at_once():

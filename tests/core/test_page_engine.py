@@ -73,22 +73,6 @@ def test_events_are_those_of_the_module_for_python(folder, name):
     np.testing.assert_allclose(there, samples, rtol=0.0, atol=1e-6 * size.max())
 
 
-def test_numbers_of_the_row_may_be_changed_between_runs(folder):
-    scene, path = ts.load_scene("cantilever"), "robot.feet.tip.gap"
-    (folder / "scene.bin").write_bytes(packet_of(scene, SECONDS, ts.Accuracy()))
-    gaps = [4e-5, 5.5e-5, 9e-5]
-    found = in_node(
-        folder,
-        f"const e = new Engine(wasm, packet('scene.bin'));"
-        f"return {gaps}.map((gap) => {{ e.array('rows.sources')[0] = gap; return e.run([0]).events; }})",
-    )
-    for gap, events in zip(gaps, found, strict=True):
-        wanted = ts.simulate(ts.with_values(scene, {path: gap}), SECONDS, ts.Accuracy()).motion.log.events
-        rows = np.array(events, dtype=float).reshape(-1, EVENT_WIDTH)
-        np.testing.assert_array_equal(rows[:, 2], wanted[:, 2])
-        np.testing.assert_allclose(rows[:, 0], wanted[:, 0], rtol=0.0, atol=1e-9 * SECONDS)
-
-
 def test_memory_does_not_grow_with_runs(folder):
     (folder / "hexapod.bin").write_bytes(packet_of(ts.load_scene("hexapod"), 0.01, ts.Accuracy()))
     found = in_node(

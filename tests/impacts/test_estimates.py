@@ -26,13 +26,6 @@ def pairs(random: np.random.Generator, n: int, ratio: float, scatter: float, noi
     return own * x + errors[:, 0], x + errors[:, 1], cov
 
 
-def test_exact_pairs_give_the_ratio():
-    x = np.array([1.0, 2.0, -3.0])
-    found = common_ratio(0.51 * x, x, np.tile(1e-6 * np.eye(2), (3, 1, 1)))
-    assert found.value == pytest.approx(0.51, abs=1e-12)
-    assert found.scatter == 0.0
-
-
 def test_one_pair_has_the_interval_of_its_noise():
     found = common_ratio([1.0], [2.0], [[[1e-4, 0.0], [0.0, 4e-4]]])
     assert found.value == pytest.approx(0.5)

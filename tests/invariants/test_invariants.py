@@ -10,9 +10,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import tarsus as ts
+from printed_robots import UNIT, hexapod, printed_map
 from tarsus.solve.motion import NOTHING
 
-QUICK = settings(max_examples=12, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+QUICK = settings(max_examples=24, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 
 
 def check(run: ts.Run, closure: float = 1e-8) -> ts.Run:
@@ -70,25 +71,6 @@ def mass(
     )
 
 
-def rigid(gaps: tuple[float, float], **ground: object) -> ts.Scene:
-    """A rigid body on two feet, falling."""
-    structure = ts.Lumped(
-        coordinates=("z", "turn"),
-        mass=(1e-6, 1e-6),
-        stiffness=(0.0, 0.0),
-        damping=(0.0, 0.0),
-        weights={"l": (1.0, 1.0), "r": (1.0, -1.0)},
-        upward=(1.0, 0.0),
-    )
-    feet = {name: ts.Foot(point=name, gap=gap) for name, gap in zip("lr", gaps, strict=True)}
-    return ts.Scene(
-        name="rigid body",
-        robot=ts.Robot(structure=structure, feet=feet),
-        duration=0.05,
-        ground=ts.Ground(gravity=ts.Gravity(), **ground),  # type: ignore[arg-type]
-    )
-
-
 RAMP = ts.waveforms.Ramp(start=-5.0, stop=20.0, duration=0.02)
 SINE, SQUARE = ts.Sine(amplitude=5.0, frequency=100.0), ts.Square(amplitude=5.0, frequency=100.0)
 # nothing, or more than an atom
@@ -118,8 +100,9 @@ signals = st.one_of(
     gap=lengths,
     adhesion=st.one_of(st.none(), st.tuples(st.floats(0.0, 1e-4), st.floats(0.0, 1.0))),
     film=st.one_of(st.none(), st.tuples(st.floats(0.0, 1e-20), st.floats(1e-6, 1e-4))),
+    attraction=st.one_of(st.none(), st.tuples(st.floats(0.0, 1e-15), st.floats(1e-7, 1e-5))),
 )
-def test_one_mass(e, signal, frequency, ratio, gap, adhesion, film):
+def test_one_mass(e, signal, frequency, ratio, gap, adhesion, film, attraction):
     check(
         ts.simulate(
             mass(
@@ -130,77 +113,17 @@ def test_one_mass(e, signal, frequency, ratio, gap, adhesion, film):
                 restitution=ts.Restitution(coefficient=e),
                 adhesion=None if adhesion is None else ts.Adhesion(initial=adhesion[0], rate=adhesion[1]),
                 film=None if film is None else ts.Film(coefficient=film[0], thickness=film[1]),
+                electrostatic=attraction and ts.Electrostatic(coefficient=attraction[0], offset=attraction[1]),
             )
         )
     )
-
-
-@QUICK
-@given(
-    e=restitution,
-    signal=signals,
-    coefficient=st.floats(0.0, 1e-15),
-    offset=st.floats(1e-7, 1e-5),
-    adhesion=st.one_of(st.none(), st.floats(0.0, 1e-4)),
-)
-def test_electrostatics(e, signal, coefficient, offset, adhesion):
-    check(
-        ts.simulate(
-            mass(
-                frequency=500.0,
-                ratio=0.02,
-                signal=signal,
-                restitution=ts.Restitution(coefficient=e),
-                electrostatic=ts.Electrostatic(coefficient=coefficient, offset=offset),
-                adhesion=None if adhesion is None else ts.Adhesion(initial=adhesion, rate=1e-3),
-            )
-        )
-    )
-
-
-@QUICK
-@given(
-    e=st.floats(0.0, 0.9),
-    left=lengths,
-    difference=st.one_of(st.just(1e-12), lengths),
-    adhesion=st.one_of(st.none(), st.floats(0.0, 1e-5)),
-)
-def test_two_feet(e, left, difference, adhesion):
-    ground = {"adhesion": ts.Adhesion(initial=adhesion, rate=1e-4)} if adhesion is not None else {}
-    check(ts.simulate(rigid((left, left + difference), restitution=ts.Restitution(coefficient=e), **ground)))
-
-
-@pytest.mark.parametrize("ratio", [0.0, 1e-6, 0.999999, 1.0, 1.000001, 30.0, 1e4])
-@pytest.mark.parametrize("law", ["none", "film", "adhesion"])
-def test_damping_of_any_strength(ratio, law):
-    ground = {
-        "none": {},
-        "film": {"film": ts.Film(coefficient=1e-21, thickness=1e-6)},
-        "adhesion": {"adhesion": ts.Adhesion(initial=1e-6, rate=1e-3)},
-    }[law]
-    run = ts.simulate(
-        mass(frequency=500.0, ratio=ratio, signal=SQUARE, restitution=ts.Restitution(coefficient=0.5), **ground)
-    )
-    check(run)
 
 
 STRENGTHS = [(0.0, 0.0), (0.0, 1e6), (1e-9, 1e-12), (1e-4, 0.0), (1e9, 0.0)]
 
 
-# Slow: the rest of the grid. Every strength stays with every signal, from the ground or from the air.
 @pytest.mark.parametrize(("initial", "rate"), STRENGTHS)
-@pytest.mark.parametrize(
-    ("signal", "gap"),
-    [
-        (SQUARE, 0.0),
-        (RAMP, 0.0),
-        (SINE, 1e-5),
-        pytest.param(SQUARE, 1e-5, marks=pytest.mark.slow),
-        pytest.param(RAMP, 1e-5, marks=pytest.mark.slow),
-        pytest.param(SINE, 0.0, marks=pytest.mark.slow),
-    ],
-    ids=lambda one: getattr(one, "kind", one),
-)
+@pytest.mark.parametrize(("signal", "gap"), [(SQUARE, 0.0), (RAMP, 0.0), (SINE, 1e-5)], ids=("square", "ramp", "sine"))
 def test_adhesion_of_any_strength(initial, rate, gap, signal):
     """None, growing at once, never let go: also with a drive that grows until it pulls the foot off."""
     run = check(
@@ -237,10 +160,8 @@ THICK = ts.Film(coefficient=7.751589404059684e-21, thickness=6.449820320703989e-
 @pytest.mark.parametrize(
     ("signal", "ratio", "gap", "film"),
     [
-        *(
-            (ts.Sine(amplitude=volts, frequency=20.0, phase=1.0), ratio, gap, THICK)
-            for volts, ratio, gap in ((2e-80, 1.0, 0.0), (1e-12, 1.0, 0.0), (0.0, 0.5, 0.0), (0.0, 0.0, 7.7825e-5))
-        ),
+        (ts.Sine(amplitude=2e-80, frequency=20.0, phase=1.0), 1.0, 0.0, THICK),
+        (ts.Constant(level=0.0), 0.0, 7.7825e-5, THICK),
         (
             ts.Sine(amplitude=1.192092896e-07, frequency=20.0),
             0.0,
@@ -279,8 +200,6 @@ def test_volts_that_switch_exactly_at_an_impact():
 
 def test_chatter_in_a_stiff_film_comes_to_rest():
     # Flights far below the error of a step are not bounces: without an end to them 1e5 would fit in a millisecond.
-    from printed_robots import UNIT, hexapod
-
     film = ts.Film(coefficient=1e-11 * UNIT, thickness=2.5e-6)
     plates = ts.Electrostatic(coefficient=5e-9 * UNIT, offset=33e-6)
     scene = hexapod(signal=ts.Sine(amplitude=10.0, frequency=40.0), static=4.5e-6, film=film, electrostatic=plates)
@@ -293,8 +212,6 @@ def test_chatter_in_a_stiff_film_comes_to_rest():
 
 def test_late_edges_of_a_drive_are_passed():
     # At 8 s the next edge of a drive may be nearer than the spacing of floating-point times: it counts as reached.
-    from printed_robots import hexapod
-
     drive = ts.Square(amplitude=7.558655866212344, frequency=631.0882186399392)
     scene = hexapod(signal=drive, gap=1e-4)
     run = ts.simulate(scene, duration=8.5, accuracy=ts.Accuracy(steps=300_000))
@@ -303,8 +220,6 @@ def test_late_edges_of_a_drive_are_passed():
 
 def test_a_foot_let_go_without_acceleration_rises():
     # A pull that only just outgrows its hold leaves a foot with jerk alone; such releases were once taken back.
-    from printed_robots import hexapod
-
     scene = ts.with_values(
         hexapod(signal=ts.Sine(amplitude=10.0, frequency=60.0), static=20e-6), {"initial.velocity": (0.0,) * 6}
     )
@@ -315,8 +230,20 @@ def test_a_foot_let_go_without_acceleration_rises():
 
 
 def test_an_impact_that_tears_others_off_is_not_lost():
-    from printed_robots import hexapod
-
     scene = hexapod(signal=ts.Square(amplitude=10.0, frequency=40.0), feet=6, gap=2e-6)
     run = check(ts.simulate(scene, duration=0.1, accuracy=ts.Accuracy(steps=20000)))
     assert set(run.events["foot"]) == set(range(6))
+
+
+def test_the_printed_map_diverges():
+    # The documented example: 10 V square, the printed R as it is. The foot is a kilometre up before the first second.
+    scene = hexapod(
+        signal=ts.Square(amplitude=10.0, frequency=30.0), impact=printed_map(passive=False), restitution=0.5
+    )
+    run = ts.simulate(scene, duration=0.5)
+    heights = [np.abs(run.states(np.linspace(0.0, end, 2001)).x).max() for end in (0.1, 0.3, 0.5)]
+    # how fast is chaos, which the last bit of its modes changes: 5e5 to 3e9 times within those 0.4 s
+    assert heights[1] > 10.0 * heights[0] and heights[2] > 1e4 * heights[0]
+    assert run.ledger.impacts < 0.0, "impacts have made energy"
+    longer = ts.simulate(scene, duration=2.0)
+    assert longer.code.name == "DIVERGED" and "creates energy" in longer.code.value

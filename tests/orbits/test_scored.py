@@ -41,12 +41,6 @@ def test_an_episode_is_measured_as_the_run():
     assert made.over_starts is None and made.settled is None
 
 
-def test_starts_of_one_motion_do_not_differ():
-    scene = ts.load_scene("millipede-printed")
-    made = scored(SettledMotion(1.0, 4), scene, {"ground.adhesion.rate": np.array([1.7e-6])}, SPEED, Shared())
-    assert made.settled == 1.0 and made.over_starts.tolist() == [[0.0, 0.0]] and made.value[0, 0] > 1e-3
-
-
 def test_a_foot_that_reaches_further_down_is_put_down_higher():
     scene = ts.with_values(ts.load_scene("millipede"), {f"robot.feet.{one}.gap": 1e-6 for one in ("L1", "R1")})
     made = scored(SettledMotion(1.0, 2), scene, {GAP: np.array([0.0, 2e-6])}, SPEED, Shared())
