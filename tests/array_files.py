@@ -24,7 +24,6 @@ def _netcdf(
     *,
     classic: str = "",
     time: Any = None,
-    time_attributes: Mapping[str, Any] = {},
     time_encoding: Mapping[str, Any] = {},
     attributes: Mapping[str, Any] = {},
     step: float = STEP,
@@ -34,7 +33,7 @@ def _netcdf(
 
     def write(path: Path) -> Held:
         times = N * STEP if time is None else time
-        units = {"units": "s"} if time is None else dict(time_attributes)
+        units = {"units": "s"} if time is None else {}
         made = xr.Dataset(
             {"velocity": ("time", TIP, {"units": "m/s", **attributes})}, coords={"time": ("time", times, units)}
         )

@@ -8,63 +8,39 @@ import pytest
 
 import tarsus as ts
 from independent.compare import compare
-from tarsus.base.spec import validate
 from tarsus.measure import point_speed
+from tarsus.model.structure import WalkerBody, WalkerLeg, WalkerTip
 
 TILT = 30.0  # deg
 HARD, SOFT = 8e3, 0.4e3  # of a bristle, along it and across it [N/m]
 WEIGHT = 9.81e-3  # of the body [N]
 
 
-def bristle(x: float, tilt: float) -> dict[str, object]:
-    tip = {
-        "mass": "0.5 mg",
-        "stiffness_v": "20 N/mm",
-        "damping_v": "100 mN s/m",
-        "stiffness_l": "20 N/mm",
-        "damping_l": "100 mN s/m",
-    }
-    return {
-        "x": f"{x} mm",
-        "mass": "2 mg",
-        "stiffness_v": HARD,
-        "damping_v": "60 mN s/m",
-        "stiffness_l": SOFT,
-        "damping_l": "40 mN s/m",
-        "tilt": f"{tilt} deg",
-        "tip": tip,
-    }
+def bristle(x: float, tilt: float) -> WalkerLeg:
+    stiff = {"stiffness_v": 2e4, "damping_v": 0.1, "stiffness_l": 2e4, "damping_l": 0.1}
+    own = {"stiffness_v": HARD, "damping_v": 0.06, "stiffness_l": SOFT, "damping_l": 0.04}
+    return WalkerLeg(x=x, mass=2e-6, tilt=math.radians(tilt), tip=WalkerTip(mass=5e-7, **stiff), **own)
 
 
 def robot(wave: dict[str, object], duration: float = 0.5, tilt: float = TILT, friction: float = 0.3) -> ts.Scene:
     """A body of 1 g on two bristles, which a force shakes up and down: 1 V is its weight."""
-    return validate(
-        ts.Scene,
-        {
-            "name": "bristles",
-            "duration": duration,
-            "robot": {
-                "structure": {
-                    "kind": "walker",
-                    "body": {"mass": "1 g"},
-                    "legs": {"front": bristle(5, tilt), "hind": bristle(-5, tilt)},
-                },
-                "drives": {
-                    "motor": {
-                        "load": {"kind": "point", "weights": {"body": 1}},
-                        "law": {"kind": "linear", "gain": f"{WEIGHT} N/V"},
-                    }
-                },
-                "feet": {name: {"point": name, "gap": "0 m"} for name in ("front", "hind")},
-            },
-            "ground": {
-                "gravity": {"acceleration": "9.81 m/s^2"},
-                "restitution": {"coefficient": 0.0},
-                "friction": {"coefficient": friction},
-            },
-            "signals": {"motor": wave},
-            "initial": {"standing": {}},
+    legs = {"front": bristle(5e-3, tilt), "hind": bristle(-5e-3, tilt)}
+    motor = ts.Drive(load=ts.PointLoad(weights={"body": 1.0}), law=ts.LinearForce(gain=WEIGHT))
+    return ts.Scene(
+        name="bristles",
+        duration=duration,
+        robot=ts.Robot(
+            structure=ts.Walker(body=WalkerBody(mass=1e-3), legs=legs),
+            drives={"motor": motor},
+            feet={name: ts.Foot(point=name, gap=0.0) for name in legs},
+        ),
+        ground={
+            "gravity": {"acceleration": 9.81},
+            "restitution": {"coefficient": 0.0},
+            "friction": {"coefficient": friction},
         },
+        signals={"motor": wave},
+        initial={"standing": {}},
     )
 
 
@@ -109,6 +85,5 @@ def test_the_second_simulator_walks_on_bristles_alike(hertz):
 
 
 def test_a_leg_at_an_angle_has_a_tip():
-    legs = {"front": {**bristle(5, TILT), "tip": None}, "hind": bristle(-5, 0.0)}
     with pytest.raises(ts.InputError, match=r"legs\.front\.tilt: a leg at an angle has a compliant tip"):
-        ts.with_values(shaken(80.0), {"robot.structure.legs": legs})
+        ts.with_values(shaken(80.0), {"robot.structure.legs.front.tip": None})
