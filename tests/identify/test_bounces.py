@@ -11,7 +11,7 @@ from scipy.stats import binom
 
 from tarsus.identify.bounce import FEWEST, BounceFit, find_bounces
 from tarsus.identify.covariance import scattered
-from tarsus.identify.influence import EVENT, FILE, ORDER, SET, SPEED, Influence
+from tarsus.identify.influence import EVENT, SPEED, Influence
 from tarsus.identify.restitution import PATH, TURN, _caught, _events, _over_speed, _seen
 from tarsus.identify.robust_ratio import RobustRatio, robust_ratio, slope_over
 from tarsus.identify.surprises import Surprises, surprises
@@ -142,24 +142,6 @@ def test_one_impact_at_another_speed_shows_that_restitution_goes_by_speed(power,
     check = _over_speed(found, slope, error)
     assert check.passed is passed and check.paths == (PATH,)
     assert passed or f"changes with speed: by {'+-'[power < 0.0]}0.0" in check.cause
-
-
-@pytest.mark.parametrize(("drift", "moved"), [(-0.21, True), (0.0, False)])
-def test_restitution_that_drifts_through_a_session_is_not_one_number(drift, moved):
-    """Five sets of three records with four impacts each, of which repeats show the same."""
-    random = np.random.default_rng(8)
-    file = np.repeat(np.arange(15), 4)
-    events, approach = 4 * (file // 3) + np.tile(np.arange(4), 15), np.tile([0.06, 0.08, 0.1, 0.12], 15)
-    departures = 0.3 * (1.0 + drift * (file / 14.0 - 0.5)) * approach + 4e-4 * random.standard_normal(60)
-    fitted = fits(departures.tolist(), 4e-4, (approach + 4e-4 * random.standard_normal(60)).tolist())
-    found = ratio_of(fitted, events)
-    levels, score = {EVENT: events, FILE: file, SET: file // 3}, found.clipped[:, None]
-    one = Influence((PATH,), found.told[:, None, None], score, np.ones(1), levels, {ORDER: file.astype(float)})
-    said = surprises([one], 1).of(PATH)
-    assert (said is not None) is moved
-    if said is not None:
-        assert said.along == ORDER and said.slope == pytest.approx(0.3 * drift / 14.0, rel=0.2)
-        assert said.moves(float(scattered(influence_of(found, events), 1).std()))
 
 
 def influence_of(found: RobustRatio, events: np.ndarray) -> Influence:

@@ -14,7 +14,6 @@ from identify.campaigns import identified
 from laboratory import LABORATORY
 from tarsus.base.arrays import Floats
 from tarsus.base.spec import FrozenDict, with_values
-from tarsus.fit.verdict import Verdict, verdict_of
 from tarsus.identify import steps
 from tarsus.identify.afterwards import _nudged
 from tarsus.identify.airborne import air_records
@@ -27,7 +26,7 @@ from tarsus.identify.film_exponent import exponent_of
 from tarsus.identify.flight import FILM
 from tarsus.identify.foot import FootModel
 from tarsus.identify.prediction import AirFit, fit_air
-from tarsus.identify.step import Check, Residual, StepResult, failures
+from tarsus.identify.step import Residual, StepResult
 from tarsus.identify.traces import Trace
 from tarsus.identify.verdict import judge_samples
 from tarsus.model.drive.waveforms import Square
@@ -119,6 +118,10 @@ def test_what_no_number_explains_is_shown_where_it_is_most():
     assert float(found.cause.rpartition("near ")[2].split()[0]) == pytest.approx(700.0, abs=40.0)
     failed = [one for one in air_checks(found, known()) if not one.passed]
     assert not found.widens and failed and failed[0].paths == PATHS
+    far, other = dict(failed[0].far), known()
+    assert far and set(far) <= set(PATHS)
+    judged = judge_samples(PATHS[2:3], other.values[2:3], other.samples[:, 2:3], doubts={PATHS[2]: ["why"]}, far=far)
+    assert "may be wrong by " in judged[PATHS[2]].sentence("N")
 
 
 def test_a_difference_below_the_noise_widens_every_interval_and_takes_no_word():
@@ -132,6 +135,12 @@ def test_a_difference_below_the_noise_widens_every_interval_and_takes_no_word():
     ((_, draws, _),) = wider.combinations.values()
     assert np.ptp(draws) == pytest.approx(0.2 * found.beyond)
     assert np.array_equal(found.widened(replace(own, taken=PATHS[3:])).draws(PATHS[3]), own.draws(PATHS[3]))
+    none = StepResult("impact map", (), np.zeros(0), np.zeros((DRAWS, 0)))
+    assert found.widened(none).samples.shape == (DRAWS, 0)
+    far = replace(found, apart=2e3).widened(own)  # a film that may be anything stays positive, with an open lower end
+    assert far.draws(PATHS[3]).min() > 0.0 and np.isfinite(far.bounds[PATHS[3]][0])
+    judged = judge_samples(PATHS, far.values, far.samples, limits={PATHS[3]: far.interval(PATHS[3])})
+    assert judged[PATHS[3]].word == "undecided"
 
 
 def test_a_number_that_is_off_is_told_by_the_air_and_its_interval_reaches_there():
@@ -144,27 +153,6 @@ def test_a_number_that_is_off_is_told_by_the_air_and_its_interval_reaches_there(
     assert low < other.values[2] + off[2] < high
 
 
-def test_widened_draws_stay_those_of_a_device():
-    """A film that may be anything is positive in every draw, and its lower end is open."""
-    found = replace(looked_at(recorded(BASE, ringing(0.02))), apart=2e3)
-    wide = found.widened(step_of(known()))
-    assert wide.draws(PATHS[3]).min() > 0.0 and np.isfinite(wide.bounds[PATHS[3]][0])
-    judged = judge_samples(PATHS, wide.values, wide.samples, limits={PATHS[3]: wide.interval(PATHS[3])})
-    assert judged[PATHS[3]].word == "undecided"
-    none = StepResult("impact map", (), np.zeros(0), np.zeros((DRAWS, 0)))
-    assert found.widened(none).samples.shape == (DRAWS, 0)
-
-
-def test_how_far_a_number_may_be_off_is_said_where_the_air_takes_its_word():
-    found, other = looked_at(recorded(BASE, ringing(0.1))), known()
-    failed = next(one for one in air_checks(found, other) if not one.passed)
-    assert failed.far and set(failed.far) <= set(failed.paths)
-    judged = judge_samples(
-        PATHS[2:3], other.values[2:3], other.samples[:, 2:3], doubts={PATHS[2]: ["why"]}, far=dict(failed.far)
-    )
-    assert "may be wrong by " in judged[PATHS[2]].sentence("N")
-
-
 def test_flights_around_impacts_that_leave_more_than_noise_put_the_restitution_in_doubt():
     paths, values = ("ground.restitution.coefficient",), np.array([0.4])
     other = Estimates(BASE, paths, values, np.repeat(values[None], DRAWS, axis=0))
@@ -173,17 +161,6 @@ def test_flights_around_impacts_that_leave_more_than_noise_put_the_restitution_i
         step = StepResult("restitution", paths, values, other.samples, residuals=around)
         (one,) = left_check(step, other)
         assert one.passed is passed and one.paths == paths
-
-
-def test_a_failed_check_takes_the_word_determined_and_names_its_cause():
-    draws = np.random.default_rng(8).normal([2.0, 3.0], [0.1, 0.1], (400, 2))
-    failed = Check("residual", 3.0, 1.15, paths=("a",), cause="the drive creeps")
-    (said,) = failures([failed, replace(failed, name="pull"), replace(failed, value=1.0)])
-    assert said == "the drive creeps (residual 3, 1.15 at most; pull 3, 1.15 at most)"
-    found = judge_samples(("a", "b"), (2.0, 3.0), draws, doubts={"a": [said]})
-    assert found["a"].word == "preferred" and found["b"].word == "determined"
-    assert "but the drive creeps" in found["a"].sentence()
-    assert verdict_of((1.0, 9.0), doubted=True) is Verdict.UNDECIDED, "a wide number stays what it is"
 
 
 def test_the_exponent_of_the_film_is_found_and_what_it_leaves_open_takes_the_word():

@@ -95,15 +95,3 @@ def test_draws_inside_stay_and_an_estimate_far_outside_is_no_number():
     near, drawn, ends = within(np.array([1.01]), 1.01 + 0.02 * random.standard_normal((DRAWS, 1)), ((0.0, 1.0),))
     step = StepResult("one", ("e",), near, drawn, bounds={"e": ends[0]})
     assert step.value("e") == 1.0 == step.interval("e")[1] and step.unsound() == []
-
-
-def test_draws_are_no_matter_of_rounding_where_directions_are_equally_uncertain():
-    """Three groups tell nothing of the scatter in two of five directions: any turn of these is a root too."""
-    random = np.random.default_rng(5)
-    design, score = random.standard_normal((3, 5, 7)), random.standard_normal((3, 5))
-    information = np.einsum("gik,gjk->gij", design, design)
-    seen = newton_draws([(information, score)], 1)
-    for trial in range(4):
-        nearly = 1.0 + 1e-15 * np.random.default_rng(trial).standard_normal(information.shape)
-        nearly = 0.5 * (nearly + nearly.transpose(0, 2, 1))
-        np.testing.assert_allclose(newton_draws([(information * nearly, score)], 1), seen, rtol=0.0, atol=1e-12)

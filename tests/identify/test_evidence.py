@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.campaigns import copied, folder, grounded, modes_as_found, only, truth
+from identify.campaigns import copied, folder, grounded, modes_as_found, truth
 from laboratory import LABORATORY
 from tarsus.base.spec import float_paths
 from tarsus.files.library import load_scene
@@ -17,14 +17,8 @@ from tarsus.identify.campaign import read_campaign
 from tarsus.identify.chain import StepRunner, identify
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.foot import FootModel
-from tarsus.identify.result import identified_device, summary_of
 from tarsus.identify.steps import STEPS
-from tarsus.model.scene import Source
 from tarsus.records.purpose import Purpose
-from tarsus.synthesis.campaign_folder import write_campaign
-from tarsus.synthesis.devices import perturbed
-from tarsus.synthesis.plan import planned
-from tarsus.synthesis.recordings import Instrument
 
 
 def loops_changed(folder: Path, files, column: int, change) -> None:
@@ -53,25 +47,6 @@ def test_a_calibration_moves_all_motion_by_its_standard_error(tmp_path):
     assert there.level[0] == pytest.approx(1.01 * chain.evidence.level[0], rel=1e-3)
 
 
-# Slow: another device is synthesized and identified. Its sibling below keeps what is taken without a ground.
-@pytest.mark.slow
-def test_loops_in_the_air_show_no_ground(tmp_path):
-    other = perturbed(load_scene(LABORATORY), 0.2, seed=501)
-    takes = [take for take in planned(other, 20e3, "pzt") if take.purpose in (Purpose.MODAL, Purpose.LOOPS)]
-    write_campaign(other, tmp_path, Instrument(), 501, recordings=takes)
-    found = identify(read_campaign(tmp_path))
-    path = "robot.drives.pzt.law.constant"
-    assert found.level is None and found.steps["hysteresis"].taken == (path,)
-    assert np.isnan(found.steps["hysteresis"].interval(path)).all()
-    told = summary_of(found)["steps"]["hysteresis"]["parameters"][path]
-    assert told["verdict"] == "assumed"
-    assert identified_device(found).origin(path).source is Source.ASSUMED
-    linear = "robot.drives.pzt.law.linear"
-    assert dict(zip(found.known.paths, found.known.values, strict=True))[linear] == pytest.approx(
-        float_paths(other)[linear].value, rel=0.01
-    )
-
-
 def test_a_law_without_a_ground_takes_its_constant_as_stated(monkeypatch):
     modes_as_found(monkeypatch)
     chain = StepRunner.of(read_campaign(folder()))
@@ -92,21 +67,6 @@ def test_loops_on_the_ground_show_it(tmp_path, monkeypatch):
     assert found.level is not None and found.steps["hysteresis"].taken == ()
     assert found.known.values[found.known.paths.index(path)] == pytest.approx(float_paths(true)[path].value, rel=0.05)
     assert low < high
-
-
-def test_placeholders_are_no_structure(tmp_path):
-    folder = copied(tmp_path / "campaign")
-    only(folder, "modal", "loops")
-    for file in folder.glob("sweep-*.uff"):
-        file.write_bytes(file.read_bytes()[:3000])
-    found = identify(read_campaign(folder))
-    assert [one.name for one in found.not_done] == ["resonances", "hysteresis"]
-    assert "sweep-1.uff" in found.not_done[0].reasons[1]
-    assert "frequencies of the device are placeholders" in found.not_done[1].reasons[0]
-    only(folder, "loops")
-    alone = identify(read_campaign(folder))
-    assert not alone.steps and not alone.known.paths
-    assert any("frequencies of the device are placeholders" in said for said in alone.not_done[0].reasons)
 
 
 def test_grounds_at_different_places_are_said(tmp_path):

@@ -79,21 +79,6 @@ def test_a_number_known_to_a_thousandth_ties_none_known_to_a_factor():
     assert judged["zeta"].word == "determined"
 
 
-def test_a_film_seen_at_one_gap_is_known_by_its_product():
-    random = np.random.default_rng(4)
-    thickness = 50e-6 * np.exp(random.normal(0.0, 0.3, 800))
-    coefficient = 2.2e-8 * thickness**3 * np.exp(random.normal(0.0, 0.05, 800))
-    names = ("ground.film.coefficient", "ground.film.thickness")
-    found = judge_samples(names, (2.2e-8 * 50e-6**3, 50e-6), np.column_stack([coefficient, thickness]))
-    for verdict in found.verdicts:
-        assert verdict.word == "undecided" and verdict.combination is not None
-        assert str(verdict.combination).startswith("ground.film.coefficient * ground.film.thickness^-")
-        assert verdict.combination.power == pytest.approx(-3.0, abs=0.02)
-        assert verdict.combination.interval.half_width() == pytest.approx(REACH * 0.05, rel=0.1)
-    sentence = found["ground.film.thickness"].sentence("m")
-    assert "together with ground.film.coefficient" in sentence and "anywhere from 2" in sentence
-
-
 def test_a_number_with_a_size_may_be_of_either_sign():
     random = np.random.default_rng(6)
     samples = random.normal([0.02, 1.0], [0.1, 0.05], (500, 2))

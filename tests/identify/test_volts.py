@@ -8,7 +8,7 @@ import pytest
 from tarsus.files.library import load_scene
 from tarsus.identify.volts import Stretches, Volts
 from tarsus.model.drive.laws import LinearForce
-from tarsus.model.drive.waveforms import RampedSquare, Sine, Square
+from tarsus.model.drive.waveforms import RampedSquare, Sine
 
 RATE = 20e3
 
@@ -49,13 +49,6 @@ def test_memory_is_that_of_the_whole_record():
     force = Stretches([(made, first, count)]).force(drive.law, drive.history)
     assert len(force) == 3 * (count - 1) + 1
     assert force[::3] == pytest.approx(wanted, abs=2e-3 * np.ptp(whole))
-
-
-def test_square_waves_are_joined_by_lines():
-    _, levels = samples(Square(amplitude=2.0, frequency=300.0))
-    made = Volts.of(levels, 2)
-    assert made.fine[::2] == pytest.approx(levels)
-    assert np.all(np.abs(made.fine) <= np.max(np.abs(levels)))
 
 
 @pytest.mark.parametrize("law", ["cantilever", "linear"])
