@@ -8,7 +8,7 @@ from scipy.signal import chirp, lfilter
 from scipy.signal.windows import hann
 
 from tarsus.base.errors import InputError
-from tarsus.modes import Estimator, ModeVerdict, estimate_frf, identify_modes
+from tarsus.modes import Estimator, Frf, ModeVerdict, estimate_frf, identify_modes
 from tarsus.modes.lsfd import pole_curves
 from tarsus.records.measurement import Channel, Measurement, Quantity
 
@@ -51,21 +51,18 @@ def test_a_sweep_is_transformed_whole():
     assert np.abs(frf.values[0, 0] / exact(frf.frequency) - 1.0).max() < 0.01
 
 
-@pytest.mark.parametrize("estimator", list(Estimator))
-def test_each_estimator_is_right_where_its_noise_is(estimator):
-    noise = {Estimator.H1: (0.0, 0.5), Estimator.H2: (0.5, 0.0), Estimator.HV: (0.5, 0.5)}
-    frf = estimate_frf([record(random_drives(1, 1), *noise[estimator])], ["u0"], ["v"], BAND, estimator, segment=0.125)
-    power = np.abs(frf.values[0, 0] / exact(frf.frequency))
-    wide = frf.frequency < 400.0
-    if estimator is not Estimator.HV:
-        assert np.median(power) == pytest.approx(1.0, abs=0.01)
-    h1, h2 = (
-        estimate_frf([record(random_drives(1, 1), 0.5, 0.5)], ["u0"], ["v"], BAND, other, segment=0.125)
-        for other in (Estimator.H1, Estimator.H2)
-    )
-    if estimator is Estimator.HV:
-        between = np.sqrt(np.abs(h1.values * h2.values))
-        assert np.abs(frf.values) == pytest.approx(between, rel=1e-9), "the geometric mean, for one drive"
+def test_each_estimator_is_right_where_its_noise_is():
+    def of(estimator: Estimator, noise_in: float, noise_out: float) -> Frf:
+        one = record(random_drives(1, 1), noise_in, noise_out)
+        return estimate_frf([one], ["u0"], ["v"], BAND, estimator, segment=0.125)
+
+    for estimator, noise in ((Estimator.H1, (0.0, 0.5)), (Estimator.H2, (0.5, 0.0))):
+        frf = of(estimator, *noise)
+        assert np.median(np.abs(frf.values[0, 0] / exact(frf.frequency))) == pytest.approx(1.0, abs=0.01)
+    h1, h2, hv = (of(one, 0.5, 0.5) for one in (Estimator.H1, Estimator.H2, Estimator.HV))
+    between = np.sqrt(np.abs(h1.values * h2.values))
+    assert np.abs(hv.values) == pytest.approx(between, rel=1e-9), "the geometric mean, for one drive"
+    wide = h1.frequency < 400.0
     assert np.median(np.abs(h1.values[0, 0, wide] / exact(h1.frequency)[wide])) == pytest.approx(0.8, abs=0.02)
     assert h1.coherence is not None
     assert h1.coherence == pytest.approx(np.abs(h1.values[0] / h2.values[0]), rel=1e-9)
@@ -83,7 +80,7 @@ def test_two_drives_are_told_apart(estimator):
     assert frf.coherence is not None and np.median(frf.coherence) > 0.999
 
 
-@pytest.mark.parametrize(("segment", "resolved"), [(0.2, False), (0.7, True), (1.0, True), (2.0, True)])
+@pytest.mark.parametrize(("segment", "resolved"), [(0.2, False), (0.7, True), (2.0, True)])
 def test_the_smearing_of_a_window_is_part_of_the_model(segment, resolved):
     pole = np.exp(2.0 * np.pi * 200.0 / RATE * complex(-0.01, np.sqrt(1.0 - 1e-4)))  # half-power band: 4 Hz
     drive = random_drives(1, 4, 120.0)

@@ -61,9 +61,10 @@ def check(fit, frequency: float, damping: float) -> None:
     assert fit.damping_ratios == pytest.approx([ratio for _, ratio in POLES], rel=damping)
 
 
-@pytest.mark.parametrize("length", [0.2, 0.1])
-def test_a_free_decay_however_soon_it_is_cut_off(length):
-    check(ts.modes(decay(5000.0, length, 1), decay=True, band=BAND), 1e-4, 5e-3)
+def test_a_free_decay_however_soon_it_is_cut_off_and_decays_of_different_rates():
+    for length in (0.2, 0.1):
+        check(ts.modes(decay(5000.0, length, 1), decay=True, band=BAND), 1e-4, 5e-3)
+    check(ts.modes(decay(5000.0, 0.2, 1), decay(8000.0, 0.15, 2), decay=True, band=BAND), 2e-4, 0.01)
 
 
 @pytest.mark.parametrize("step", ["0.000977", "9.77E-4", "9.765625E-4"])
@@ -85,10 +86,6 @@ def test_a_step_of_few_digits_widens_the_intervals(tmp_path, step):
     assert few is any("all frequencies may be wrong together by 0.051 %" in said for said in fit.remarks)
 
 
-def test_decays_of_different_rates():
-    check(ts.modes(decay(5000.0, 0.2, 1), decay(8000.0, 0.15, 2), decay=True, band=BAND), 2e-4, 0.01)
-
-
 def test_a_decay_of_velocities_and_a_displacement():
     record = decay(5000.0, 0.2, 1)
     moved = cumulative_simpson(record["c"], dx=record.step, initial=0.0)
@@ -98,16 +95,6 @@ def test_a_decay_of_velocities_and_a_displacement():
     check(fit, 1e-4, 5e-3)
     plain = ts.modes(record, decay=True, band=BAND)
     assert np.abs(fit.complex_shapes()) == pytest.approx(np.abs(plain.complex_shapes()), abs=0.02)
-
-
-# Slow: sweeps of seconds. Roving points of one rate are taken in any order below.
-@pytest.mark.slow
-def test_roving_points_of_sweeps_of_different_rates_and_lengths():
-    files = (driven(4000.0, 3.0, 1, points="a"), driven(5000.0, 3.3, 2, points="b"), driven(4000.0, 2.5, 3, points="c"))
-    fit = ts.modes(*files)
-    check(fit, 1e-3, 0.02)
-    assert fit.frf.outputs == NAMES and len(set(fit.frf.files)) == 3
-    assert np.abs(fit.shapes()[0]) == pytest.approx(np.abs(SHAPES), abs=0.02)
 
 
 def test_records_of_one_experiment_at_two_rates():
@@ -130,49 +117,30 @@ def same_numbers(first, second) -> None:
         assert a.residues == pytest.approx(b.residues[places], rel=1e-7, abs=1e-9 * np.abs(a.residues).max())
 
 
-# Slow: two of three kinds.
-@pytest.mark.parametrize(
-    "kind", ["sweeps", *(pytest.param(one, marks=pytest.mark.slow) for one in ("responses", "decays"))]
-)
-def test_the_order_of_the_files_and_their_names_change_nothing(kind):
-    if kind == "decays":
-        files = [decay(5000.0, 0.2, seed) for seed in (1, 2)]
-    elif kind == "sweeps":
-        files = [driven(4000.0, 1.0, seed, points=point) for seed, point in ((1, "a"), (2, "b"), (3, "c"))]
-    else:
-        frf = responses(Quantity.VELOCITY, 0.003)
-        moves = (Quantity.DISPLACEMENT, Quantity.VELOCITY, Quantity.VELOCITY)
-        values = frf.values[:, :1].copy()
-        values[0] /= 2.0j * np.pi * frf.frequency
-        files = [
-            FrequencyResponse(
-                (Channel("v", move),), (Channel("f", Quantity.FORCE),), frf.frequency, one[None], None, f"{k}.csv"
-            )
-            for k, (move, one) in enumerate(zip(moves, values, strict=True))
-        ]
-    words = {"band": (110.0, 990.0), "decay": kind == "decays"}
-    fit = ts.modes(*files, **words)
+def test_the_order_and_names_of_files_and_which_points_share_one_change_nothing():
+    files = [driven(4000.0, 1.0, seed, points=point) for seed, point in ((1, "a"), (2, "b"), (3, "c"))]
+    fit = ts.modes(*files, band=(110.0, 990.0))
     assert any(mode.verdict is ModeVerdict.DETERMINED for mode in fit.modes)
-    turned, called = [1, 0] if kind == "decays" else [1, 2, 0], ("p", "p", "p")
-    if kind == "responses":  # whose points are named after their files
-        renamed = ts.modes(
-            *(replace(one, source=name) for one, name in zip(files, ("", "b", "a"), strict=True)), **words
-        )
-        same_numbers(replace(fit, frf=renamed.frf), renamed)
-    else:
-        files = [replace(one, source=name) for one, name in zip(files, called, strict=False)]
-    other = ts.modes(*(files[k] for k in turned), **words)
-    if kind == "decays":  # each is an excitation of its own
-        other = replace(other, modes=tuple(replace(m, residues=m.residues[:, turned]) for m in other.modes))
-    same_numbers(fit, other)
-
-
-def test_points_in_one_file_or_in_two_are_the_same():
-    whole = driven(4000.0, 1.0, 1, points="abc")
-    fit = ts.modes(whole, band=(110.0, 990.0))
+    same_numbers(fit, ts.modes(*(replace(files[k], source="p") for k in (1, 2, 0)), band=(110.0, 990.0)))
+    whole = driven(4000.0, 1.0, 1)
     apart = replace(whole.select(["c"]), drive=None)
-    files = whole.select(["force", "b"]), apart, whole.select(["force", "a"])
-    same_numbers(fit, ts.modes(*files, band=(110.0, 990.0)))
+    files = [whole.select(["force", "b"]), apart, whole.select(["force", "a"])]
+    same_numbers(ts.modes(whole, band=(110.0, 990.0)), ts.modes(*files, band=(110.0, 990.0)))
+
+
+# Slow: each channel of a response is a file of its own, and each decay an excitation of its own.
+@pytest.mark.slow
+def test_nor_does_the_order_of_responses_and_decays():
+    frf = responses(Quantity.VELOCITY, 0.003)
+    channels = (Channel("v", Quantity.VELOCITY),), (Channel("f", Quantity.FORCE),)
+    files = [
+        FrequencyResponse(*channels, frf.frequency, one[None], None, f"{k}.csv") for k, one in enumerate(frf.values)
+    ]
+    fit, other = (ts.modes(*(files[k] for k in order), band=(110.0, 990.0)) for order in ((0, 1, 2), (1, 2, 0)))
+    same_numbers(fit, other)
+    decays = [decay(5000.0, 0.2, seed) for seed in (1, 2)]
+    fit, other = (ts.modes(*some, decay=True, band=(110.0, 990.0)) for some in (decays, decays[::-1]))
+    same_numbers(fit, replace(other, modes=tuple(replace(m, residues=m.residues[:, [1, 0]]) for m in other.modes)))
 
 
 # Slow: minutes of noise.
@@ -185,11 +153,8 @@ def test_a_record_without_a_drive_goes_with_the_one_it_follows():
         check(ts.modes(*turned, band=BAND), 2e-3, 0.15)
 
 
-@pytest.mark.parametrize(
-    ("seconds", "frequency", "damping"), [(15.0, 2e-3, 0.15), pytest.param(60.0, 1e-3, 0.06, marks=pytest.mark.slow)]
-)
-def test_a_random_drive_is_cut_into_segments(seconds, frequency, damping):
-    check(ts.modes(driven(4000.0, seconds, 1, "noise"), band=BAND), frequency, damping)
+def test_a_random_drive_is_cut_into_segments():
+    check(ts.modes(driven(4000.0, 15.0, 1, "noise"), band=BAND), 2e-3, 0.15)
 
 
 def test_a_delay_is_found_and_taken_off():
