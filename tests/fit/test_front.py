@@ -1,4 +1,4 @@
-"""Fronts of costs: which are on them, what they dominate, and that the search finds a known one."""
+"""Searches of many valleys, and of fronts of costs."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tarsus.fit.front import FrontSearch, crowding, farthest, hypervolume, ranks, search_front, undominated
+from tarsus.fit.valleys import Budget, Visited, follow_down, inside, shorter_steps
 
 
 def test_undominated_keeps_the_first_of_equals_and_leaves_out_what_is_beaten_or_has_no_value():
@@ -63,3 +64,41 @@ def test_the_farthest_points_are_spread_and_a_circle_has_no_end():
     assert sorted(farthest(line, np.array([False]), 3).tolist()) == [0, 50, 100]
     assert farthest(line, np.array([True]), 2).tolist() == [0, 50]
     assert farthest(np.zeros((4, 2)), np.array([False, True]), 3).tolist() == [0]
+
+
+def _bowls(numbers, points):
+    return np.where(numbers == 1, 0.0, 0.3) + ((points - 0.7) ** 2).sum(axis=1) * (1.0 + 30.0 * (points[:, 0] > 0.9))
+
+
+def test_the_search_finds_the_better_of_two_families():
+    visited, rng = Visited.empty(4), np.random.default_rng(0)
+    follow_down(_bowls, visited, np.arange(6) % 2, rng.random((6, 4)), Budget(40, 8), rng)
+    best = visited.best(3)
+    assert visited.numbers[best[0]] == 1 and visited.costs[best[0]] < 1e-6
+    assert np.allclose(visited.points[best[0]], 0.7, atol=1e-3)
+    assert (
+        len({(int(n), *np.round(x, 1)) for n, x in zip(visited.numbers[best], visited.points[best], strict=True)}) == 3
+    )
+
+
+def test_visited_points_are_kept_valley_by_valley():
+    visited = Visited.empty(1)
+    points = np.array([[0.1], [0.11], [0.5], [0.9]])
+    visited.add(np.zeros(4, dtype=int), points, np.array([1.0, 0.9, 3.0, 2.0]))
+    assert visited.best(3).tolist() == [1, 3, 2]
+
+
+def test_steps_that_get_shorter_find_the_bottom_beside_every_start():
+    starts = np.array([[0.3, 0.3], [0.9, 0.1]])
+    bottoms = np.array([[0.35, 0.2], [0.02, 0.1]])
+
+    def cost(points):
+        off = np.abs(points - bottoms[:, None])
+        return (np.where([False, True], off, np.minimum(off, 1.0 - off)) ** 2).sum(axis=2)
+
+    circular = np.array([True, False])
+    first = cost(starts[:, None])[:, 0]
+    steps = [0.15 * 0.7**i for i in range(20)]
+    found, costs = shorter_steps(cost, starts, first, steps, 8, np.random.default_rng(0), circular)
+    assert found == pytest.approx(bottoms, abs=2e-3) and (costs < first).all()
+    assert inside(np.array([[-0.1, 1.2]]), circular).tolist() == [[pytest.approx(0.9), pytest.approx(0.8)]]

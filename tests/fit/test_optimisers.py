@@ -10,6 +10,7 @@ import pytest
 from tarsus.base.errors import InputError
 from tarsus.fit import Residuals, Unknowns, cma_es, least_squares
 from tarsus.fit.regressions import Valleys, steps
+from tarsus.fit.uncertainty import uncertainty_of
 
 
 class Valley(Residuals):
@@ -93,8 +94,6 @@ def test_standard_errors_of_a_line_are_those_of_the_closed_form(log):
 
 
 def test_two_numbers_that_only_their_sum_is_told_of_are_both_untold():
-    from tarsus.fit.uncertainty import uncertainty_of
-
     unknowns = Unknowns(("a", "b"), ("1", "1"), np.zeros(2), np.ones(2), np.zeros(2, bool), (None, None))
     sure = uncertainty_of(np.array([[1.0, 1.0], [3.0, 3.0]]), unknowns, np.array([0.5, 1.0]))
     assert np.isinf([*sure.errors.values()]).all() and np.isnan(sure.correlations).all()

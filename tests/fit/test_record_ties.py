@@ -98,26 +98,6 @@ def test_numbers_come_back_and_are_known_better_when_windows_are_tied() -> None:
     assert np.all(np.diag(tied.covariance) < np.diag(free.covariance) * np.array([0.95, 1.005]))
 
 
-def test_slopes_are_formed_once_and_anew_where_they_do_not_predict(monkeypatch: pytest.MonkeyPatch) -> None:
-    problem, segments = walk()
-    formed, flown = list[int](), RecordProblem.flown
-
-    def counted(self, some, own, moved, names=None, **more):
-        formed.extend([len(some)] if names else [])
-        return flown(self, some, own, moved, names, **more)
-
-    monkeypatch.setattr(RecordProblem, "flown", counted)
-    tied = TiedWindows(problem, np.repeat([2e-8, 2e-5], 6))
-    first = tied.solve(segments, np.array([0.01, -0.01]))
-    assert formed == [2] and first.settled  # both windows, for all steps
-    again = tied.solve(first.segments, first.moved)
-    assert formed == [2] and np.abs(again.moved - first.moved).max() < 0.01 * np.sqrt(first.covariance[1, 1])
-    far = TiedWindows(problem, tied.ties).solve(segments, np.array([2.0, -2.0]), exact=True)
-    assert sum(formed) > 4  # those of where it began miss what there is where it ends
-    off = (far.moved - first.moved) / np.sqrt(np.diag(first.covariance))
-    assert far.settled and np.abs(off).max() < 0.1
-
-
 @pytest.mark.parametrize("odd", [0, 1])
 def test_a_step_that_gained_nothing_renews_the_window_that_misled_it(odd: int) -> None:
     problem, segments = walk()
