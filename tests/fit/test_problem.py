@@ -45,6 +45,7 @@ def test_residuals_and_their_jacobian_are_those_of_the_closed_form(ball):
     x = np.array([0.25, 0.6])
     e, g = problem.values(x).values()
     assert (e, g) == (pytest.approx(0.6), pytest.approx(5.0 * 4.0**0.6))
+    assert ts.get_value(problem.scene_at(x), E) == e
     fall = np.repeat(np.sqrt(2.0 * np.array([1.0, 0.6]) / g), 2)
     times = fall * np.tile([1.0, 1.0 + 2.0 * e], 2)
     measured = np.repeat(np.sqrt(2.0 * np.array([1.0, 0.6]) / 9.5), 2) * np.tile([1.0, 2.6], 2)
