@@ -142,6 +142,7 @@ BAD: dict[str, tuple[list[Callable[[dict[str, Any]], None]], dict[str, str]]] = 
         [put("robot.feet.a.gap", "-1 um"), put("robot.structure.legs.b.mass", "-1 ug")],
         {"robot.structure.legs.b.mass": "above 0, got -1 ug", "robot.feet.a.gap": "foot below ground at rest"},
     ),
+    "no legs": ([put("robot.structure.legs", {})], {"robot.structure.legs": "at least one leg"}),
     "no feet": ([put("robot.feet", None)], {"robot.feet": "at least one foot"}),
     "a gait with a missing and an unknown leg": (
         [put("gait.kind", "free"), put("gait.phases", {"a": 0.0, "c": 0.5})],

@@ -145,6 +145,7 @@ ROBOTS: Rows = {
     "electrode": (on_foot(electrode="pzd"), "Robot.feet.toe.electrode: "),
     "foot below": (on_foot(gap="-3 um"), "below ground at rest"),
     "way of its own": (on_foot(along="tip"), "'tip' is the foot's own point"),
+    "normal": (made(ts.Foot, point="tip", gap=0.0, normal=2), "Foot.normal: "),
     "signal of no drive": (placed(signals={"ptz": {"kind": "constant", "level": 1.0}}), "Scene.signals.ptz: "),
     "start of another size": (placed(initial={"velocity": [0.0]}), "Scene.initial.velocity: "),
     "gravity of no way": (
@@ -430,6 +431,7 @@ LAWS: Rows = {
     "no law": law(LAW, "defines no law; a law is a class derived from one of DampingLaw, SmoothLaw"),
     "field": law(LAW + "class A(SmoothLaw):\n    a: float = 3.0\n", "line 3: TypeError: A.a: a law's field"),
     "no function": law(LAW + "class A(SmoothLaw):\n    pass\n", "law A defines no function force(gap, gap_rate, "),
+    "error": law(FORCE + "        return 1 / 0\n", "law.py: A.force, line 5: it raises ZeroDivisionError"),
     "infinity": law(FORCE + "        return gap * 1e308 * 1e9", "law A must return a finite number, got inf"),
     "arguments": law(
         LAW + "class A(SmoothLaw):\n    def force(gap):\n        return 0.0\n",
