@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 import time
 
-import pytest
-
 from tarsus.cli import console, lines
 
 
@@ -41,11 +39,6 @@ def test_short_work_says_nothing(capsys):
         for done in range(11):
             progress(done, 10, "")
     assert capsys.readouterr().err == ""
-
-
-def test_an_error_passes(capsys):
-    with pytest.raises(ZeroDivisionError), console.progress_bar("gaits"):
-        raise ZeroDivisionError
 
 
 def test_the_longer_it_takes_the_fewer_lines(capsys, monkeypatch):
