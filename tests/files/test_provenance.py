@@ -35,13 +35,6 @@ def test_intervals_survive_the_file_and_leave_with_a_changed_value() -> None:
     assert override(scene, {GAP: "75 um"}).interval(GAP) is None
 
 
-def test_an_interval_in_a_file_may_be_one_pair() -> None:
-    line = f'"{GAP}" = {{source = "calibrated", note = "For this test.", interval = [60e-6, 80e-6]}}'
-    text = scene_text(load_scene("cantilever"))
-    old = next(one for one in text.splitlines() if one.startswith(f'"{GAP}"'))
-    assert parse_scene(text.replace(old, line)).interval(GAP) == (60e-6, 80e-6)
-
-
 def test_a_star_stands_for_any_one_name() -> None:
     device = load_scene("cantilever")
     tip, feet = (Provenance(source=Source.DERIVED, note=note) for note in ("This one.", "Any foot."))

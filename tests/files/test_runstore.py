@@ -153,13 +153,6 @@ def test_a_folder_that_vanished_is_not_made_again(tmp_path):
     assert not (tmp_path / "sweep").exists()
 
 
-def test_a_folder_that_holds_anything_needs_resume(tmp_path):
-    opened(tmp_path / "sweep")
-    with pytest.raises(InputError, match="holds a sweep; continue it there with --resume"):
-        opened(tmp_path / "sweep")
-    assert opened(tmp_path / "sweep", resume=True).pending() == [0, 1, 2]
-
-
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -368,16 +361,6 @@ def names(folder) -> set[str]:
     return {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file() and p.name != MANIFEST}
 
 
-def test_a_folder_that_holds_anything_is_refused(tmp_path):
-    (tmp_path / "notes.md").write_text("mine", encoding="utf-8")
-    with pytest.raises(InputError, match=r"is not empty; .*--overwrite"):
-        output(tmp_path).check()
-    with pytest.raises(InputError, match="--resume"):
-        output(tmp_path, resumable=True).check()
-    output(tmp_path, resumable=True).check(resume=True)
-    assert names(tmp_path) == {"notes.md"} and not (tmp_path / MANIFEST).exists()
-
-
 def test_overwriting_replaces_what_the_verb_wrote_and_nothing_else(tmp_path):
     write(output(tmp_path), "a.txt", "units/1.npz")
     for name in ("notes.md", "units/mine.txt"):
@@ -441,9 +424,3 @@ def test_files_in_the_way_are_named(tmp_path):
 def test_a_function_gives_as_many_values_as_points():
     with pytest.raises(ValueError, match="7 points"):
         RunStore().evaluate(POINTS, lambda points: {"sum": points.sum(axis=1)[1:]})
-
-
-def test_new_and_empty_folders_are_written(tmp_path):
-    write(output(tmp_path), "a.txt")
-    write(output(tmp_path / "new" / "below"), "a.txt")
-    assert names(tmp_path) == {"a.txt", "new/below/a.txt"}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import dataclasses
-import errno
 import json
 import math
 import os
@@ -16,13 +15,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 from scipy.io import loadmat
 
 import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.files import store
-from tarsus.files.series import Variable, write_netcdf
 from tarsus.files.store import write_run
 from tarsus.files.whole import write_text
 from tarsus.solve import Run, load_run
@@ -138,17 +135,6 @@ def test_matlab_file_has_short_names_and_units(run: Run, folder: Path) -> None:
     np.testing.assert_array_equal(content["events"]["time"], run.events["time"])
 
 
-@pytest.mark.slow
-def test_rerun_replaces_own_files_and_keeps_others(run: Run, tmp_path: Path) -> None:
-    write_run(run.arrays(), tmp_path, mat=True)
-    (tmp_path / "report.html").write_text("of the run before")
-    (tmp_path / "notes.txt").write_text("mine")
-    ts.simulate("cantilever", 1e-3).save(tmp_path)
-    assert load_run(tmp_path).ok
-    assert (tmp_path / "notes.txt").read_text() == "mine"
-    assert {"series.mat", "report.html"}.isdisjoint(contents(tmp_path))
-
-
 def test_refuses_a_file_and_a_place_that_cannot_be_made(run: Run, tmp_path: Path) -> None:
     taken = tmp_path / "taken"
     taken.write_text("a file")
@@ -159,27 +145,14 @@ def test_refuses_a_file_and_a_place_that_cannot_be_made(run: Run, tmp_path: Path
     assert taken.read_text() == "a file"
 
 
-def test_refuses_a_folder_without_permission(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def closed(*args: object, **kwargs: object) -> str:
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-
-    monkeypatch.setattr(store.tempfile, "mkdtemp", closed)
-    with pytest.raises(InputError, match="permission denied"):
-        write_run(run.arrays(), tmp_path / "new")
-    assert not (tmp_path / "new").exists()
-
-
-@pytest.mark.parametrize("when", [pytest.param("_write_netcdf", marks=pytest.mark.slow), "_summary"])
-def test_interrupt_leaves_nothing_half_done(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, when: str
-) -> None:
+def test_interrupt_leaves_nothing_half_done(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(*args: object) -> None:
         raise KeyboardInterrupt
 
     fresh, old = tmp_path / "fresh", tmp_path / "old"
     write_run(run.arrays(), old)
     before = {path.name: path.read_bytes() for path in old.iterdir()}
-    monkeypatch.setattr(store, when, interrupted)
+    monkeypatch.setattr(store, "_summary", interrupted)
     for folder in (fresh, old):
         with pytest.raises(KeyboardInterrupt):
             write_run(run.arrays(), folder)
@@ -294,10 +267,3 @@ def test_a_disk_that_fills_is_an_error_and_no_crash(tmp_path, room):
     number, puts = done.stdout.split()
     assert (done.returncode, number) == (0, "27")  # EFBIG
     assert int(puts) < 8 and "rror" not in done.stderr, done.stderr
-
-
-def test_what_there_is_room_for_is_whole(tmp_path):
-    values = np.random.default_rng(1).random((300, 7))
-    write_netcdf({"x": Variable(("run", "k"), values, {"units": "m"})}, {"title": "t"}, tmp_path / "x.nc")
-    with xr.open_dataset(tmp_path / "x.nc") as found:
-        assert np.array_equal(found["x"].values, values) and found.attrs["title"] == "t"

@@ -10,7 +10,6 @@ import pytest
 import tarsus as ts
 from scene_files import scene
 from tarsus.base.errors import InputError
-from tarsus.base.quantities import Quantity
 from tarsus.measure import departure, flight, point_speed, touchdown, touchdown_times, volts_at
 
 FALL = math.sqrt(2.0 / 9.81)
@@ -41,12 +40,6 @@ def test_touchdowns_and_flights_of_a_ball(ball):
 def test_speed_of_a_point_is_its_way_over_the_time(ball):
     point = ball.scene.robot.feet[ball.foot_names[0]].point
     assert point_speed(ball, point, 0.1, 0.3) == pytest.approx(-9.81 * 0.2, rel=1e-12)
-
-
-def test_speed_of_a_walkers_body_is_its_way_over_the_time():
-    walk = ts.simulate("hamr-like", duration="30 ms")
-    way = walk.outputs([ts.solve.Output(Quantity.DISPLACEMENT, "body_x")], [0.01, 0.03])[0]
-    assert point_speed(walk, "body_x", 0.01, 0.03) == pytest.approx((way[1] - way[0]) / 0.02, rel=1e-12)
 
 
 def test_volts_at_pull_in_and_pull_out(switch):

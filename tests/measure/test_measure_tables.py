@@ -230,12 +230,6 @@ def test_a_measure_that_is_added_is_one_of_runs_batches_and_sweeps(monkeypatch):
     assert "shortest_flight" in Run.offered(scene, 0.06)
 
 
-def test_a_robot_that_turns_is_offered_its_measures():
-    """Of a run without a mark the body has its coordinates as well."""
-    scene = ts.load_scene("turning-hexapod")
-    assert {"turn_rate", "tilt"} <= set(Run.offered(scene, scene.duration))
-
-
 def test_a_rest_that_is_told_late_takes_its_place():
     late = np.zeros(3, EVENT_TYPE)
     late["time"], late["kind"] = [0.5, 2.0, 1.0], [BOUNCE, REST, RELEASE]

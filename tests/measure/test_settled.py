@@ -42,8 +42,3 @@ def test_where_events_do_not_tell_the_run_says_so():
         assert told.multiple is None and told.periods == periods
         assert why in str(told) and str(told) in str(run)
     assert settled(ts.simulate(scene("ball"))) is None  # without a drive there is nothing to repeat
-
-
-def test_a_stored_run_says_the_same(tmp_path):
-    run = ts.simulate("cantilever", 0.2)
-    assert settled(ts.load_run(run.save(tmp_path / "out"))) == settled(run)
