@@ -28,12 +28,6 @@ def test_it_is_the_trace_of_the_hat_matrix():
     assert linear(slopes, [12.0, 50.0]) == pytest.approx(by_hand, abs=1e-6)
 
 
-def test_an_unknown_that_its_prior_holds_does_not_count():
-    slopes = np.array([[80.0, 10.0, 0.0], [0.0, 8.0, 8.0]])
-    assert linear(slopes, [12.0, 12.0]) == pytest.approx(1.9, abs=0.1)
-    assert linear(slopes, [12.0, 12.0 + 60.0**2]) == pytest.approx(1.0, abs=0.05)
-
-
 def test_slopes_that_only_noise_makes_are_no_fit():
     assert linear(np.zeros((3, 6)), [12.0] * 3, noise=3.0) < 0.3
 

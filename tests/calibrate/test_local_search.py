@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from calibrate.toys import BALL, ball_study, cells, problem, search, unknowns
+from calibrate.toys import ball_study, cells, problem, search, true_rows, unknowns
 from tarsus.calibrate.calibrating import calibrate
 from tarsus.calibrate.lowering import lower_study
 from tarsus.calibrate.objective import SoftLimit
@@ -14,19 +14,12 @@ from tarsus.calibrate.search import search_hypotheses
 from tarsus.calibrate.studyfile import load_study
 from tarsus.fit import Prior, least_squares
 
-TRUTH = (0.8, 0.6)
+TRUTH = {"e": 0.8, "push": 0.6}
 
 
-def lowered(folder, text=BALL):
+def lowered(folder):
     """A study of the ball whose rows were read from the true numbers."""
-    rows = "".join(f"{drop},1,1\n" for drop in (50, 80, 120))
-    first = lower_study(load_study(ball_study(folder, rows, text)))
-    found = first.forward(0, np.array([TRUTH]), range(3))[0, :, :, 0]
-    rate, height = (first.forward.channels.index(name) for name in ("bounces_per_second", "mean_height"))
-    rows = "".join(
-        f"{drop},{line[rate]:.6g},{100.0 * line[height]:.6g}\n" for drop, line in zip((50, 80, 120), found, strict=True)
-    )
-    return lower_study(load_study(ball_study(folder, rows, text)))
+    return lower_study(load_study(ball_study(folder, true_rows(folder, TRUTH))))
 
 
 def slopes_by_differences(fit: HypothesisFit, x: np.ndarray, step: float) -> np.ndarray:

@@ -15,22 +15,16 @@ def readings(*windows: float) -> np.ndarray:
     return np.array(windows, dtype=float).reshape(1, 1, 1, -1)
 
 
-def test_a_small_residual_is_the_error_in_tolerances():
+def test_a_residual_is_the_error_in_tolerances():
+    """Twice and half are equally far, and zero is compared by the absolute tolerance."""
     objective = Objective(cells([[2.0]], absolute=0.0, relative=0.1))
     found = objective.pieces(readings(2.02), ONE)
     assert found.mean[0, 0, 0] == pytest.approx(np.log(1.01) / 0.1)
     assert found.rows[0, 0] == pytest.approx(9.0 * np.log1p((np.log(1.01) / 0.1) ** 2 / 9.0))
-
-
-def test_twice_and_half_are_equally_far():
-    objective = Objective(cells([[2.0]], absolute=0.0, relative=0.1))
     up, down = (objective.pieces(readings(v), ONE).mean[0, 0, 0] for v in (4.0, 1.0))
     assert up == pytest.approx(-down) and up == pytest.approx(np.log(2.0) / 0.1)
-
-
-def test_zero_is_compared_by_the_absolute_tolerance():
-    objective = Objective(cells([[0.0]], absolute=0.5))
-    assert objective.pieces(readings(0.5), ONE).mean[0, 0, 0] == pytest.approx(np.log(2.0))
+    none = Objective(cells([[0.0]], absolute=0.5)).pieces(readings(0.5), ONE)
+    assert none.mean[0, 0, 0] == pytest.approx(np.log(2.0))
 
 
 def test_the_discrepancy_sees_an_error_from_the_models_side():

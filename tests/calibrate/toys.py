@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tarsus.calibrate.description import Search
+from tarsus.calibrate.lowering import lower_study
 from tarsus.calibrate.objective import Cells, Hypothesis, Objective, SoftLimit
 from tarsus.calibrate.problem import CalibrationProblem
+from tarsus.calibrate.studyfile import load_study
 from tarsus.fit import Prior, Unknowns
 
 SCENES = Path(__file__).parents[1] / "scenes"
@@ -109,6 +112,17 @@ def ball_study(folder: Path, rows: str, text: str = BALL, *, generations: int = 
         text = text.replace(word, str(value))
     file.write_text(text, encoding="utf-8")
     return file
+
+
+def true_rows(folder: Path, truth: dict[str, float], drops: Sequence[int] = (50, 80, 120), text: str = BALL) -> str:
+    """Rows of the table that a ball of the true numbers gives: `height` is its mean height."""
+    lowered = lower_study(load_study(ball_study(folder, "".join(f"{d},1,1\n" for d in drops), text)))
+    values = np.array([[truth[name] for name in lowered.problem.unknowns.names]])
+    found = lowered.forward(0, values, range(len(drops)))[0, :, :, 0]
+    rate, height = (lowered.forward.channels.index(name) for name in ("bounces_per_second", "mean_height"))
+    return "".join(
+        f"{drop},{line[rate]:.6g},{100.0 * line[height]:.6g}\n" for drop, line in zip(drops, found, strict=True)
+    )
 
 
 def bent_rows(seed: int, misfit: float = 0.2, unknown: int = 9, rows: int = 12) -> tuple[CalibrationProblem, Any]:

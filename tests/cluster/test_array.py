@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 import tarsus as ts
-from study.sweep_case import files, small
-from tarsus.cluster.array import _ranges, _units, prepare, run_task
+from study.sweep_case import small
+from tarsus.cluster.array import prepare, run_task
 from tarsus.cluster.slurm import _jobs
 from tarsus.cluster.status import status_lines, status_of
 from tarsus.study.axes import Linspace, Sobol
@@ -32,11 +32,6 @@ def alone(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("alone")
     run_sweep(SWEEP, folder)
     return folder
-
-
-def test_ranges_are_read_back():
-    for numbers in ([], [0], [3, 4, 5, 9], list(range(1000)), [1, 3, 5]):
-        assert _units(_ranges(numbers)) == numbers
 
 
 def test_tasks_share_the_units_and_the_last_collects(alone, tmp_path):
@@ -146,40 +141,6 @@ def test_a_task_that_ends_after_the_others_have_finished_leaves_nothing(alone, t
         run_task(tmp_path, 1, array.number)
         late.count("n1", 1)
     assert result(tmp_path) == result(alone) and not (tmp_path / "workers").exists()
-
-
-COLLECTOR = """
-import sys
-from pathlib import Path
-from tarsus.study.collecting import collect
-from tarsus.study.layout import open_store
-from tarsus.study.studyfile import frozen_sweep
-folder = Path(sys.argv[1])
-sweep = frozen_sweep(folder)
-store = open_store(sweep, folder, resume=True)
-collect(sweep, store)
-print("ready", flush=True)
-sys.stdin.readline()
-for _ in range(20):
-    collect(sweep, store)
-"""
-
-
-# Slow: 40 collections in two processes of their own.
-@pytest.mark.slow
-def test_tasks_that_collect_at_the_same_time_do_not_meet(alone, tmp_path):
-    run_sweep(SWEEP, tmp_path)
-    words = [sys.executable, "-c", COLLECTOR, str(tmp_path)]
-    pipe = subprocess.PIPE
-    both = [subprocess.Popen(words, stdin=pipe, stdout=pipe, stderr=pipe, text=True) for _ in range(2)]
-    for one in both:
-        assert one.stdout is not None and one.stdout.readline() == "ready\n"
-    for one in both:
-        assert one.stdin is not None
-        one.stdin.write("\n")
-        one.stdin.flush()
-    assert [(one.communicate()[1], one.returncode) for one in both] == [("", 0)] * 2
-    assert files(tmp_path) == files(alone)
 
 
 def test_a_task_without_a_number_is_told(tmp_path):

@@ -61,21 +61,6 @@ def test_at_its_capacity_the_leg_is_as_high_as_without_load(leg):
     assert abs(lift) < (links + 1e-4) * step_lift(small).static
 
 
-def lifts(leg, hips, thighs):
-    """Lengths of hip links, and what a step does to legs with these and some thighs."""
-    each = [(hip, {"hip.length": hip, "thigh.length": thigh}) for hip in hips for thigh in thighs]
-    return [(hip, step_lift(ts.with_values(leg, lengths))) for hip, lengths in each]
-
-
-@pytest.mark.slow  # hundreds of legs
-def test_the_optimum_is_the_highest_point_of_the_landscape(leg, design):
-    lengths = np.linspace(*BOUNDS, 21)
-    tried = lifts(design.leg, lengths, lengths[::5])
-    speed, hip = max((one.mean_speed, hip) for hip, one in tried if one.capacity >= design.load)
-    assert 0.95 * design.lift.mean_speed < speed <= design.lift.mean_speed * (1.0 + 1e-9)
-    assert abs(hip - design.lengths[0]) <= lengths[1] - lengths[0]
-
-
 def test_the_shin_sets_no_speed_but_must_not_let_the_leg_fold(leg, design):
     shins = [ts.with_values(design.leg, {"shin.length": one}) for one in np.linspace(*BOUNDS, 9)]
     speeds = [step_lift(ts.with_values(one, {"thigh.length": 100e-6})).mean_speed for one in shins]
@@ -91,14 +76,6 @@ def test_the_load_decides_the_length_of_the_hip(leg, design):
     assert design.at_bound == ("thigh.length",)
 
 
-# Slow: a second optimum. Its sibling above keeps that the load decides.
-@pytest.mark.slow
-def test_a_larger_load_asks_for_a_shorter_hip(leg, design):
-    stronger = design_leg(leg, *BOUNDS, load=1.5 * design.load)
-    assert stronger.lengths[0] < design.lengths[0]
-    assert stronger.lift.mean_speed < design.lift.mean_speed
-
-
 @pytest.mark.parametrize("shin", [150e-6, 250e-6])
 def test_the_leg_stands_up_to_its_standing_load(leg, shin):
     one = ts.with_values(leg, {"shin.length": shin})
@@ -106,17 +83,6 @@ def test_the_leg_stands_up_to_its_standing_load(leg, shin):
     equilibrium(ts.with_values(one, {"body_mass": 0.99 * mass}))
     with pytest.raises(InputError, match="folds"):
         equilibrium(ts.with_values(one, {"body_mass": 1.01 * mass}))
-
-
-# Slow: two legs by their equations of motion. The small step above keeps both models together, the optimum the speed.
-@pytest.mark.slow
-def test_the_design_is_faster_than_the_printed_leg_also_without_linearising(leg, design):
-    def speed(one):
-        motion = step_response(one, np.linspace(0.0, 0.02, 1001))
-        first = int(np.argmax(motion.lift))
-        return motion.lift[first] / motion.time[first]
-
-    assert speed(design.leg) > 1.3 * speed(leg)
 
 
 def test_what_cannot_be_designed_is_said(leg, tmp_path):

@@ -126,13 +126,11 @@ def test_a_landing_bears_the_frequencies_unless_something_else_is_said(scene):
 
 def test_the_table_has_what_is_promised(quick):
     table = quick.to_dict()
-    assert table["speed"] == quick.speed and table["touchdowns"] == quick.touchdowns
     assert len(table["switching_times"]) == len(table["levels"]) and table["switching_times"][0] == 0.0
     ticks = np.array(table["switching_times"]) / table["tick"]
     assert np.allclose(ticks, np.rint(ticks), atol=1e-6)
     assert table["energy"] > 0.0 and table["energy_recovered"] == pytest.approx(table["energy"] / 3.0)
     assert table["scenarios"][0]["speed"] == pytest.approx(table["speed"]) and np.isnan(table["worst"])
-    assert table["design"]["percents"] == table["percents"]
 
 
 def test_the_files_hold_the_signal_for_any_scene(quick, scene, tmp_path):
@@ -168,23 +166,6 @@ def test_no_name_ends_a_comment_of_a_signal(quick):
     assert signal_text(design).splitlines()[1] == "[signals.pzt]" and header_text(design).count("*/") == 1
 
 
-def test_the_page_draws_before_and_after(quick):
-    from tarsus.report.landing_page import landing_html
-    from tarsus.tables.numbers import amount
-
-    page = landing_html(quick)
-    assert page.count("<b>Figure ") == 2 and "before: plain step" in page and "after: designed" in page
-    assert str(amount(quick.speed, "m/s", 3)) in page and "LANDING_DIGEST" in page
-
-
-def test_a_risk_over_few_grounds_is_judged_on_all_of_them(scene):
-    over = ts.design.Grounds({GAP: np.array([68e-6, 72e-6])})
-    design = ts.design.landing(scene, "tip", pairs=1, over=over, risk="mean", effort=0.012)
-    assert len(design.grounds) == 3 and design.worst == design.on_grounds.speed.max()
-    again = ts.simulate_batch(design.scene, {GAP: [70e-6, 68e-6, 72e-6]}, 0.4).measure("hardest_impact")
-    assert np.allclose(design.on_grounds.speed[0], again, rtol=1e-4)
-
-
 def test_a_search_pays_for_no_more_periods_than_the_motion_takes_to_settle(scene):
     """What a candidate is after fewer periods is what it is after all; a tip that remembers takes longer."""
     quick, _ = landing_problem(scene, LandingSettings(foot="tip", pairs=1, risk="nominal"))
@@ -200,22 +181,10 @@ def test_a_search_pays_for_no_more_periods_than_the_motion_takes_to_settle(scene
     assert settled(slow).motion.periods > few.motion.periods
 
 
-@pytest.mark.parametrize(
-    "sensor, effort", [(Sensor.SPEED, 0.1), pytest.param(Sensor.CONTACT, 0.4, marks=pytest.mark.slow)]
-)
-def test_a_learner_is_told_nothing_of_its_ground_and_softens_its_steps(scene, sensor, effort):
-    design = ts.design.landing(
-        scene,
-        "tip",
-        pairs=1,
-        levels="free=-8V:8V",
-        over={GAP: ("67 um", "73 um")},
-        risk="nominal",
-        learn=12,
-        sensor=sensor,
-        effort=effort,
-        seed=1,
-    )
+def test_a_learner_is_told_nothing_of_its_ground_and_softens_its_steps(scene):
+    over = {GAP: ("67 um", "73 um")}
+    given = {"foot": "tip", "pairs": 1, "levels": "free=-8V:8V", "over": over, "risk": "nominal", "effort": 0.1}
+    design = ts.design.landing(scene, **given, learn=12, sensor=Sensor.SPEED, seed=1)
     found = design.learning
     assert found.speeds.shape == (40, 13) and found.regret.shape == (40, 12)
     assert (np.diff(found.regret, axis=1) >= -1e-12).all() and (found.regret >= 0.0).all()
@@ -231,23 +200,12 @@ BAD = [
     ({"levels": "8 V"}, "at least two"),
     ({"levels": "free=1V"}, "free=low:high"),
     ({"levels": "-0.2 V, 0.2 V"}, "never lands"),
-    ({"over": {GAP: ("74 um", "66 um")}}, "low below high"),
-    ({"over": {"signals.pzt.duty": (0.4, 0.6)}}, "is designed"),
-    ({"risk": "worse"}, "expected worst"),
-    ({"pairs": 99}, "pairs"),
     ({"pairs": 0}, "pairs"),
-    ({"objective": "least impcts"}, "did you mean 'impacts'"),
-    ({"learn": -3}, "learn"),
-    ({"pairs": 1.5}, "pairs"),
     ({"shortest": 0.003}, "shortest: 4 plateaus of 3 ms"),
     ({"levels": ("-8 V", "high")}, "expected a voltage"),
-    ({"contact": 2.0}, "contact"),
-    ({"seed": -1}, "seed"),
     ({"drive": "motor"}, "no drive 'motor'"),
-    ({"tick": 1.0}, "tick"),
     ({"sensor": "sound"}, "sensor"),
     ({"free": ("signals.pzt.duty",)}, "no switching time"),
-    ({"effrt": 1.0}, "did you mean 'effort'"),
 ]
 
 

@@ -101,16 +101,6 @@ def test_the_device_of_the_model_s_column_repeats_it_better_than_that_of_the_mea
     assert own[counts]["bounces exist, right"] >= other[counts]["bounces exist, right"]
 
 
-def test_a_branch_of_many_members_is_thinned_without_losing_its_middle():
-    weights = np.array([0.1, *[0.02] * 20, *[0.05] * 10])
-    kept, share = PACKAGE.thinned(weights, 6)
-    assert kept[0] == 0 and len(kept) == 6 and share.sum() == pytest.approx(1.0)
-    assert share[0] == pytest.approx(0.1)
-    heavy = sum(part for place, part in zip(kept, share, strict=True) if place > 20)
-    assert heavy == pytest.approx(0.9 * 0.5 / 0.9, abs=0.1)
-    assert PACKAGE.thinned(weights[:4], 6)[0] == [0, 1, 2, 3]
-
-
 def test_the_best_hexapod_makes_no_contact_over_20_to_40_um_at_3_to_10_v():
     """Section 3.4.3; the study asks it of two corners at the highest voltage."""
     device = ts.load_scene("hexapod")

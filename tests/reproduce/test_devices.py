@@ -141,18 +141,6 @@ def test_every_number_says_where_it_comes_from_and_files_keep_it(scene):
     assert parse_scene(scene_text(scene)) == scene
 
 
-def test_gaits_are_addressed_by_paths():
-    scene = ts.load_scene("millipede", **{"gait.duty": 0.3}, hz="20 Hz", volts=10)
-    assert (scene.gait.duty, scene.gait.frequency, scene.gait.high) == (0.3, 20.0, 10.0)
-    assert scene.origin("gait.high").note == "Set by the user; was 14 V (printed)."
-    assert scene.waveforms["L1"].volts(np.array([14e-3, 16e-3])).tolist() == [10.0, 0.0]
-    still = ts.load_scene("millipede", **{"signals.R1": {"kind": "constant", "level": "3 V"}})
-    assert still.waveforms["R1"].volts(np.zeros(1)).tolist() == [3.0]
-    assert still.waveforms["L1"] == ts.load_scene("millipede").waveforms["L1"]
-    with pytest.raises(InputError, match="made of square waves"):
-        ts.load_scene("millipede", wave="sine")
-
-
 def test_bad_numbers_of_legs_and_spreads_are_refused():
     for legs in (0, 3, -2):
         with pytest.raises(InputError, match=f"got {legs}"):

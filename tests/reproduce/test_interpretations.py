@@ -9,7 +9,7 @@ import tarsus as ts
 from reproduce.coarse_studies import INTERPRETATIONS, overdamped
 from tarsus.model.laws import AdhesiveFriction, Friction, PullAsPrinted, RestituteFirst
 from tarsus_reproduce.interpretations import CHOICES, FILE, UNPRINTED, distribution, packaged_interpretations
-from tarsus_reproduce.millipede import COUNTS, Coarse, damping_ratio, stands
+from tarsus_reproduce.millipede import COUNTS, damping_ratio, stands
 from tarsus_reproduce.packaged import data_text
 
 drawn, interpretation_values = INTERPRETATIONS.drawn, INTERPRETATIONS.interpretation_values
@@ -48,23 +48,6 @@ def test_an_interpretation_becomes_the_scene_it_says():
     assert weights["L1_hip_x"] == pytest.approx(values["lateral over vertical force"]) == -weights["L1_x"]
     with pytest.raises(ts.InputError, match="is a walker"):
         interpretation_scene(ts.load_scene("cantilever"), values)
-
-
-def test_what_the_file_holds_is_not_judged_again(tmp_path, monkeypatch):
-    monkeypatch.setattr(INTERPRETATIONS, "COARSE", Coarse(4, (0.5,)))
-    monkeypatch.setattr(INTERPRETATIONS, "PERIODS", 2)
-    judge, asked = INTERPRETATIONS.judged, []
-    monkeypatch.setattr(INTERPRETATIONS, "judged", lambda base, number: asked.append(number) or judge(base, number))
-    file = tmp_path / FILE
-    INTERPRETATIONS.write_scores(file, 1)
-    first = file.read_text(encoding="utf-8")
-    INTERPRETATIONS.write_scores(file, 2)
-    assert asked == [0, 1] and file.read_text(encoding="utf-8").startswith(first)
-    lines = file.read_text(encoding="utf-8").splitlines()[2:]
-    assert lines[0] == ",".join(COUNTS) and [sum(map(int, one.split(",")[:4])) for one in lines[1:]] == [16, 16]
-    file.write_text(first.replace(INTERPRETATIONS.digest(), "of others"), encoding="utf-8")
-    INTERPRETATIONS.write_scores(file, 1)
-    assert asked == [0, 1, 0] and file.read_text(encoding="utf-8") == first
 
 
 def test_counts_become_a_distribution():

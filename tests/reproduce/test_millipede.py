@@ -77,17 +77,6 @@ def test_what_does_not_change_is_insensitive_and_not_contradicted(found):
 
 
 @pytest.mark.slow
-def test_what_is_scored_alone_is_judged_alike(found):
-    whole = found[0]
-    alone = judge_scene("overdamped", overdamped(), coarse=FEW, duration=0.06, scored_only=True)
-    assert alone.score == whole.score and alone.lasting is None
-    every = {(one.trend, one.measure): one.finding for one in whole.trends}
-    assert [one.trend for one in alone.trends] == scored_trends(whole.film)
-    assert all(repr(one.finding) == repr(every[one.trend, one.measure]) for one in alone.trends)
-    assert {name for one in alone.swept for name in one.measures} == {one.measure for one in alone.trends}
-
-
-@pytest.mark.slow
 def test_measures_of_a_period_are_judged_over_the_settled_motion(found):
     for device in found:
         assert device.motions == ("from rest, 60 ms", "settled motion, runs of 1 s from 4 starts")
@@ -155,12 +144,6 @@ def test_plain_data_and_tables_hold_every_count_and_verdict(found):
             entry = next(rows)
             assert (entry["variant"], entry["verdict"]) == (device.name, one.finding.verdict.value)
             assert entry["unit"] in ("m", "s", "1") and entry["measure"] == one.measure
-    trends = next(table for table in shown.table().parts if table.title.startswith("Trends of section"))
-    assert len(trends.rows) == len(found[0].trends)
-    flagged = {(row, column) for row, column in trends.flagged}
-    wrong = [[one.finding.verdict is CONTRADICTS for one in device.trends] for device in found]
-    assert flagged == {(row, 3 + k) for k, own in enumerate(wrong) for row, yes in enumerate(own) if yes}
-    assert len(shown.csv().splitlines()) == 1 + 2 * len(trends.rows)
 
 
 @pytest.mark.slow
