@@ -129,6 +129,10 @@ measures = ["peak"]
 GOOD = f"{HEAD}{RESTITUTION} = [0.2, 0.5]\n"
 
 FAULTS = [
+    (f"{HEAD}robot.feet.tip.normal = [1.0]", "vary.robot.feet.tip.normal: "),
+    (GOOD.replace('"cantilever"', '"cantilver"'), "scene: no device is called 'cantilver'; did you mean"),
+    (GOOD.replace('scene = "cantilever"', ""), "scene: expected the name of a device"),
+    (f'chunk = "2 m"\n{GOOD}', "chunk: expected a number of runs, or a time"),
     (f"{HEAD}ground.restitution.coeficient = [0.2]", "vary.ground.restitution.coeficient: unknown path; did you mean"),
     (f"{HEAD}{RESTITUTION} = []", f"vary.{RESTITUTION}: expected at least one value, got an empty list"),
     (f"{HEAD}{RESTITUTION} = 0.2", f"vary.{RESTITUTION}: expected a list of values, or a table"),

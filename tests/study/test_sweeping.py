@@ -9,6 +9,7 @@ import xarray as xr
 import tarsus as ts
 import tarsus.orbits.scored as scored
 import tarsus.study.sweeping as sweeping
+from scene_files import scene
 from study.sweep_case import RATE, RESTITUTION, small
 from tarsus.solve import Accuracy
 from tarsus.study.axes import Linspace, Sobol
@@ -46,6 +47,15 @@ def test_a_sobol_sweep_has_its_values_as_coordinates(tmp_path):
     chosen = {path: float(dataset[axis][3]) for axis in sweep.vary for path in sweep.paths(axis)}
     alone = ts.simulate_batch(ts.with_values(sweep.scene, chosen), {}, 0.02)
     assert float(dataset["peak"][3]) == alone.measure("peak")[0]
+
+
+def test_several_feet_have_a_dimension_of_their_own(tmp_path):
+    feet = scene("three_feet")
+    sweep = small(scene=feet, duration=None, vary={RESTITUTION: [0.1, 0.4]}, measures=("impacts",))
+    dataset = opened(run_sweep(sweep, tmp_path))
+    assert dataset["impacts_per_foot"].dims == (RESTITUTION, "foot")
+    assert dataset["foot"].values.astype(str).tolist() == list(feet.robot.feet)
+    assert np.allclose(dataset["impacts_per_foot"].mean("foot"), dataset["impacts"])
 
 
 def test_finished_units_are_not_run_again(tmp_path, monkeypatch):
