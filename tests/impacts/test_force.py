@@ -40,6 +40,15 @@ def test_an_impact_is_a_force_at_the_foot_alone():
     assert found.values[:, 0] * record.step == pytest.approx(change / mobility, rel=1e-3)
 
 
+def test_no_force_acts_before_contact_and_one_at_it():
+    record = exact_difference(2e6)
+    found = estimate_forces(record, structure(), POINTS)
+    after = int(np.ceil(runs()[0].events["time"][0] * record.rate))
+    before, at = np.abs(found.values[:, : after - 1]).max(), np.abs(found.values[0, after - 1])
+    assert before < 1e-9 * at
+    assert not found.noise.any(), "no channel states a noise"
+
+
 def test_the_noise_of_forces_is_its_closed_form():
     random = np.random.default_rng(2)
     sizes, count = np.array([1e-3, 2e-3]), 60

@@ -124,6 +124,24 @@ def test_the_oscillator_grazes_at_its_published_amplitude():
     assert found[0].points[0].orbit.impacts == 0 and found[-1].points[-1].orbit.impacts == 1
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("ends", "changes"),
+    [
+        # a bounce is captured, the next capture ends in a grazing, and the bounce comes back
+        (("60.5 um", "60.3 um"), [("capture", 60.41163), ("grazing", 60.35818), ("capture", 60.33877)]),
+        # an impact goes as another comes, of the same events; then a bounce is captured and comes back
+        (("60.11 um", "60.06 um"), [("grazing", 60.09325), ("capture", 60.07710), ("capture", 60.07054)]),
+    ],
+    ids=["apart", "a jump, and a pair that undoes itself"],
+)
+def test_of_several_changes_close_together_each_is_found(ends, changes):
+    found = ts.branch("cantilever", {"robot.feet.tip.gap": ends}, starts=0)
+    assert [(point.kind, 1e6 * point.at) for point in found.special] == [
+        (kind, pytest.approx(at, abs=1e-5)) for kind, at in changes
+    ]
+
+
 def test_a_robot_that_slides_has_orbits_where_all_its_feet_leave_the_ground():
     """The orbit's impacts are those of the run that has settled, slips and sticks in between; a deviation that is no
     direction of its derivative returns as that says."""
