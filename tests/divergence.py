@@ -128,8 +128,3 @@ class Pair:
 
     def __str__(self) -> str:
         return f"{'; '.join(self.differ) or 'alike'}: {self.grown:.1e} apart by then, {self.folds:.1f} e-folds"
-
-
-def pair(scene: ts.Scene, size: float, seed: int) -> Pair:
-    """The runs of a scene and of the same moved by ``size``."""
-    return Pair(ts.simulate(scene), ts.simulate(moved(scene, size, seed)))

@@ -4,17 +4,11 @@
 
 writes a line a scene beside FILE, goes on where it was stopped, and says what was found. A worker that a scene kills or
 that it holds for longer than `LIMIT` is started again behind that scene.
-
-    python tests/survey.py FILE --scenes wide --count 300 --kernels
-
-does so on every kernel of OpenBLAS that this processor has, and names the scenes whose code, verdict of the ledger or
-sequence of events differ, with their exponent of divergence where they are chaotic (`divergence`).
 """
 
 from __future__ import annotations
 
 import argparse
-import functools
 import json
 import os
 import signal
@@ -22,7 +16,6 @@ import subprocess
 import sys
 import time
 import warnings
-import zlib
 from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -33,8 +26,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 
 import tarsus as ts
-from divergence import GROWN, pair, sequence
-from kernels import KERNELS, in_use, missing
 from random_scenes import scene_of, sliding_scene, wide_scene, wide_sliding_scene
 from tarsus.model.scene import Scene
 from tarsus.solve.codes import CLOSED
@@ -54,7 +45,7 @@ Found = dict[int, dict[str, Any]]
 
 def look_at(scene: Scene) -> dict[str, Any]:
     """What became of a scene: code, the processor's time [s], closure, depth below the ground, whether it is finite,
-    a number that stands for its sequence of events, and what numpy warned of."""
+    and what numpy warned of."""
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")
         out = _seen(scene)
@@ -70,7 +61,6 @@ def _seen(scene: Scene) -> dict[str, Any]:
     out["events"], out["reached"] = len(run.events), run.end_time / scene.duration
     out["closure"] = float(run.ledger.closure)
     out["periods"] = cycles(scene)
-    out["sequence"] = zlib.crc32(repr(sequence(run.events, run.duration)).encode())
     state = run.at(np.linspace(0.0, run.end_time, SAMPLES)).state
     out["depth"] = float(-state.gap.min(initial=0.0) / run.plan.length)
     numbers = (state.x, state.v, state.gap, state.pull)
@@ -200,46 +190,13 @@ def tell(found: Found) -> bool:
     return set(said) == {"right"} and codes["LEDGER_OPEN"] <= OPEN * len(found)
 
 
-def compare(found: dict[str, Found], scene: Callable[[int], Scene]) -> bool:
-    """Print the scenes that differ between kernels; whether all of them are chaotic."""
-    chaotic = unexplained = 0
-    for seed in sorted(set.intersection(*(set(of) for of in found.values()))):
-        every = {kernel: of[seed] for kernel, of in found.items()}
-        if any("code" not in one and "error" not in one for one in every.values()):
-            continue  # stopped for its time; `tell` says so
-        facts = {kernel: _verdict(one) for kernel, one in every.items()}
-        if len(set(facts.values())) == 1:
-            continue
-        two = max((pair(scene(seed), size, seed) for size in (1e-15, 1e-13)), key=lambda two: two.grown)
-        chaotic, unexplained = chaotic + two.chaotic, unexplained + (not two.chaotic)
-        print(f"{seed} {'chaotic' if two.chaotic else 'DIFFERS'}: {facts}; moved by 1e-13: {two}")
-    print(f"{chaotic} chaotic scenes differ between kernels, {unexplained} others (from {GROWN:g} on runs have parted)")
-    return not unexplained
-
-
-def _verdict(one: dict[str, Any]) -> tuple[Any, ...]:
-    return one.get("code"), one.get("error"), one.get("sequence"), one.get("closure", 0.0) <= CLOSED
-
-
 def main() -> int:
     kind = sys.argv[6] if sys.argv[1:2] == ["--part"] else ""
     part_of_a_survey(lambda seed: look_at(SCENES[kind](seed)), lambda seed: {"periods": cycles(SCENES[kind](seed))})
     parser = arguments(__doc__)
     parser.add_argument("--scenes", choices=SCENES, default="edge")
-    parser.add_argument("--kernels", action="store_true", help="on every kernel, and compare")
     asked = parser.parse_args()
-    go = functools.partial(survey, __file__, count=asked.count, workers=asked.workers, words=[asked.scenes])
-    if not asked.kernels:
-        return 0 if tell(go(asked.file)) else 1
-    found = {}
-    for kernel in (kernel for kernel in KERNELS if not missing(kernel)):
-        os.environ["OPENBLAS_CORETYPE"] = kernel
-        here = subprocess.run([sys.executable, Path(__file__).with_name("kernels.py")], capture_output=True, text=True)
-        assert here.stdout.count(f"{kernel} in ") == len(in_use()) > 0, here.stdout
-        print(f"== {kernel}")
-        found[kernel] = go(asked.file.with_name(f"{asked.file.name}-{kernel}"))
-        tell(found[kernel])
-    return 0 if compare(found, SCENES[asked.scenes]) else 1
+    return 0 if tell(survey(__file__, asked.file, asked.count, asked.workers, words=[asked.scenes])) else 1
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Sixty scenes of all kinds (`wide_scene`), moved in their fifteenth and thirteenth digit: same result, same events.
 
-`python tests/survey.py FILE --scenes wide --kernels` compares kernels of linear algebra in the same way. What differs
-must have grown apart before: chaos is found out from the two runs (`divergence`), and no scene is excused by its name.
+What differs must have grown apart before: chaos is found out from the two runs (`divergence`), and no scene is excused
+by its name.
 """
 
 from __future__ import annotations

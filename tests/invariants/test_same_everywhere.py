@@ -7,10 +7,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import tarsus as ts
 from kernels import KERNELS, in_use, missing
+from last_bit import moved, same_for
 from walking_scenes import trotter
 
 DEVICES = ("cantilever", "cantilever-1", "hexapod", "quadruped", "millipede", "millipede-table", "millipede-30")
@@ -56,3 +58,15 @@ def test_events_are_the_same_bits_with_other_kernels(kernels: str, here: list[st
     if lacks := missing(kernels):
         pytest.skip(lacks)
     assert len(here) > 50 and events_with(kernels) == here
+
+
+def test_a_result_is_moved_by_one_unit_and_a_zero_not_at_all() -> None:
+    """By `pytest --last-bit`: linear algebra of a processor of no make, on which `.ci/kernels` runs the engine."""
+    given = np.array([1.0, -3.0, 0.0, 1e-300, np.pi] * 40)
+    found = moved(given, same_for(1, given))
+    assert np.array_equal(found, moved(given, same_for(1, given)))
+    assert 0.5 < np.mean(found != given) / np.mean(given != 0.0) < 0.8
+    assert np.all(np.abs(found - given) <= np.spacing(np.abs(given)))
+    assert np.all(found[2::5] == 0.0)
+    _, vectors = moved(np.linalg.eigh(np.diag([1.0, 2.0])), same_for(1))
+    assert np.array_equal(vectors == 0.0, [[False, True], [True, False]])
