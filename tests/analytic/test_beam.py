@@ -17,31 +17,12 @@ def finite_elements(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Mass and stiffness of Hermite elements, (deflection, slope) of each node, clamped node removed."""
     h = length / ELEMENTS
-    k = (
-        stiffness
-        / h**3
-        * np.array(
-            [
-                [12, 6 * h, -12, 6 * h],
-                [6 * h, 4 * h**2, -6 * h, 2 * h**2],
-                [-12, -6 * h, 12, -6 * h],
-                [6 * h, 2 * h**2, -6 * h, 4 * h**2],
-            ]
-        )
-    )
-    m = (
-        mass_per_length
-        * h
-        / 420
-        * np.array(
-            [
-                [156, 22 * h, 54, -13 * h],
-                [22 * h, 4 * h**2, 13 * h, -3 * h**2],
-                [54, 13 * h, 156, -22 * h],
-                [-13 * h, -3 * h**2, -22 * h, 4 * h**2],
-            ]
-        )
-    )
+    points, weights = np.polynomial.legendre.leggauss(4)
+    s = 0.5 * (points + 1.0)
+    shapes = np.array([1 - 3 * s**2 + 2 * s**3, h * (s - 2 * s**2 + s**3), 3 * s**2 - 2 * s**3, h * (s**3 - s**2)])
+    bends = np.array([12 * s - 6, h * (6 * s - 4), 6 - 12 * s, h * (6 * s - 2)]) / h**2
+    m = mass_per_length * 0.5 * h * (shapes * weights) @ shapes.T
+    k = stiffness * 0.5 * h * (bends * weights) @ bends.T
     size = 2 * (ELEMENTS + 1)
     mass, stiff = np.zeros((size, size)), np.zeros((size, size))
     for e in range(ELEMENTS):

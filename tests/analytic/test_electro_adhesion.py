@@ -11,7 +11,6 @@ import tarsus as ts
 from sliding_scenes import MASS, slider
 from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
-from tarsus.model.drive.amplifier import Amplifier
 from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.waveforms import Ramp, Waveform
 from tarsus.model.laws import ElectroAdhesion, Friction
@@ -24,21 +23,19 @@ WEIGHT = MASS * GRAVITY
 SYSTEMS = {"legged": block(friction=MU), "modal": slider(friction=Friction(coefficient=MU))}
 
 
-def padded(scene: Scene, degrees: float, pad: Waveform, amplifier: Amplifier | None = None, **law: float) -> Scene:
+def padded(scene: Scene, degrees: float, pad: Waveform) -> Scene:
     """The block on an incline, its foot a pad under the volts of a drive of its own, which pushes nothing."""
     ((name, foot),) = scene.robot.feet.items()
-    drive = Drive(
-        load=PointLoad(weights={foot.point: 0.0}), law=LinearForce(gain=0.0), amplifier=amplifier or Amplifier()
-    )
-    robot = scene.robot.model_copy(
-        update={
-            "drives": {**scene.robot.drives, "pad": drive},
-            "feet": {name: foot.model_copy(update={"electrode": "pad"})},
-        }
-    )
-    laws = {"electro_adhesion": ElectroAdhesion(**{"initial": 0.0, "coefficient": K} | law)}
-    ground = scene.ground.model_copy(update={"incline": math.radians(degrees), "laws": laws})
-    return Scene(name=scene.name, robot=robot, ground=ground, initial=scene.initial, duration=0.1, signals={"pad": pad})
+    drive = Drive(load=PointLoad(weights={foot.point: 0.0}), law=LinearForce(gain=0.0))
+    changes = {
+        "robot.drives.pad": drive,
+        f"robot.feet.{name}.electrode": "pad",
+        "ground.incline": math.radians(degrees),
+        "ground.laws": {"electro_adhesion": ElectroAdhesion(initial=0.0, coefficient=K)},
+        "signals": {"pad": pad},
+        "duration": 0.1,
+    }
+    return ts.with_values(scene, changes)
 
 
 def first(run: ts.Run, kind: EventKind) -> np.void:

@@ -17,32 +17,20 @@ G, GAP = 9.81, 1e-3
 SPEED = float(np.sqrt(2.0 * G * GAP))
 
 
-def rigid(
-    places: dict[str, tuple[float, ...]], ground: dict[str, Any], order=None, duration=0.05, **scene: Any
-) -> Scene:
-    """A plate of 1 g, and 0.5 g by square length about each axis, that falls flat on feet at these places."""
-    count = max(len(place) for place in places.values())
+def rigid(places: dict[str, float], ground: dict[str, Any], order=None, duration=0.05) -> Scene:
+    """A rod of 1 g, and 0.5 g by square length about its centre, that falls level on feet at these places."""
     names = list(order or places)
-    structure = {
-        "kind": "lumped",
-        "coordinates": ["z", "p", "q"][: 1 + count],
-        "mass": [1e-3, *[0.5e-3] * count],
-        "stiffness": [0.0] * (1 + count),
-        "damping": [0.0] * (1 + count),
-        "weights": {name: [1.0, *places[name]] for name in names},
-        "upward": [1.0, *[0.0] * count],
-    }
-    robot = {"structure": structure, "feet": {name: {"point": name, "gap": GAP} for name in names}}
-    return validate(
-        Scene,
-        {
-            "name": "flat",
-            "duration": duration,
-            "robot": robot,
-            "ground": {"gravity": {"acceleration": G}, **ground},
-            **scene,
-        },
+    structure = ts.Lumped(
+        coordinates=("z", "p"),
+        mass=(1e-3, 0.5e-3),
+        stiffness=(0.0, 0.0),
+        damping=(0.0, 0.0),
+        weights={name: (1.0, places[name]) for name in names},
+        upward=(1.0, 0.0),
     )
+    feet = {name: ts.Foot(point=name, gap=GAP) for name in names}
+    falls = {"gravity": {"acceleration": G}, **ground}
+    return Scene(name="rod", duration=duration, robot=ts.Robot(structure=structure, feet=feet), ground=falls)
 
 
 def of_feet(run: ts.Run) -> dict[str, np.ndarray]:
@@ -55,7 +43,7 @@ def of_feet(run: ts.Run) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize("e", [0.0, 0.3, 0.5, 1.0])
 def test_a_level_rod_stays_level(e: float, order: tuple[str, str]) -> None:
     """Both ends depart with e v, every time, for as long as flights last."""
-    run = ts.simulate(rigid({"a": (-1.0,), "b": (1.0,)}, {"restitution": {"coefficient": e}}, order))
+    run = ts.simulate(rigid({"a": -1.0, "b": 1.0}, {"restitution": {"coefficient": e}}, order))
     assert run.ok and run.ledger.closure < 1e-12
     a, b = of_feet(run).values()
     assert a["kind"].tolist() == b["kind"].tolist()
@@ -80,7 +68,7 @@ def test_a_level_rod_stays_level(e: float, order: tuple[str, str]) -> None:
 @pytest.mark.parametrize("e", [0.0, 0.3, 1.0])
 def test_a_rod_on_feet_at_unlike_distances(e: float) -> None:
     """Both depart with e v; their impulses are as one over their distances, and so are the energies."""
-    events = of_feet(ts.simulate(rigid({"near": (-0.25,), "far": (1.0,)}, {"restitution": {"coefficient": e}})))
+    events = of_feet(ts.simulate(rigid({"near": -0.25, "far": 1.0}, {"restitution": {"coefficient": e}})))
     near, far = events["near"][0], events["far"][0]
     impulse = 1e-3 * (1.0 + e) * SPEED
     for one, share in ((near, 0.8), (far, 0.2)):
@@ -92,7 +80,7 @@ def test_a_rod_on_feet_at_unlike_distances(e: float) -> None:
 def test_a_foot_that_the_blow_on_another_throws_off_has_no_impact() -> None:
     """Two feet on one side of the centre: the nearer is struck, the farther turns up faster than it would bounce."""
     e, near, far = 0.4, 0.25, 1.0
-    run = ts.simulate(rigid({"far": (far,), "near": (near,)}, {"restitution": {"coefficient": e}}), "15 ms")
+    run = ts.simulate(rigid({"far": far, "near": near}, {"restitution": {"coefficient": e}}), "15 ms")
     events = of_feet(run)
     assert events["near"]["kind"].tolist() == [BOUNCE] and not len(events["far"])
     impulse = (1.0 + e) * SPEED / (1e3 + near**2 / 0.5e-3)
@@ -110,21 +98,18 @@ A, HEIGHT, INERTIA = 0.5, 0.4, 0.3  # of a rod of 1 kg: its feet beside its cent
 
 def sliding(mu: float, e: float, x: float, order: tuple[str, str]) -> ts.Run:
     """It comes down level at 1 m/s, half a second from the ground, and moves along it at x."""
-    places = {"back": -A, "front": A}
-    robot = {
-        "structure": {
-            "kind": "lumped",
-            "coordinates": ["x", "z", "p"],
-            "mass": [1.0, 1.0, INERTIA],
-            "stiffness": [0.0] * 3,
-            "damping": [0.0] * 3,
-            "weights": {name: [0.0, 1.0, a] for name, a in places.items()} | {"below": [1.0, 0.0, HEIGHT]},
-        },
-        "feet": {name: {"point": name, "gap": 0.5, "along": "below"} for name in order},
-    }
-    ground = {"restitution": {"coefficient": e}, "friction": {"kind": "coulomb", "coefficient": mu}}
-    scene = {"name": "rod", "duration": 0.6, "robot": robot, "ground": ground}
-    return ts.simulate(validate(Scene, scene | {"initial": {"velocity": [x, -1.0, 0.0]}}))
+    structure = ts.Lumped(
+        coordinates=("x", "z", "p"),
+        mass=(1.0, 1.0, INERTIA),
+        stiffness=(0.0,) * 3,
+        damping=(0.0,) * 3,
+        weights={"back": (0.0, 1.0, -A), "front": (0.0, 1.0, A), "below": (1.0, 0.0, HEIGHT)},
+    )
+    feet = {name: ts.Foot(point=name, gap=0.5, along="below") for name in order}
+    ground = {"restitution": {"coefficient": e}, "friction": {"coefficient": mu}}
+    initial = ts.Initial(velocity=(x, -1.0, 0.0))
+    robot = ts.Robot(structure=structure, feet=feet)
+    return ts.simulate(Scene(name="rod", duration=0.6, robot=robot, ground=ground, initial=initial))
 
 
 @pytest.mark.parametrize("order", [("back", "front"), ("front", "back")], ids=lambda order: order[0])
@@ -330,7 +315,7 @@ def test_both_ends_of_a_rod_leave_at_once_and_it_stays_level(order: tuple[str, s
     ground = {"restitution": {"coefficient": 0.0}, "adhesion": {"initial": strength, "rate": 0.0}, "gravity": None}
     drive = {"load": {"kind": "point", "weights": {"z": 1.0}}, "law": {"kind": "linear", "gain": 1.0}}
     pull = {"kind": "ramp", "start": 0.0, "stop": 2.0 * strength * duration / reached, "duration": duration}
-    rod = rigid({"a": (-1.0,), "b": (1.0,)}, ground, order, duration)
+    rod = rigid({"a": -1.0, "b": 1.0}, ground, order, duration)
     gaps = {f"robot.feet.{name}.gap": 0.0 for name in order}
     run = ts.simulate(ts.with_values(rod, {"robot.drives": {"d": drive}, "signals": {"d": pull}} | gaps))
     assert run.ok and run.ledger.closure < 1e-11
