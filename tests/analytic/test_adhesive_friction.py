@@ -7,6 +7,7 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
+from tarsus.files.toml import parse_scene, scene_text
 from tarsus.model.laws import AdhesiveFriction, Friction
 from walking_scenes import GRAVITY, block, moving, sticky, trotter
 
@@ -72,7 +73,7 @@ def test_adhesive_friction_needs_adhesion() -> None:
         "ground.friction: adhesive friction needs adhesion: give ground.adhesion or an adhesion law of your own"
     ]
     with pytest.raises(InputError, match=r"^ground\.friction.*'glue'"):
-        ts.with_values(scene, {"ground.friction": {"kind": "glue", "coefficient": 0.7}})
+        parse_scene(scene_text(scene).replace('"adhesive"', '"glue"'))
     bare = scene.ground.without_adhesion
     assert bare.adhesion is None and bare.friction is None
     assert sticky().without_adhesion.friction == sticky().friction
