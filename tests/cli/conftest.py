@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
-import sys
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -70,19 +68,6 @@ def opened(tarsus) -> Callable[..., Any]:
         checked = tarsus("check", path)
         assert checked.code == 0 and f"is a good {word}: " in checked.out, checked.err
         return found.json()
-
-    return call
-
-
-@pytest.fixture
-def process() -> Callable[..., Result]:
-    """The same in a process of its own."""
-
-    def call(*words: str, **options: Any) -> Result:
-        command = [sys.executable, "-m", "tarsus", *(str(word) for word in words)]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=300, **options)
-        assert "Traceback" not in done.stderr
-        return Result(done.returncode, done.stdout, done.stderr)
 
     return call
 

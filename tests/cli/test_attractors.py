@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 import json
-import shlex
 
 import numpy as np
 import pytest
 
 import tarsus as ts
-from scene_files import SCENES
 from tarsus.cli import main
-
-WORDS = shlex.split(
-    f"attractors {SCENES}/vibrating_table.toml --set ground.restitution.coefficient=0.8"
-    " --set signals.table.amplitude=0.5 --starts 12 --over height=0:0.2 --over speed=-0.5:0.5"
-)
 
 
 @pytest.mark.slow
@@ -33,9 +26,3 @@ def test_a_start_leads_to_its_motion_from_a_file_and_through_changed_values(tmp_
         stride = read["measures"]["stride"]["value"]
         assert run.measures["stride"].value == stride and read["settled"]["multiple"] == one["multiple"]
         assert np.diff(run.marks["body"][:, 0])[-1] == pytest.approx(one["travel_m"], rel=1e-5)
-
-
-def test_without_a_folder_it_is_printed(capsys):
-    assert main([*WORDS, "--no-edges"]) == 0
-    told = capsys.readouterr().out
-    assert "2 from 12 starts" in told and "a mean over starts is one over this mixture" in told

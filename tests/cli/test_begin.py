@@ -8,15 +8,24 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from tarsus.base.plausible import remarks
 from tarsus.design.problem import DesignSettings, problem_of
 from tarsus.design.request import settings_of
+from tarsus.files.library import device_names
 from tarsus.files.toml import scene_text
+from tarsus.inspection import installation
 from tarsus.model.scene import Source
+
+
+def offers_all_sources(file) -> bool:
+    """Each word that the comment of a new file offers for where a number comes from is one, and none is missing."""
+    offered = re.search(r"^\[provenance\].*: (.*)$", file.read_text(), re.MULTILINE)[1].replace(" or ", ", ")
+    return set(offered.split(", ")) == {one.value for one in Source}
 
 
 def test_a_new_device_is_a_good_scene_that_runs(tarsus, tmp_path):
     file = tmp_path / "mine.toml"
-    assert tarsus("new", "device", file).code == 0
+    assert tarsus("new", "device", file).code == 0 and offers_all_sources(file)
     assert "is a good scene: my robot (1 drive, 1 foot" in tarsus("check", file).out
     structure = ts.load_scene(file).robot.structure
     assert all(structure.row(one) @ structure.vertical() == pytest.approx(1.0, abs=0.01) for one in structure.points)
@@ -119,7 +128,7 @@ def lab(tmp_path):
     return tmp_path
 
 
-def test_a_new_campaign_lists_the_records_of_a_folder(tarsus, lab):
+def test_a_new_campaign_lists_the_records_of_a_folder_and_is_checked_with_them(tarsus, lab):
     found = tarsus("new", "campaign", lab, "--device", "cantilever", "--json").json()
     text = (lab / "campaign.toml").read_text()
     for line in (
@@ -133,6 +142,16 @@ def test_a_new_campaign_lists_the_records_of_a_folder(tarsus, lab):
     assert "[records.bare]" in text and any("bare-1.csv" in one for one in found["remarks"])
     again = tarsus("new", "campaign", lab)
     assert again.code == 2 and "stays as it is" in again.sentences[0]
+    bad = tarsus("check", lab)
+    assert bad.code == 2 and any("bare-1.csv" in one for one in bad.sentences)
+    kept = text[: text.index("[records.bare]")] + text[text.index("[records.steps]") :]
+    (lab / "campaign.toml").write_text(kept)
+    bad = tarsus("check", lab)
+    assert bad.code == 2 and any("no channel is the displacement of point 'tip'" in one for one in bad.sentences)
+    shown = tarsus("show", lab / "steps-1.csv", "--json").json()
+    assert shown["samples"] == 400 and shown["rate_hz"] == pytest.approx(10e3)
+    tip = next(one for one in shown["channels"] if one["name"] == "tip velocity")
+    assert tip["unit"] == "m/s" and tip["largest"] == pytest.approx(1e-3, rel=1e-3)
 
 
 def test_sweeps_that_differ_are_sets_of_their_own(tarsus, tmp_path):
@@ -168,7 +187,7 @@ def test_sweeps_that_differ_are_sets_of_their_own(tarsus, tmp_path):
 @pytest.mark.parametrize("legs", [1, 2, 3, 4, 6, 8, 40])
 def test_a_new_robot_walks_on_any_number_of_legs(tarsus, tmp_path, legs):
     file = tmp_path / "walker.toml"
-    assert tarsus("new", "device", file, "--legs", legs, "--mass", "0.3 g").code == 0
+    assert tarsus("new", "device", file, "--legs", legs, "--mass", "0.3 g").code == 0 and offers_all_sources(file)
     scene = ts.load_scene(file)
     assert len(scene.robot.feet) == legs and scene.robot.structure.body.mass == 3e-4
     assert all(one.capacitance for one in scene.robot.drives.values())  # a gait's design asks for energy
@@ -177,17 +196,6 @@ def test_a_new_robot_walks_on_any_number_of_legs(tarsus, tmp_path, legs):
     if legs <= 8:
         run = ts.simulate(scene, 0.25)
         assert run.ok and run.measures["mean_speed"].value > (1e-4 if legs == 1 else 2e-3)
-
-
-def test_a_campaign_is_checked_with_its_records(tarsus, lab):
-    tarsus("new", "campaign", lab, "--device", "cantilever")
-    bad = tarsus("check", lab)
-    assert bad.code == 2 and any("bare-1.csv" in one for one in bad.sentences)
-    text = (lab / "campaign.toml").read_text()
-    kept = text[: text.index("[records.bare]")] + text[text.index("[records.steps]") :]
-    (lab / "campaign.toml").write_text(kept)
-    bad = tarsus("check", lab)
-    assert bad.code == 2 and any("no channel is the displacement of point 'tip'" in one for one in bad.sentences)
 
 
 SWEPT = (
@@ -222,26 +230,20 @@ def bare(tmp_path):
     return tmp_path
 
 
-def test_units_may_be_said_once_for_all_files(tarsus, bare):
-    """Of channels that the defaults name a file may lack some."""
-    (bare / "campaign.toml").write_text(LOOPS.replace("PURPOSE", "loops"))
-    found = tarsus("check", bare)
-    assert "is a good campaign" in found.out, found.sentences
-    assert any("no records are for 'ramps'" in one for one in found.sentences)
-
-
 @pytest.mark.parametrize(
-    ("purpose", "signal", "said"),
+    ("purpose", "signal", "code", "said"),
     [
-        ("validation", "", "no set of records determines a number: all are for validation"),
-        ("modal", "", "need the swept sine that drove them"),
-        ("loops", SWEPT, "a swept sine serves 'modal', got 'loops'"),
+        ("loops", "", 0, "no records are for 'ramps'"),
+        ("validation", "", 2, "no set of records determines a number: all are for validation"),
+        ("modal", "", 2, "need the swept sine that drove them"),
+        ("loops", SWEPT, 2, "a swept sine serves 'modal', got 'loops'"),
     ],
 )
-def test_a_campaign_with_wrong_purposes_is_not_good(tarsus, bare, purpose, signal, said):
+def test_a_campaign_is_good_where_its_records_serve_their_purpose(tarsus, bare, purpose, signal, code, said):
+    """Of channels whose units are said once for all files a file may lack some."""
     (bare / "campaign.toml").write_text(LOOPS.replace("PURPOSE", purpose) + signal)
     found = tarsus("check", bare)
-    assert found.code == 2 and any(said in one for one in found.sentences), found.sentences
+    assert found.code == code and any(said in one for one in found.sentences), found.sentences
 
 
 def test_a_new_campaign_has_lines_to_uncomment_and_guesses_purposes(tarsus, bare):
@@ -273,39 +275,13 @@ def test_channels_of_a_new_campaign_fit_their_files_as_they_are_uncommented(tars
     assert not any("ramps-1.csv" in one and ("no channel" in one or "drive" in one) for one in said), said
 
 
-def test_read_tells_what_a_record_holds(tarsus, lab):
-    found = tarsus("show", lab / "steps-1.csv", "--json").json()
-    assert found["samples"] == 400 and found["rate_hz"] == pytest.approx(10e3)
-    tip = next(one for one in found["channels"] if one["name"] == "tip velocity")
-    assert tip["unit"] == "m/s" and tip["largest"] == pytest.approx(1e-3, rel=1e-3)
-    assert "a record of 400 samples at 10 kHz" in tarsus("show", lab / "steps-1.csv").out
-    bad = tarsus("show", lab / "none.csv")
-    assert bad.code == 2 and len(bad.sentences) == 1
-
-
-def test_a_forgotten_unit_is_remarked(tarsus, tmp_path):
-    far = tarsus("simulate", "cantilever", "--duration", "1 ms", "--set", "robot.feet.tip.gap=70")
-    assert far.code == 0 and [one for one in far.sentences if one.startswith("note: robot.feet.tip.gap: 70 m is far")]
-    usual = tarsus("simulate", "cantilever", "--duration", "1 ms", "--set", "robot.feet.tip.gap=70 um")
-    assert usual.sentences == []
-
-
-def test_packaged_devices_are_remarked_on_in_nothing(tarsus):
-    import tarsus as ts
-    from tarsus.base.plausible import remarks
-    from tarsus.files.library import device_names
-
+def test_packaged_devices_are_remarked_on_in_nothing():
     assert {name: remarks(ts.load_scene(name)) for name in device_names()} == {name: [] for name in device_names()}
 
 
-def test_doctor_checks_the_engine(tarsus):
+def test_doctor_checks_the_engine_and_complains_of_a_wrong_one(tarsus, monkeypatch):
     found = tarsus("doctor", "--json").json()
     assert found["engine_error"] < 1e-12 and found["devices"] >= 10
-
-
-def test_doctor_complains_of_a_wrong_engine(tarsus, monkeypatch):
-    from tarsus.inspection import installation
-
     monkeypatch.setattr(installation, "IMPACTS", (0.4515236409857308, 1.2642, 1.9957))
     said = tarsus("doctor")
     assert said.code == 1 and "build it again" in said.sentences[0]
@@ -313,13 +289,3 @@ def test_doctor_complains_of_a_wrong_engine(tarsus, monkeypatch):
 
 def test_completion_is_a_script(tarsus):
     assert "_tarsus" in tarsus("completion", "bash").out
-
-
-@pytest.mark.parametrize("words", [(), ("--legs", "2")])
-def test_sources_that_a_new_device_names_are_taken(tarsus, tmp_path, words):
-    """Each word that the file's comment offers for where a number comes from."""
-    file = tmp_path / "mine.toml"
-    assert tarsus("new", "device", file, *words).code == 0
-    text = file.read_text()
-    offered = re.search(r"^\[provenance\].*: (.*)$", text, re.MULTILINE)[1].replace(" or ", ", ").split(", ")
-    assert set(offered) == {one.value for one in Source}

@@ -68,18 +68,3 @@ def test_a_run_replaces_a_run(tarsus, tmp_path):
     present = {path.name for path in (tmp_path / "out").iterdir()}
     assert (tmp_path / "out" / "series.nc").read_bytes() != before
     assert {"notes.md", "series.nc"} <= present and not {"series.mat", "report.html"} & present
-
-
-def test_a_sweep_replaces_a_sweep(tarsus, tmp_path):
-    file = tmp_path / "study.toml"
-    file.write_text(STUDY, encoding="utf-8")
-    words = ("sweep", file, "-o", tmp_path / "out")
-    assert tarsus(*words).code == 0
-    (tmp_path / "out" / "notes.md").write_text("mine", encoding="utf-8")
-    file.write_text(STUDY.replace("count = 3", "count = 1"), encoding="utf-8")
-    refused = tarsus(*words)
-    assert refused.code == 2 and "--resume" in refused.sentences[0] and "--overwrite" in refused.sentences[0]
-    assert "give one of them" in tarsus(*words, "--resume", "--overwrite").sentences[0]
-    assert tarsus(*words, "--overwrite").code == 0
-    assert {path.name for path in (tmp_path / "out" / "units").rglob("*.npz")} == {"000000.npz"}
-    assert (tmp_path / "out" / "notes.md").is_file()

@@ -18,13 +18,9 @@ def line(result, start: str) -> str:
     return next(one for one in result.out.splitlines() if one.startswith(start))
 
 
-def test_devices_lists_the_packaged_ones(tarsus):
+def test_devices_are_listed_and_every_value_has_a_unit_and_a_provenance(tarsus):
     listed = {one["name"]: one for one in tarsus("devices", "--json").json()["devices"]}
     assert {"cantilever", "cantilever-1"} <= set(listed) and listed["cantilever"]["feet"] == 1
-    assert "cantilever-1" in tarsus("devices").out
-
-
-def test_every_value_has_a_unit_and_a_provenance(tarsus):
     for device, source in (("cantilever", "calibrated"), ("cantilever-1", "printed")):
         values = {one["path"]: one for one in tarsus("show", device, "--json").json()["values"]}
         assert len(values) > 10 and values["ground.adhesion.initial"]["unit"] == "N"
@@ -63,8 +59,12 @@ def test_intervals_impact_map_and_landing_rule_are_shown(tarsus, tmp_path):
     assert "95 % interval" not in tarsus("show", BALL).out
 
 
-def test_check_accepts_what_was_written_and_names_all_errors_at_once(tarsus, scene_table, save):
+def test_check_accepts_what_was_written_and_names_all_errors_at_once(tarsus, scene_table, save, magnet):
     assert "is a good scene" in tarsus("check", save(scene_table)).out
+    scene_table["ground"]["laws"] = {"magnet": {"strength": "2e-24 N m^4"}}
+    alone = tarsus("check", save(scene_table))
+    assert alone.code == 2 and "--law" in alone.sentences[0]
+    assert tarsus("check", save(scene_table), "--law", magnet).code == 0
     scene_table["ground"]["film"]["thickness"] = "0 um"
     scene_table["ground"]["adhesion"]["inital"] = scene_table["ground"]["adhesion"].pop("initial")
     scene_table["robot"]["feet"]["tip"]["gap"] = "3 mg"
@@ -72,14 +72,6 @@ def test_check_accepts_what_was_written_and_names_all_errors_at_once(tarsus, sce
     assert result.code == 2
     for parts in (("ground.film.thickness", "above 0"), ("inital", "'initial'"), ("robot.feet.tip.gap", "a mass")):
         assert any(all(part in one for part in parts) for one in result.sentences)
-
-
-def test_check_of_a_scene_with_a_law_of_ones_own(tarsus, scene_table, save, magnet):
-    scene_table["ground"]["laws"] = {"magnet": {"strength": "2e-24 N m^4"}}
-    file = save(scene_table)
-    alone = tarsus("check", file)
-    assert alone.code == 2 and "--law" in alone.sentences[0]
-    assert tarsus("check", file, "--law", magnet).code == 0
 
 
 @pytest.fixture(scope="module")
@@ -142,14 +134,6 @@ def test_a_value_is_compared_with_the_interval_of_the_other(tarsus, tmp_path):
     assert "1 of 2 values with a 95 % interval" in tarsus("show", "cantilever", other).out
 
 
-@pytest.mark.slow
-def test_a_page_is_made_again_without_simulating(tarsus, runs, monkeypatch):
-    monkeypatch.setattr(ts, "simulate", lambda *_, **__: pytest.fail("simulated"))
-    found = tarsus("report", runs / "b", "--no-browser", "--json").json()
-    assert found == {"page": str(runs / "b" / "report.html")}
-    assert "cantilever" in (runs / "b" / "report.html").read_text()
-
-
 def test_a_folder_where_another_verb_keeps_its_runs_is_no_sweep(tarsus, tmp_path):
     RunStore.open(tmp_path / "fit", {"study.toml": "", "scene.toml": ""}, what="calibration")
     shown = tarsus("show", tmp_path / "fit")
@@ -176,27 +160,3 @@ def test_a_file_that_is_no_record_yet_is_listed_and_not_good(tarsus, tmp_path):
     assert [one["name"] for one in tarsus("show", str(file), "--json").json()["series"]][:2] == ["time", "velocity"]
     checked = tarsus("check", str(file))
     assert checked.code == 2 and "nothing says what channel 'velocity' measures" in checked.err
-
-
-def test_one_of_several_records_is_shown(tarsus, tmp_path):
-    file = tmp_path / "record.csv"
-    rows = "".join(f"{i},{i % 3}\n" for i in range(6))
-    file.write_text("Sample rate: 1 kHz\nSamples: 3\ntip [m/s],drive [V]\n" + rows)
-    shown = tarsus("show", str(file))
-    assert "2 series in each of 2 records" in shown.out and "say which with record" in shown.err
-    assert "a record of 3 samples at 1 kHz" in tarsus("show", str(file), "--record", "2").out
-
-
-def test_a_signal_whose_file_begins_late_is_remarked(tarsus, tmp_path):
-    (tmp_path / "late.csv").write_text("time (s),drive (mV)\n5,0\n5.1,8000\n5.2,0\n")
-    scene = tmp_path / "scene.toml"
-    scene.write_text(
-        'name = "late"\nduration = "10 ms"\n[robot.structure]\nkind = "lumped"\ncoordinates = ["tip"]\n'
-        'mass = ["1 ug"]\nstiffness = ["0.02 N/m"]\ndamping_ratios = [0.02]\n[robot.drives.pzt]\n'
-        'load = { kind = "point", weights = { tip = 1.0 } }\nlaw = { kind = "linear", gain = "-0.2 uN/V" }\n'
-        '[robot.feet.tip]\npoint = "tip"\ngap = "70 um"\n[signals.pzt]\nkind = "sampled"\nfile = "late.csv"\n'
-        "[ground.restitution]\ncoefficient = 0.4\n",
-        encoding="utf-8",
-    )
-    assert "late.csv begins at 5 s of its own clock" in tarsus("check", str(scene)).err
-    assert "late.csv begins at 5 s of its own clock" in "\n".join(ts.simulate(ts.load_scene(scene)).remarks)

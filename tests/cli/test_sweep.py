@@ -51,7 +51,7 @@ def test_a_study_becomes_one_file(tarsus, study, tmp_path):
         assert np.isfinite(dataset["peak"].values).all()
 
 
-def test_an_occupied_folder_is_refused_and_resumed(tarsus, study, tmp_path):
+def test_an_occupied_folder_is_refused_resumed_and_replaced(tarsus, study, tmp_path):
     words = ("sweep", study(), "-o", tmp_path / "out")
     assert tarsus(*words).code == 0
     before = files(tmp_path / "out")
@@ -66,6 +66,11 @@ def test_an_occupied_folder_is_refused_and_resumed(tarsus, study, tmp_path):
     other = tarsus(*words, "--resume")
     assert other.code == 2 and "another sweep (its study.toml differs)" in other.sentences[0]
     assert files(tmp_path / "out") == before
+    (tmp_path / "out" / "notes.md").write_text("mine", encoding="utf-8")
+    study(count=1, chunk=10)
+    assert tarsus(*words, "--overwrite").code == 0
+    assert [path.name for path in (tmp_path / "out" / "units").rglob("*.npz")] == ["000000.npz"]
+    assert (tmp_path / "out" / "notes.md").is_file()
 
 
 @pytest.mark.slow

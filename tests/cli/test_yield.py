@@ -36,25 +36,12 @@ def test_robots_become_curves_and_a_page(tarsus, tmp_path, opened):
     assert opened(tmp_path / "out", "yield", "matters most")["robots"] == 24
     collected = opened(tmp_path / "out" / "robots" / "sweep.nc", "series", "mean_speed")["series"]
     assert next(one["smallest"] for one in collected if one["name"] == "mean_speed") == speed.min()
-    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert "Yield against requirement" in page and "Whose scatter matters" in page and "Dead legs" in page
     before = (tmp_path / "out" / "yield.json").read_bytes()
     again = tarsus(*WORDS, *FEW, "-o", tmp_path / "out", "--resume", "--json")
     said = json.loads(again.out)
     assert again.code == 0 and said["robots"] == 24 and list(said["shares"]) == ["mean_speed"]
     assert said["shares"]["mean_speed"][0] == pytest.approx((speed >= 0.0).mean())
     assert (tmp_path / "out" / "yield.json").read_bytes() == before
-
-
-def test_no_runs_but_those_asked_for(tarsus, tmp_path):
-    """Of a robot that is no walker too, whose foot is judged by its bounces."""
-    words = ("--scatter", "robot.drives.pzt.law.linear=10%", "--set", "duration=60 ms")
-    result = tarsus("yield", "cantilever", *words, "--robots", "3", "-o", tmp_path / "out")
-    assert result.code == 0 and "further runs" not in result.err
-    assert [name in result.out for name in ("peak", "bounces", "mean speed")] == [True, True, False]
-    with xr.open_dataset(tmp_path / "out" / "robots" / "sweep.nc") as robots:
-        assert robots.sizes["run"] == 3
-    assert not (tmp_path / "out" / "legs").exists()
 
 
 def test_runs_about_legs_can_be_left_out(tarsus, tmp_path):
