@@ -11,10 +11,10 @@ import h5netcdf
 import h5py
 import numpy as np
 import pytest
-from nptdms import ChannelObject, TdmsWriter
 from scipy.io import netcdf_file, savemat
 
 import tarsus as ts
+import tdms_files
 from tarsus.formats import raw
 from tarsus.formats.content import content_of
 from tarsus.records.measurement import Quantity
@@ -129,34 +129,9 @@ def test_netcdf_with_named_points(tmp_path):
     assert record["velocity/hip"] == pytest.approx(2e-3 * TIP)
 
 
-def test_a_run_that_tarsus_kept(tmp_path):
-    from tarsus.files.series import Variable, write_netcdf
-
-    variables = {
-        "time": Variable(("time",), TIME, {"units": "s"}),
-        "gap": Variable(("time", "foot"), np.column_stack([TIP, -TIP]), {"units": "m"}),
-        "foot": Variable(("foot",), np.array(["left", "right"]), {}),
-    }
-    write_netcdf(variables, {}, tmp_path / "run.nc")
-    record = read_measurement(tmp_path / "run.nc")
-    assert record.names == ("gap/left", "gap/right") and record["gap/right"] == pytest.approx(-TIP)
-
-
-def tdms(path: Path) -> Path:
-    with TdmsWriter(path) as writer:
-        waveform = {"wf_increment": 1e-3, "wf_start_offset": 0.25}
-        writer.write_segment(
-            [
-                ChannelObject("run", "tip", TIP, {**waveform, "unit_string": "mm/s"}),
-                ChannelObject("run", "volts", VOLTS, {**waveform, "NI_UnitDescription": "Volts"}),
-                ChannelObject("run", "remarks", ["a", "b"]),
-            ]
-        )
-    return path
-
-
 def test_tdms_without_its_library_says_what_to_do(tmp_path, monkeypatch):
-    path = tdms(tmp_path / "record.tdms")
+    path = tmp_path / "record.tdms"
+    next(case for case in tdms_files.CASES if case.name == "writer.tdms").write(path)
     monkeypatch.setitem(sys.modules, "nptdms", None)
     with pytest.raises(ts.InputError, match=r"install it with pip install nptdms, or export the file as LVM"):
         read_measurement(path)

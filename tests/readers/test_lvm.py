@@ -27,14 +27,11 @@ def test_a_shock_record():
     assert "taken in m/s^2 as chosen; the file says 's'" in notes
     assert "the header says one sample every 0.000586 s for 'accelerometer_base'" in notes
     assert "not chosen: 'excitation_vibration', 'excitation_shock', 'accelerometer_board'" in notes
-
-
-def test_columns_that_go_on_are_told():
-    record = read_measurement(
+    more = read_measurement(
         SHOCK / "shock_hit_0.5.lvm", channels={**CHANNELS, "excitation_vibration": "V"}, axis="time"
     )
-    assert record.count == 12375 and record.drive is None
-    assert "'excitation_vibration' goes on for 841 samples after the shortest" in "\n".join(record.notes)
+    assert more.count == 12375 and more.drive is None
+    assert "'excitation_vibration' goes on for 841 samples after the shortest" in "\n".join(more.notes)
 
 
 def changed(tmp_path: Path, old: str, new: str) -> Path:

@@ -116,12 +116,6 @@ READ: dict[str, tuple[str, dict[str, Any], dict[str, Any], tuple[str, ...]]] = {
         {"tip": MM[:3], "drive": [3.0, 4.0, 5.0]},
         (),
     ),
-    "more rows than announced.csv": (
-        "Samples: 3\nt [s],tip [mm/s]\n" + "".join(f"0.{i},{i}\n" for i in range(6)),
-        {},
-        {"tip": MM},
-        (GO_ON,),
-    ),
     "words below.csv": (
         "t (s),tip (mm/s)\n0.0,1\n0.1,2\n0.2,4\n\nMean,2.33\nEnd of file\n",
         {},
@@ -135,7 +129,6 @@ READ: dict[str, tuple[str, dict[str, Any], dict[str, Any], tuple[str, ...]]] = {
         (),
     ),
     "empty lines.csv": ("t (s),x (mm)\n\n0.0,1\n\n0.1,3\n\n0.2,2\n\n", {}, {"x": [1e-3, 3e-3, 2e-3]}, ()),
-    "second of two records.lvm": (lvm(SIX), {"record": 2}, {"drive": THREES, "tip": MM[3:]}, ()),
     "joined.lvm": (lvm(SIX), {"record": 0}, {"drive": THREES * 2, "tip": MM}, ("2 records are joined, as chosen",)),
     "more rows than announced.lvm": (
         lvm("".join(f"{i / 1000}\t{i % 3}.5\t{i}.0\n" for i in range(6)), "One"),
