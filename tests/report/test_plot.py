@@ -78,18 +78,6 @@ def test_a_batch_draws_a_measure_over_one_number_or_a_grid_of_two():
         batch.plot("hardest_impct")
 
 
-@pytest.mark.slow
-def test_multipliers_and_branches_are_drawn():
-    orbit = ts.periodic(scene("impact_oscillator"))
-    dots = ts.plot.multipliers(orbit).get_lines()[1]
-    product = np.prod(dots.get_xdata() + 1j * dots.get_ydata())
-    assert product.real == pytest.approx(orbit.determinant)
-    found = ts.branch(scene("impact_oscillator"), {"signals.shaker.amplitude": (1.0, 1.05)}, starts=0)
-    axes = ts.plot.branch(found)
-    assert len(axes.get_lines()[0].get_xdata()) == len(found[0].points)
-    assert axes.get_lines()[0].get_ydata()[0] == pytest.approx(1.6957329376, abs=1e-8)
-
-
 def test_multipliers_of_a_pair_are_one_curve_and_small_ones_are_not_drawn():
     orbit = ts.periodic(scene("impact_oscillator"))
     for multipliers, words in {

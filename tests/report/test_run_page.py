@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-import subprocess
-import sys
-from pathlib import Path
 
-import matplotlib
 import numpy as np
 import pytest
 
@@ -18,12 +14,11 @@ from scene_files import scene as scene_of
 from tarsus.base.errors import InputError
 from tarsus.measure import CautionKind
 from tarsus.model.scene import Provenance, Source
-from tarsus.model.values import ValueRow, grouped, value_rows
+from tarsus.model.values import ValueRow, grouped
 from tarsus.report import write_report
 from tarsus.report.figures import turns_of
 from tarsus.report.run_page import MOST_EVENTS, report_html
 from tarsus.report.series import contact_intervals, drive_period, series_of
-from tarsus.report.sheet import Sheet, figure_style, to_svg
 from tarsus.solve.codes import EVENT_TYPE
 from tarsus.tables.numbers import amount
 
@@ -53,26 +48,8 @@ def companion(scene: ts.Scene) -> ts.Run:
 
 
 @pytest.fixture(scope="module")
-def stored(run: ts.Run, tmp_path_factory: pytest.TempPathFactory) -> ts.Run:
-    """The run as it is read back from a folder: a table whose parts can be replaced."""
-    folder = tmp_path_factory.mktemp("run")
-    return ts.load_run(run.save(folder))
-
-
-@pytest.fixture(scope="module")
 def page_text(run: ts.Run, companion: ts.Run) -> str:
     return report_html(run, companion)
-
-
-@pytest.fixture(scope="module")
-def failed() -> ts.Run:
-    """A run that stopped, after more events than are listed."""
-    return ts.simulate(scene_of("vibrating_table"), 800.0, ts.Accuracy(steps=2000))
-
-
-@pytest.fixture(scope="module")
-def failed_text(failed: ts.Run) -> str:
-    return report_html(failed)
 
 
 @pytest.fixture(scope="module")
@@ -81,78 +58,43 @@ def page(page_text: str) -> Page:
     return alone(page_text)
 
 
-def test_page_says_what_was_run_and_how_it_ended(run: ts.Run, page: Page) -> None:
-    assert run.code.value in page.text
+def test_the_page_says_what_was_run_and_what_came_of_it(run: ts.Run, page_text: str, page: Page) -> None:
+    assert run.code.value in page.text and 'class="verdict failed"' not in page_text
     assert "square, amplitude 8 V, frequency 50 Hz" in page.text
     assert re.search(r"90 ms simulated, computed in [\d.]+ m?s; 24 contact events", page.text)
     headings = ["Motion", "Measures", "Forces", "Energy", "Events", "Values of this run"]
     positions = [page.text.index(f" {heading} ") for heading in headings]
     assert positions == sorted(positions)
-
-
-def test_failed_run_is_marked(failed_text: str, page_text: str) -> None:
-    assert 'class="verdict failed"' in failed_text and 'class="verdict failed"' not in page_text
-
-
-def test_every_figure_has_its_caption_and_axes_have_units(page: Page) -> None:
-    figures = page.tags.count("figure")
-    assert figures == page.tags.count("figcaption") == 7
-    for label in ("displacement (µm)", "drive (V)", "time (ms)", "energy since start (nJ)"):
+    assert page.tags.count("figure") == page.tags.count("figcaption") == 7
+    for label in ("displacement (µm)", "drive (V)", "time (ms)", "energy since start (nJ)", "without adhesion"):
         assert label in page.text
-    assert "without adhesion" in page.text
-
-
-def test_without_companion_there_is_one_curve(run: ts.Run) -> None:
-    text = Page(report_html(run)).text
-    assert "without adhesion" not in text
-
-
-def test_texts_of_the_scene_are_escaped(page_text: str, page: Page) -> None:
+    assert "total time per drive period with zero gap" in page.text
+    assert f" contact duration {amount(run.measures['contact_duration'].value, 's')} " in page.text
+    assert "nan" not in page.text.lower().replace("nanometre", "")
     assert "<laser" not in page_text and "<micro>" not in page_text
     assert "<laser vibrometer> & network analyser" in page.text
     assert "contact dynamics of <micro> robots" in page.text
 
 
-def test_measures_come_with_definition_and_spread(run: ts.Run, page: Page) -> None:
-    contact = run.measures["contact_duration"]
-    assert "total time per drive period with zero gap" in page.text
-    assert f" contact duration {amount(contact.value, 's')} " in page.text
-    assert "nan" not in page.text.lower().replace("nanometre", "")
-
-
-def test_values_come_with_provenance(scene: ts.Scene) -> None:
-    bare = {path: one for path, one in scene.provenance.items() if not path.startswith("robot.feet")}
-    rows = {row.path: row for row in value_rows(ts.with_values(scene, {"provenance": bare}))}
-    assert rows["robot.structure.frequencies"].value == "623 Hz, 6.424 kHz"
-    assert rows["robot.structure.frequencies"].source == "printed"
-    assert rows["ground.film.coefficient"].source == scene.origin("ground.film.coefficient").source.value
-    assert rows["robot.feet.tip.gap"].value == "70 µm"
-    assert rows["robot.feet.tip.gap"].source == ""
-
-
-def test_long_event_list_is_cut_and_says_so(failed: ts.Run, failed_text: str) -> None:
+def test_a_failed_run_says_so_lists_its_first_events_and_what_its_measures_count() -> None:
+    failed = ts.simulate(scene_of("vibrating_table"), 800.0, ts.Accuracy(steps=2000))
+    failed_text = report_html(failed)
+    assert 'class="verdict failed"' in failed_text
     rows = failed_text.partition(">Events<")[2]
     assert rows.count(">bounce</td>") == np.count_nonzero(failed.events["kind"][:MOST_EVENTS] == 1)
     more = len(failed.events) - MOST_EVENTS
     assert more > 0 and f"The first {MOST_EVENTS} are listed; {more} more are in events.csv." in failed_text
+    text = Page(failed_text).text
+    assert CautionKind.COUNTED_LOW in {one.kind for one in failed.measures.warnings}
+    for one in failed.measures.warnings:
+        assert f"Note: {one}".replace(" um", " µm") in text
+    assert "flights above 100 nm, after contacts below 500 µs" in text
+    assert "names that begin with max, total or longest are of the whole run" in text
 
 
-def test_run_that_never_touches(scene: ts.Scene) -> None:
-    high = ts.simulate(
-        ts.with_values(scene, {"robot.feet.tip.gap": 1e-3, "ground.film": None, "ground.adhesion": None}), 0.045
-    )
-    text = Page(report_html(high)).text
-    assert "No foot touched the ground." in text
-
-
-def test_several_feet_get_a_panel_each() -> None:
+def test_pages_of_several_feet_and_of_none() -> None:
     text = Page(report_html(ts.simulate(scene_of("three_feet"), 0.03))).text
-    for foot in "abc":
-        assert f"Forces that act on foot {foot}" in text
-    assert " contact " in text
-
-
-def test_run_without_feet_or_drives() -> None:
+    assert " contact " in text and all(f"Forces that act on foot {foot}" in text for foot in "abc")
     structure = ts.Modal(frequencies=(1e2,), damping_ratios=(0.1,), modal_masses=(1e-6,), shapes={"a": (1.0,)})
     start = ts.Initial(displacement=(1e-6,))
     bare = ts.Scene(name="bare", robot=ts.Robot(structure=structure), initial=start, duration=0.02)
@@ -175,27 +117,16 @@ def test_equal_runs_give_equal_pages(run: ts.Run, companion: ts.Run, page_text: 
     assert report_html(run, companion) == page_text
 
 
-def test_settings_of_matplotlib_are_left_alone() -> None:
-    before = dict(matplotlib.rcParams)
-    with figure_style():
-        inside = dict(matplotlib.rcParams)
-        sheet = Sheet()
-        sheet.stacks(1, [1.0])
-        to_svg(sheet.figures[0], "a panel")
-    assert dict(matplotlib.rcParams) == before != inside
-
-
-def test_stored_run_can_be_reported(run: ts.Run, stored: ts.Run, tmp_path: Path) -> None:
-    path = write_report(stored, tmp_path / "report.html")
-    text = path.read_text(encoding="utf-8")
-    assert run.code.value in text
-    assert "computed in" not in text
-
-
-def test_report_into_a_folder_is_refused(run: ts.Run, tmp_path: Path, monkeypatch) -> None:
-    monkeypatch.setattr("tarsus.report.run_page.report_html", lambda *words, **options: "<html></html>")
+def test_a_stored_run_is_reported_and_its_account_shows_no_number_below_its_rounding(run: ts.Run, tmp_path) -> None:
+    stored = ts.load_run(run.save(tmp_path / "run"))
+    text = write_report(stored, tmp_path / "report.html").read_text(encoding="utf-8")
+    assert run.code.value in text and "computed in" not in text
     with pytest.raises(InputError, match="folder"):
-        write_report(run, tmp_path)
+        write_report(stored, tmp_path)
+    found = dataclasses.replace(stored.ledger, work_in=1e-9, adhesion=8.623e-39, friction=2e-14)
+    table = report_html(ts.Run.of(dataclasses.replace(stored.arrays(), ledger=found))).partition("in numbers")[2]
+    for name, energy in (("lost to adhesion", "0 J"), ("lost to friction", "20 fJ")):
+        assert re.findall(rf'<td>{name}</td><td class="n">([^<]*)', table) == [energy]
 
 
 def test_contact_intervals_follow_the_events() -> None:
@@ -214,38 +145,6 @@ def test_windows_end_at_whole_periods(run: ts.Run) -> None:
     assert series.last_periods(10) == series.whole
     part = series.inside((0.04, 0.08))
     assert series.time[part][0] <= 0.04 and series.time[part][-1] >= 0.08
-
-
-@pytest.mark.slow
-def test_matplotlib_is_loaded_only_for_pages_that_draw_with_it() -> None:
-    check = (
-        "import sys, tarsus.files.store as s; print({'matplotlib', 'xarray'} & {*sys.modules})\n"
-        "import tarsus.report; print('matplotlib' in sys.modules)\n"
-        "import tarsus as ts; tarsus.report.run_page.report_html(ts.simulate('cantilever', '50 ms'))\n"
-        "print('matplotlib' in sys.modules)"
-    )
-    done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["set()", "False", "False"]
-
-
-def test_measures_say_what_they_count_and_where_that_misleads(failed: ts.Run, failed_text: str) -> None:
-    text = Page(failed_text).text
-    assert CautionKind.COUNTED_LOW in {one.kind for one in failed.measures.warnings}
-    for one in failed.measures.warnings:
-        assert f"Note: {one}".replace(" um", " µm") in text
-    assert "flights above 100 nm, after contacts below 500 µs" in text
-    assert "names that begin with max, total or longest are of the whole run" in text
-
-
-def test_an_account_shows_no_number_below_its_rounding(stored: ts.Run) -> None:
-    found = dataclasses.replace(stored.ledger, work_in=1e-9, adhesion=8.623e-39, friction=2e-14)
-    page = report_html(ts.Run.of(dataclasses.replace(stored.arrays(), ledger=found)))
-    table = page.partition("The account in numbers")[2]
-    row = {
-        name: re.findall(rf'<td>{name}</td><td class="n">([^<]*)', table)
-        for name in ("lost to adhesion", "lost to friction")
-    }
-    assert row["lost to adhesion"] == ["0 J"] and row["lost to friction"] == ["20 fJ"]
 
 
 def test_equal_members_are_shown_once() -> None:
@@ -267,11 +166,3 @@ def test_equal_members_are_shown_once() -> None:
         ("legs.*.load.*_hip", "all 8"): "3 m",
     }
     assert grouped(rows[:5]) == rows[:5], "a single member stays as it is"
-
-
-def test_headings_are_listed_and_the_page_has_a_dark_side(page_text: str, page: Page) -> None:
-    targets = [value for tag, name, value in page.attributes if (tag, name) == ("h2", "id")]
-    links = [value for tag, name, value in page.attributes if (tag, name) == ("a", "href")]
-    assert len(targets) == 7 and [f"#{one}" for one in targets] == links[1:8]
-    assert "prefers-color-scheme: dark" in page_text and 'id="theme"' in page_text
-    assert "prefers-reduced-motion" in page_text
