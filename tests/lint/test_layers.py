@@ -6,12 +6,17 @@ import ast
 import re
 import subprocess
 import sys
+from collections import defaultdict
 from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "src"
 SOURCES = sorted(PACKAGE.rglob("*.py"))
+NATIVE = PACKAGE / "tarsus" / "core" / "native"
+FLOORS = [{"base"}, {"laws", "drives"}, {"march"}, {"measure", "modal", "legged"}, {"flights"}, {"packet"}]
+"""Rooms of the engine from below; those of one floor do not know each other. Bindings (*.cpp) are doors, and may know
+every room."""
 
 
 def modules_after(statement: str) -> set[str]:
@@ -41,11 +46,6 @@ def test_a_verb_loads_no_other_verb():
     assert "tarsus.files.library" in loaded and not loaded & {"tarsus.study.bench", "tarsus.identify.verb"}
 
 
-def test_the_command_line_starts_light():
-    loaded = modules_after("import tarsus.cli.app")
-    assert not loaded & {"numba", "matplotlib", "xarray", "scipy", "pydantic", "numpy"}
-
-
 @cache
 def texts() -> dict[str, str]:
     """Every source file by its path in the package."""
@@ -68,10 +68,33 @@ def test_the_engine_numbers_events_codes_and_states_as_python_does():
     from tarsus.base.events import EventKind, FootState
     from tarsus.core import arrays
 
-    text = (PACKAGE / "tarsus" / "core" / "native" / "march" / "kinds.hpp").read_text(encoding="utf-8")
+    text = (NATIVE / "march" / "kinds.hpp").read_text(encoding="utf-8")
     enums = {name: re.sub(r"//.*", "", body) for name, body in re.findall(r"enum (\w+) \{(.*?)\}", text, re.DOTALL)}
     kinds = dict(re.findall(r"(\w+) = (\d+)", enums["EventKind"]))
     assert {name: int(number) for name, number in kinds.items()} == {one.name: one.value for one in EventKind}
     assert [one.strip() for one in enums["Contact"].split(",")] == [one.name for one in FootState]
     codes = [one.strip() for one in enums["Code"].split(",")][:-1]  # the last one never leaves the engine
     assert [getattr(arrays, name) for name in codes] == list(range(len(codes)))
+
+
+def test_a_class_name_exists_once():
+    """Private ones too, within functions and other classes as well, so that a name says what is meant wherever it
+    stands."""
+    found = defaultdict(list)
+    for path, text in texts().items():
+        for name in re.findall(r"^ *class (\w+)[(:\[]", text, re.MULTILINE):
+            found[name].append(path)
+    assert {name: files for name, files in found.items() if len(files) > 1} == {}
+
+
+def test_headers_of_the_engine_know_rooms_below_only():
+    """So that each room can be read without those above."""
+    floor_of = {room: n for n, floor in enumerate(FLOORS) for room in floor}
+    wrong = [
+        f"{header.relative_to(NATIVE)} includes {room}"
+        for header in NATIVE.glob("*/*.hpp")
+        for room in re.findall(r'^#include "(\w+)/', header.read_text(encoding="utf-8"), re.MULTILINE)
+        if room != header.parent.name and floor_of[room] >= floor_of[header.parent.name]
+    ]
+    assert wrong == []
+    assert {path.parent.name for path in NATIVE.glob("*/*.[hc]pp")} == set(floor_of)

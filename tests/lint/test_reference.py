@@ -92,13 +92,10 @@ def test_every_page_of_the_reference_has_an_example():
     assert [name for name in shown if id(found(name)) not in {id(found(one)) for one in LISTED}] == []
 
 
-def test_a_campaign_is_identified_by_the_name_of_its_package():
-    with pytest.raises(tarsus.InputError, match=r"nowhere\.toml"):
-        tarsus.identify("nowhere.toml")
-    assert tarsus.modes.ModalFit is found("tarsus.modes.modal.ModalFit")
-
-
-def test_a_verb_that_is_a_package_too_can_be_called():
+def test_verbs_that_are_packages_too_can_be_called():
     importlib.import_module("tarsus.calibrate.weighted_ensemble")
     with pytest.raises(tarsus.InputError, match="no calibration is called 'nope'"):
         tarsus.calibrate("nope")
+    with pytest.raises(tarsus.InputError, match=r"nowhere\.toml"):
+        tarsus.identify("nowhere.toml")
+    assert tarsus.modes.ModalFit is found("tarsus.modes.modal.ModalFit")

@@ -16,15 +16,12 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
-def test_the_readme_has_exactly_two_set_up_commands():
+def test_the_readme_has_exactly_two_set_up_commands_and_ci_takes_its_tests_from_there():
     marked = re.findall(r"<!-- command: (\w+) -->\n```bash\n(.+)\n```", README)
     assert [name for name, _ in marked] == ["run", "test"]
     assert len(re.findall(r"^```bash$", README, re.MULTILINE)) == 2
     for _, command in marked:
         assert "\n" not in command and "-c constraints.txt" in command
-
-
-def test_ci_takes_its_test_command_from_the_readme():
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     assert 'step "README, tests" readme test' in script and 'readme_command "$1"' in script
     assert os.access(ROOT / ".ci" / "run", os.X_OK)
