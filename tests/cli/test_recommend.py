@@ -36,22 +36,6 @@ def test_a_table_and_a_plan(tarsus, plain):
     assert any(line.startswith("Lower bounds: ") for line in lines[-2:])
 
 
-@pytest.mark.slow
-def test_a_walker_is_told_of_its_gait_and_its_legs(tarsus):
-    words = ("--vary", "hz=50", "--vary", "volts=14", "--budget", "0.3 s")
-    result = tarsus("recommend", "millipede", *words)
-    assert result.code == 0 and "exercise-L1 at 50 Hz, 14 V" in result.out
-    last = result.out.splitlines()[-1]
-    assert last.startswith("Not from these records: ") and "ground.adhesion.rate" in last
-    found = tarsus("recommend", "millipede", *words, "--json").json()
-    assert found["parameter"] is None and found["std"] is None
-    by_name = {one["name"]: one for one in found["records"]}
-    walk = by_name["gait at 50 Hz, 14 V"]
-    assert walk["gait"]["frequency"] == 50.0 and walk["bounds"]["ground.adhesion.rate"] is None
-    assert walk["bounds"]["ground.restitution.coefficient"] < 0.01
-    assert {one["path"]: one["says"] for one in found["numbers"]}["ground.friction.coefficient"] == "determined"
-
-
 def test_one_json_object(tarsus, plain):
     steps = ("--vary", "hz=25, 100", "--vary", "volts=6", "--vary", "ramp=0.25", "--vary", "gap=70 um, 90 um")
     words = (*steps, "--unknown", "robot.feet.tip.gap", "--spread", "0.1", "--json")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 import tarsus as ts
+from scene_files import scene
 
 
 class Sticky(ts.SmoothLaw):
@@ -37,17 +38,7 @@ def test_a_run_cites_the_library_its_device_and_its_laws_once(tmp_path):
 
 
 def test_a_scene_of_ones_own_cites_the_laws_it_uses():
-    ball = ts.Scene(
-        name="ball",
-        duration=0.1,
-        robot=ts.Robot(
-            structure=ts.Lumped(coordinates=("ball",), mass=((1e-6,),), stiffness=((0.0,),)),
-            drives={},
-            feet={"ball": ts.Foot(point="ball", gap="70 um")},
-        ),
-        ground=ts.Ground(restitution=ts.Restitution(coefficient=0.4), gravity=ts.Gravity()),
-        signals={},
-    )
-    assert list(entries(ts.simulate(ball).citations())) == ["software{tarsus"]
+    ball = scene("ball")
+    assert list(entries(ts.simulate(ball, "1 ms").citations())) == ["software{tarsus"]
     film = ts.with_values(ball, {"ground.film": ts.Film(coefficient=1e-21, thickness="3 um")})
     assert "phdthesis{tarsus-source-1" in entries(ts.simulate(film, "1 ms").citations())

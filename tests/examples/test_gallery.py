@@ -30,10 +30,6 @@ def pixels(file: Path) -> np.ndarray:
     return np.asarray(Image.open(file).convert("L"), dtype=float) / 255.0
 
 
-def test_a_picture_is_what_its_example_draws(script: dict[str, Any], tmp_path: Path) -> None:
-    again(script, "bouncing-ball", tmp_path)
-
-
 LONG = ("switch", "thirty-legs")
 """Pictures that take 26 of 31 s of CPU; the tutorial of landings and the test of the example run the same."""
 

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import ast
 import re
 from pathlib import Path
 
 import nbformat
 import pytest
 from PIL import Image
-
-import tarsus as ts
 
 NOTEBOOKS = Path(__file__).parents[2] / "docs" / "notebooks"
 
@@ -62,17 +59,12 @@ def test_the_index_and_every_notebook_open_with_a_picture_that_moves(file: str) 
         assert movie.n_frames > 20 and movie.info["loop"] == 0
 
 
-# The fast sibling of the run below.
 @pytest.mark.parametrize("name", CLAIMS)
-def test_notebooks_hold_no_results_and_name_what_there_is(name: str) -> None:
+def test_notebooks_hold_no_results_and_their_links_lead_somewhere(name: str) -> None:
     notebook = read(name)
     nbformat.validate(notebook)
     cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
     assert len(cells) > 5 and not any(cell.outputs or cell.execution_count for cell in cells)
-    for cell in cells:
-        for node in ast.walk(ast.parse(cell.source)):
-            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "ts":
-                assert hasattr(ts, node.attr), f"{name}: ts.{node.attr}"
     words = "".join(cell.source for cell in notebook.cells if cell.cell_type == "markdown")
     for link in re.findall(r"\]\((\.\./[^)#]+)", words):
         assert (NOTEBOOKS / link).is_file(), f"{name}: {link}"
