@@ -40,6 +40,8 @@ def test_the_cuts_of_figures_cross_on_the_map(walker):
     assert np.ptp(line[:, 1]) == 0.0 and line[0, 1] == own[1] and line[[0, -1], 0] == pytest.approx([1e-22, 1e-16])
     assert np.ptp(other[:, 0]) == 0.0 and other[0, 0] == own[0] and other[[0, -1], 1] == pytest.approx([1e-8, 0.1])
     assert [one.name for one in walker.overlaid("millipede-electrostatics").overlays] == [along.name]
+    packaged = overlays_of(dataclasses.replace(walker, x=walker.y, y=walker.x), "millipede-map")
+    assert len(packaged) == 2 and all("Fig. 4." in one.name for one in packaged)
 
 
 def test_a_study_of_several_values_of_the_other_number_is_as_many_lines(walker):
@@ -68,14 +70,11 @@ def test_a_curve_is_read_from_a_table(beam, tmp_path):
         ("millipede-adhesoin", "did you mean 'millipede-adhesion'"),
     ],
 )
-def test_what_cannot_be_drawn_is_said(beam, word, sentence):
+def test_what_cannot_be_drawn_is_said(beam, tmp_path, word, sentence):
     with pytest.raises(ts.InputError, match=sentence):
         beam.overlaid(word)
     with pytest.raises(ts.InputError, match="a number of lines of 1 or more"):
         beam.overlaid(branch=0)
-
-
-def test_a_table_without_numbers_is_no_curve(beam, tmp_path):
     (tmp_path / "x.csv").write_text("gap,volts\n6e-5,six\n", encoding="utf-8")
     with pytest.raises(ts.InputError, match="a curve has two columns of numbers"):
         beam.overlaid(tmp_path / "x.csv")
@@ -104,11 +103,6 @@ def test_a_packaged_map_draws_its_closed_forms():
     np.testing.assert_allclose(flip[:, 1], np.hypot(born, 2 * (1 + e * e) / (1 + e) ** 2), rtol=1e-7)
     assert found.class_at(0.3, 0.95) == "period 1, stays on the ground" and set(lift[:, 1]) == {1.0}
     assert found.class_at(0.7, 0.95) == "period 1"
-
-
-def test_the_packaged_map_of_the_walker_draws_the_cuts_of_figures(walker):
-    names = [one.name for one in overlays_of(dataclasses.replace(walker, x=walker.y, y=walker.x), "millipede-map")]
-    assert len(names) == 2 and all("Fig. 4." in name for name in names)
 
 
 @pytest.mark.parametrize(

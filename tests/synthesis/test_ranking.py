@@ -152,14 +152,8 @@ def test_a_plan_keeps_its_budget_and_ends_where_no_number_gains():
 def test_beliefs_come_from_draws_or_from_intervals():
     random = np.random.default_rng(2)
     cov = np.array([[0.04, 0.03], [0.03, 0.09]])
-    known = ts.with_values(
-        DEVICE,
-        {
-            "provenance": {
-                E: {"source": "calibrated", "note": "from bounces", "interval": [[0.2653 / 1.1, 0.2653 * 1.1]]}
-            }
-        },
-    )
+    told = {"source": "calibrated", "note": "from bounces", "interval": [[0.2653 / 1.1, 0.2653 * 1.1]]}
+    known = ts.with_values(DEVICE, {"provenance": {E: told}})
     plain = Belief.of(known, spread=0.4)
     std = dict(zip(plain.unknown, plain.std, strict=True))
     assert [std[E], std[A]] == pytest.approx([np.log(1.1) / 1.96, 0.4], rel=1e-3)
@@ -172,12 +166,8 @@ def test_beliefs_come_from_draws_or_from_intervals():
     logs = mixed.draws(3)
     assert not logs[0].any() and get_value(mixed.scene(known, logs[0]), A0) == get_value(known, A0)
     assert get_value(mixed.scene(known, np.full(logs.shape[1], 5.0)), E) == 1.0
-
-
-def test_legs_of_many_are_believed_alike():
-    belief = Belief.of(ts.load_scene("millipede-30"))
-    assert len(belief.unknown) == 12
-    assert len(belief.unknown["robot.structure.legs.*.stiffness_v"]) == 30
+    many = Belief.of(ts.load_scene("millipede-30"))  # whose legs are alike
+    assert len(many.unknown) == 12 and len(many.unknown["robot.structure.legs.*.stiffness_v"]) == 30
 
 
 def test_what_cannot_be_ranked_is_said_at_once():
@@ -190,6 +180,9 @@ def test_what_cannot_be_ranked_is_said_at_once():
     walker = ts.load_scene("millipede")
     with pytest.raises(InputError, match="differ in hz, volts, not in 'gap'"):
         proposals(walker, {"gap": [1e-4]}, 20e3)
+    for path, said in (("ground.restitution.coeficient", "unknown path"), ("ground.restitution", "path of a number")):
+        with pytest.raises(InputError, match=said):
+            field_limits(DEVICE, path)
     blind = Sensing(noise={}, share={})
     with pytest.raises(InputError, match="the instruments show nothing"):
         told_by(walker, walk(walker, walker.gait, "walk"), {}, blind)
@@ -199,12 +192,3 @@ def test_information_about_other_names_is_none():
     told = Told(("a", "gain of b"), np.diag([4.0, 1.0]))
     assert np.diag(told.about(("c", "gain of b", "a"))).tolist() == [0.0, 1.0, 4.0]
     assert deviations(told.matrix) == pytest.approx([0.5, 1.0], rel=1e-4)
-
-
-def test_limits_are_those_of_the_description():
-    assert field_limits(DEVICE, "ground.restitution.coefficient") == (0.0, 1.0)
-    assert field_limits(DEVICE, "robot.structure.damping_ratios.0")[0] == 0.0
-    with pytest.raises(InputError, match="unknown path"):
-        field_limits(DEVICE, "ground.restitution.coeficient")
-    with pytest.raises(InputError, match="the path of a number"):
-        field_limits(DEVICE, "ground.restitution")
