@@ -58,14 +58,12 @@ def test_summary_of_the_sources_model_on_the_packaged_rows():
     assert peak["mean_absolute_error"] > abs(peak["mean_error"])
 
 
-def test_counts_need_half_a_bounce_and_empty_cells_do_not_count():
+def test_counts_need_half_a_bounce_and_contact_where_none_was_measured_is_a_miss():
+    """Empty cells do not count."""
     bounces = merits_of(BOUNCES, [(1.0, 1.4), (0.0, 0.6), (1.5, 1.0), (None, 3.0)])
     peak = merits_of(PEAK, [(None, None)])
     assert (bounces["cases"], bounces["close"], bounces["existence_right"]) == (3, 1, 2)
     assert (peak["cases"], peak["mean_error"]) == (0, None)
-
-
-def test_contact_where_none_was_measured_is_a_miss_and_not_excluded():
     contact = merits_of(CONTACT, [(0, 5), (10, 8), (0, 0)])
     assert (contact["cases"], contact["in_means"], contact["close"]) == (3, 2, 2)
     assert contact["mean_absolute_error"] == pytest.approx(0.1)

@@ -130,23 +130,6 @@ def test_grounds_and_ranges_are_those_printed():
 
 
 @pytest.mark.slow
-def test_plain_data_and_tables_hold_every_count_and_verdict(found):
-    shown = millipede_reproduction(found)
-    plain = shown.to_dict()
-    assert plain["ok"] and plain["experiment"] == "millipede"
-    rows = iter(plain["Trends of section 4.4.1"])
-    for device in found:
-        own = [row for row in plain["Score over 16 trends"] if row["device"] == device.name]
-        assert len(own) == 2
-        for row in own:
-            assert sum(row[name] for name in ("agrees", "contradicts", "insensitive", "not determined")) == 16
-        for one in device.trends:
-            entry = next(rows)
-            assert (entry["variant"], entry["verdict"]) == (device.name, one.finding.verdict.value)
-            assert entry["unit"] in ("m", "s", "1") and entry["measure"] == one.measure
-
-
-@pytest.mark.slow
 def test_a_device_whose_numbers_were_chosen_for_its_score_says_so_beside_it(found):
     assert "no validation" not in found[0].about
     chosen = replace(found[0], scene=ts.load_scene("millipede"))

@@ -9,15 +9,13 @@ import pytest
 
 import tarsus as ts
 from differences import assert_as_differences
-from invariants.test_uneven_walks import uneven_walk
-from random_scenes import plain_scene, sliding_scene
 from scene_files import scene as scene_of
+from scene_kinds import KINDS, over
 from sliding_scenes import slider
 from survey_gradients import look_at
 from tarsus.base.spec import with_values
 from tarsus.model.scene import Scene
 from tarsus.plan.slots import slots
-from turning_scenes import turning_walk
 from walking_bodies import BODIES, with_body
 from walking_scenes import block, trotter
 
@@ -113,20 +111,17 @@ def test_measures_accounts_and_motion_change_as_their_derivatives_say(name: str)
     assert len(run.events) >= 1
 
 
-KINDS: dict[str, tuple[Callable[[int], Scene], Sequence[int]]] = {
-    "modal": (lambda seed: plain_scene(seed, legged=False), (2, 3, 6, 10, 18, 26, 36, 132)),
-    "legged": (lambda seed: plain_scene(seed, legged=True), (0, 2, 4, 5, 11, 14, 18, 19, 22)),
-    "sliding": (sliding_scene, (1, 2, 5, 9, 10, 11)),
-    "uneven": (lambda seed: with_values(uneven_walk(seed), {"duration": 0.006}), range(8)),
-    "turning": (lambda seed: with_values(turning_walk(seed), {"duration": 0.004}), (0, 2, 3, 4, 7, 8, 11, 12)),
-}
-
-
-@pytest.mark.parametrize(("kind", "seed"), [(kind, seed) for kind, (_, seeds) in KINDS.items() for seed in seeds])
+@over(
+    modal=(2, 3, 6, 10, 18, 26, 36, 132),
+    legged=(0, 2, 4, 5, 11, 14, 18, 19, 22),
+    sliding=(1, 2, 5, 9, 10, 11),
+    turning=(0, 2, 3, 4, 7, 8, 11, 12),
+    uneven=range(8),
+)
 def test_derivatives_of_random_scenes_as_differences(kind: str, seed: int) -> None:
     """Those of uneven walks by all numbers of their ground. In the modal one of seed 132 steps go far beyond a short
     piece."""
-    scene = KINDS[kind][0](seed)
+    scene = KINDS[kind](seed)
     shape = [path for path in slots(scene) if path.startswith("ground.profile.")]
     found = look_at(scene, seed, [*shape, "robot.feet.leg0.gap"] if shape else None)
     assert found["compared"] > 40

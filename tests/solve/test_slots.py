@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-
 import numpy as np
 import pytest
 
 import tarsus as ts
 from example_laws import OWN
-from invariants.test_uneven_walks import uneven_walk
-from random_scenes import creeping_scene, moving_scene, plain_scene
 from scene_files import balls
 from scene_files import scene as scene_of
+from scene_kinds import KINDS, over
 from tarsus.base.spec import quantity
 from tarsus.model.drive.signal import Signal
 from tarsus.model.laws import AdhesiveFriction
@@ -23,7 +20,6 @@ from tarsus.plan.slots import slot, slots
 from tarsus.solve import Accuracy
 from tarsus.solve.run import Shared
 from tarsus.study import bench
-from turning_scenes import turning_walk
 from walking_devices import creeping_millipede
 from walking_scenes import sticky, trotter
 
@@ -109,26 +105,23 @@ CASES = {
 }
 
 
-KINDS: dict[str, tuple[Callable[[int], Scene], Sequence[int]]] = {
-    "modal": (lambda seed: plain_scene(seed, legged=False), (0, 2, 3, 5, 6, 7, 11, 12, 13)),
-    "legged": (lambda seed: plain_scene(seed, legged=True), (0, 2, 3, 5, 6, 7, 11, 12, 13)),
-    "creeping": (lambda seed: creeping_scene(seed, bool(seed % 2)), (0, 5)),
-    "on ground that moves": (moving_scene, range(6)),
-    "on uneven ground": (lambda seed: ts.with_values(uneven_walk(seed), {"duration": 0.005}), range(6)),
-    "turning": (lambda seed: ts.with_values(turning_walk(seed), {"duration": 0.003}), range(3)),
-}
-
-
 @pytest.mark.parametrize("case", CASES)
 def test_runs_are_those_of_the_changed_scenes(case):
     make, vary, duration = CASES[case]
     assert compared(make(), vary, duration) > 0
 
 
-@pytest.mark.parametrize(("kind", "seed"), [(kind, seed) for kind, (_, seeds) in KINDS.items() for seed in seeds])
+@over(
+    modal=(0, 2, 3, 5, 6, 7, 11, 12, 13),
+    legged=(0, 2, 3, 5, 6, 7, 11, 12, 13),
+    creeping=(0, 5),
+    moving=range(6),
+    turning=range(3),
+    uneven=range(6),
+)
 def test_so_are_those_of_random_scenes_in_all_their_slots(kind, seed):
     """Each of their numbers is moved by up to a thousandth."""
-    made, rng = KINDS[kind][0](seed), np.random.default_rng(seed)
+    made, rng = KINDS[kind](seed), np.random.default_rng(seed)
     own = {path: float(ts.get_value(made, path)) for path in slots(made)}
     vary = {path: [value * (1.0 + 1e-3 * rng.random() * k) for k in (-1, 1)] for path, value in own.items()}
     assert len(vary) > 8 and compared(made, vary, made.duration) > 0
