@@ -26,16 +26,6 @@ def test_closest_approach():
     assert np.abs(lost).max() < 1e-9 * MASS * abs(SPEED)
 
 
-def test_with_a_residual_thickness_a_fast_foot_touches():
-    """At contact m (v - v0) = C/2 (1/h^2 - 1/g0^2) with h the residual thickness."""
-    residual, speed = 1e-6, -20.0
-    values = {"ground.film.thickness": residual, "robot.feet.plate.gap": START - residual, "initial.velocity": [speed]}
-    run = ts.simulate(scene("film_only", values))
-    expected = -speed - 0.5 * C / MASS * (1.0 / residual**2 - 1.0 / START**2)
-    assert expected > 0.0
-    assert run.events["speed_before"][0] == pytest.approx(expected, rel=1e-9)
-
-
 @pytest.mark.parametrize("own", [False, True], ids=["built in", "of one's own"])
 def test_a_thick_film_stops_a_foot_within_little_of_itself(own):
     """Within 1e-7 of a film of 0.1 mm: its momentum is 5e6 times the foot's, whose way is known to 1e-6."""
