@@ -74,6 +74,25 @@ def test_static_pull_in():
     assert low - 1e-5 < exact < high + 1e-5
 
 
+def test_a_pulse_and_a_coast_close_it_softly():
+    """One pair at 0 and 90 V: full volts, then none, so that the spring takes the speed away before the contact."""
+    scene = ts.load_scene("mems-switch")
+    design = ts.design.landing(
+        scene, "beam", pairs=1, levels="0 V, 90 V", tick=10e-9, shortest=1e-6, effort=0.4, risk="nominal"
+    )
+    assert design.before.speed[0, 0] == pytest.approx(0.23327, abs=1e-5)  # rung down to 0.5 %, not at rest
+    assert design.touchdowns == 1.0 and design.speed < 0.015
+    assert design.signal.levels == (90.0, 0.0, 90.0, 0.0)
+    pulse, coast = design.signal.durations[:2]
+    assert pulse + coast == pytest.approx(29.8e-6, abs=1e-6)  # 2 us later than the step
+    events = ts.simulate(design.scene, 12e-3).events
+    landings = events[events["speed_before"] > 0.0]
+    periodic = landings["speed_before"][landings["time"] > 4e-3]
+    assert len(periodic) == 2 and periodic.max() == pytest.approx(design.speed, rel=0.05)
+    # 13 nm of ringing that is not there yet: a landing is soft for the motion that it was made for
+    assert 0.03 < landings["speed_before"][landings["time"] < 4e-3].max() < 0.1
+
+
 def test_a_switch_held_by_volts_opens_when_they_are_gone():
     signal = ts.OnOff(levels=(90.0, 60.0, 0.0), durations=(40e-6, 30e-6, 1.0))
     run = ts.simulate(switch(signal), duration=150e-6)
