@@ -31,21 +31,14 @@ def sweep(tmp_path_factory):
     return folder / "sweep"
 
 
-@pytest.mark.parametrize(
-    ("name", "begin"),
-    [pytest.param("a.pdf", b"%PDF", marks=pytest.mark.slow), ("A.PNG", b"\x89PNG")],  # others write SVG
-)
-def test_a_run_becomes_the_file_that_its_ending_says(tarsus, run, tmp_path, name, begin):
-    found = tarsus("plot", run, "-o", tmp_path / name, "--json").json()
-    drawn = (tmp_path / name).read_bytes()
-    assert found == {"file": str(tmp_path / name), "bytes": len(drawn)} and drawn.startswith(begin)
-
-
-def test_a_file_stays_unless_it_may_be_replaced(tarsus, run, tmp_path):
+def test_a_figure_is_what_its_ending_says_and_a_file_stays_unless_it_may_be_replaced(tarsus, run, tmp_path):
     file = tmp_path / "a.svg"
     file.write_text("mine")
     said = tarsus("plot", run, "-o", file)
     assert said.code == 2 and "is there already" in said.sentences[0] and file.read_text() == "mine"
+    found = tarsus("plot", run, "-o", tmp_path / "A.PNG", "--json").json()
+    drawn = (tmp_path / "A.PNG").read_bytes()
+    assert found == {"file": str(tmp_path / "A.PNG"), "bytes": len(drawn)} and drawn.startswith(b"\x89PNG")
     for name in ("impacts", "ledger"):
         assert tarsus("plot", run, name, "-o", file, "--overwrite").code == 0
         assert len(re.findall("<path", file.read_text())) > 3

@@ -31,13 +31,6 @@ def test_devices_are_listed_and_every_value_has_a_unit_and_a_provenance(tarsus):
     assert "58 µm" in line(tarsus("show", "cantilever-1"), "ground.film.thickness")
 
 
-def test_thirty_legs_that_are_alike_are_one_row(tarsus):
-    lines = tarsus("show", "millipede-30").out.splitlines()
-    assert len(lines) < 250 and max(map(len, lines)) <= 120
-    assert sum(one.startswith("robot.structure.legs.*.mass (all") for one in lines) == 1
-    assert any("30 values," in one for one in lines)
-
-
 def test_intervals_impact_map_and_landing_rule_are_shown(tarsus, tmp_path):
     shown = tarsus("show", "hexapod")
     assert "117.24 Hz," in line(shown, "robot.structure.frequencies")

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from packed_series import unpacked
-from tarsus.report.drawing import Drawing, FootMark, Shape, drawing_of
-from tarsus.report.motion import SLIPPING, STUCK, Motion
+from tarsus.report.drawing import Drawing, FootMark, Shape, drawing_of, round_below
+from tarsus.report.motion import MOST_FRAMES, SLIPPING, STUCK, Motion, frame_limit
 from tarsus.report.packing import packed
 from tarsus.report.player import walk_plate
 from walking_devices import walk
@@ -64,6 +64,7 @@ def test_thinning_keeps_the_ends_and_takes_the_nearest_times() -> None:
     np.testing.assert_array_equal(thin.state, motion.state[:, at])
     np.testing.assert_array_equal(thin.body["surge"], motion.body["surge"][at])
     assert motion.thinned(10_000) is motion
+    assert frame_limit(2, 400_000) == MOST_FRAMES and frame_limit(30, 400_000) == 1363  # of 220 bytes each
 
 
 def test_the_page_holds_the_walk(motion: Motion, section: str) -> None:
@@ -134,6 +135,8 @@ def test_motion_is_drawn_as_large_as_there_is_room(motion: Motion) -> None:
         motion, foot_x=motion.foot_x * 0.0, foot_z=motion.foot_z * 0.0, body={}, hips=motion.hips
     )
     assert drawing_of(still).up == 1.0
+    below = [round_below(value) for value in (1.0, 4.99, 5.0, 0.03, 987.0)]
+    assert below == pytest.approx([1.0, 2.0, 5.0, 0.02, 500.0])
 
 
 def test_feet_in_contact_are_drawn_on_the_ground_and_all_in_its_box(motion: Motion) -> None:
