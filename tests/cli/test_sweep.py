@@ -40,20 +40,14 @@ def study(tmp_path):
     return write
 
 
-def test_a_study_becomes_one_file(tarsus, study, tmp_path):
-    result = tarsus("sweep", study(), "-o", tmp_path / "out")
-    assert result.code == 0 and result.sentences == []
-    assert "small: 20 runs, from rest, 20 ms" in result.out
-    assert "20   The run reached its end." in result.out
-    with xr.open_dataset(tmp_path / "out" / "sweep.nc") as dataset:
-        assert dataset["peak"].shape == (2, 10)
-        assert dataset["ground.adhesion.rate"].attrs["units"] == "N/s"
-        assert np.isfinite(dataset["peak"].values).all()
-
-
-def test_an_occupied_folder_is_refused_resumed_and_replaced(tarsus, study, tmp_path):
+def test_a_study_becomes_one_file_and_its_folder_is_refused_resumed_and_replaced(tarsus, study, tmp_path):
     words = ("sweep", study(), "-o", tmp_path / "out")
-    assert tarsus(*words).code == 0
+    result = tarsus(*words)
+    assert result.code == 0 and result.sentences == []
+    assert "small: 20 runs, from rest, 20 ms" in result.out and "20   The run reached its end." in result.out
+    with xr.open_dataset(tmp_path / "out" / "sweep.nc") as dataset:
+        assert dataset["peak"].shape == (2, 10) and np.isfinite(dataset["peak"].values).all()
+        assert dataset["ground.adhesion.rate"].attrs["units"] == "N/s"
     before = files(tmp_path / "out")
     again = tarsus(*words)
     assert again.code == 2 and "--resume" in again.sentences[0]
