@@ -20,7 +20,7 @@ from tarsus.model.drive.lower import evaluate, lower
 from tarsus.model.drive.output import Stage, amplified
 from tarsus.model.drive.parts import IDENTITY, to_pieces, whole_parts
 from tarsus.model.drive.signal import Signal
-from tarsus.model.drive.waveforms import OnOff, RampedSquare, Sine, Square
+from tarsus.model.drive.waveforms import OnOff, RampedSquare, Square
 
 Floats = NDArray[np.float64]
 VOLTS = ts.LinearForce(gain=1.0)
@@ -33,23 +33,6 @@ def given(signal: Signal, t: Floats) -> Floats:
     return evaluate(pieces, t)
 
 
-def stepped(command: Signal, stage: Stage, t: Floats) -> Floats:
-    """The amplifier's equation in small steps of `t` (nt,), exact in each for a command that rests at its middle."""
-    volts, out = 0.0, [0.0]
-    for u, dt in zip(command.volts(0.5 * (t[1:] + t[:-1])), np.diff(t), strict=True):
-        error = u - volts
-        if stage.lag and abs(error) <= stage.slew * stage.lag:
-            volts = u - error * math.exp(-dt / stage.lag)
-        elif stage.lag:
-            volts += math.copysign(stage.slew * dt, error)
-        else:
-            error = min(max(u, stage.low), stage.high) - volts
-            volts += min(max(error, -stage.slew * dt), stage.slew * dt)
-        volts = min(max(volts, stage.low), stage.high)
-        out.append(volts)
-    return np.array(out)
-
-
 def test_a_square_at_the_slew_rate_is_a_trapezoid() -> None:
     """8 V at 50 Hz and 4 V/ms: up from 0 V in 2 ms, then 4 ms a ramp, for ever."""
     signal = Amplifier(slew_rate=4e3).output(Square(amplitude=8.0, frequency=50.0))
@@ -60,76 +43,6 @@ def test_a_square_at_the_slew_rate_is_a_trapezoid() -> None:
     np.testing.assert_allclose(given(signal, t[2500:] + 20.0), wanted[2500:], rtol=0, atol=1e-10)
     assert signal.period == 0.02
     np.testing.assert_allclose(signal.volts(t), wanted, rtol=0, atol=1e-12)
-
-
-def test_a_lagged_sine_is_its_transient_and_its_steady_state() -> None:
-    frequency, lag = 37.0, 4e-3
-    signal = Amplifier(rise_time=lag * math.log(9.0)).output(Sine(amplitude=3.0, frequency=frequency, offset=1.0))
-    w = 2.0 * math.pi * frequency
-    t = np.linspace(0.0, 0.5, 6001)
-    gain, phase = 1.0 / math.hypot(1.0, w * lag), math.atan(w * lag)
-    start = 1.0 - 3.0 * gain * math.sin(phase)
-    wanted = 1.0 + 3.0 * gain * np.sin(w * t - phase) - start * np.exp(-t / lag)
-    np.testing.assert_allclose(given(signal, t), wanted, rtol=0, atol=4e-12)
-
-
-def test_a_rail_is_met_in_finite_time_and_left_with_the_command() -> None:
-    """A lagged square of 8 V between rails of 5 V: exponentials to the rail, none wound up behind it."""
-    lag = 1e-3
-    signal = Amplifier(rise_time=lag * math.log(9.0), clip=5.0).output(Square(amplitude=8.0, frequency=50.0))
-    t = np.linspace(0.0, 0.02, 4000, endpoint=False)
-    up = np.minimum(-8.0 * np.expm1(-t / lag), 5.0)
-    down = np.maximum(-8.0 + 13.0 * np.exp(-(t - 0.01) / lag), -5.0)
-    np.testing.assert_allclose(given(signal, t), np.where(t < 0.01, up, down), rtol=0, atol=1e-11)
-    cuts = signal.track().start
-    for when in (lag * math.log(8.0 / 3.0), 0.01 + lag * math.log(13.0 / 3.0)):
-        assert np.abs(cuts - when).min() < 1e-14
-
-
-def test_a_clipped_sine_is_cut_exactly() -> None:
-    """8 sin(2 pi t) between -3 V and 5 V: cuts at arcsines, and flat between them."""
-    signal = Amplifier(clip=(-3.0, 5.0)).output(Sine(amplitude=8.0, frequency=1.0))
-    track = signal.track()
-    up, down = math.asin(5.0 / 8.0) / (2.0 * math.pi), math.asin(3.0 / 8.0) / (2.0 * math.pi)
-    for when in (up, 0.5 - up, 0.5 + down, 1.0 - down):
-        assert np.abs(track.start - when).min() < 1e-13
-    t = np.linspace(0.0, 2.0, 5001)
-    np.testing.assert_allclose(given(signal, t), np.clip(8.0 * np.sin(2.0 * np.pi * t), -3.0, 5.0), atol=4e-12)
-    flat = track.first == track.last
-    assert set(track.first[flat]) == {-3.0, 5.0} and not track.inner[flat, 1:].any()
-
-
-def test_a_slewed_sine_follows_until_it_is_too_fast() -> None:
-    """Half the steepest slope: from 0 V a ramp to the sine, and on it while the slope allows; in the end a triangle,
-    a quarter period of the slew rate high, that turns where it meets the sine.
-    """
-    rate = 0.5 * 2.0 * math.pi
-    signal = Amplifier(slew_rate=rate).output(Sine(amplitude=1.0, frequency=1.0))
-    t = np.linspace(0.0, 3.0, 60001)
-    near = stepped(Sine(amplitude=1.0, frequency=1.0), Stage(0.0, rate, -math.inf, math.inf), t)
-    np.testing.assert_allclose(given(signal, t), near, rtol=0, atol=rate * (t[1] - t[0]))
-    track = signal.track()
-    turn = 6.0 + (math.pi - math.asin(math.pi / 4.0)) / (2.0 * math.pi)
-    for when in (1.0 / 3.0, turn, turn + 0.5):
-        assert np.abs(track.start - when).min() < 1e-12
-    assert np.ptp(track.last[track.loop :]) == pytest.approx(math.pi / 2.0, rel=1e-12)
-
-
-@pytest.mark.parametrize("stage", [(0.3, 4.0, 6.0), (0.0, 9.0, 3.0), (0.05, math.inf, 2.0)])
-@pytest.mark.parametrize("name", ["sine-phase", "square-duty", "ramped-phase", "chirp", "on-off", "spline"])
-def test_any_waveform_against_small_steps(name: str, stage: tuple[float, float, float]) -> None:
-    """Lag, slew rate and rails at once, in shares of the waveform's time and 10 V."""
-    waveform = WAVEFORMS[name]
-    span = waveform.period or min(float(waveform.track().start[-1]), 0.5)
-    lag, slew, rail = stage[0] * span, 10.0 * stage[1] / span, stage[2]
-    amplifier = Amplifier(
-        rise_time=lag * math.log(9.0) or None, slew_rate=slew if math.isfinite(slew) else None, clip=rail
-    )
-    t = np.linspace(0.0, 1.3 * span, 20001)
-    near = stepped(waveform, amplifier.stage(), t)
-    # a jump of the command may fall anywhere within a small step
-    jump = min(slew, 16.0 / lag if lag else math.inf) * (t[1] - t[0])
-    assert np.abs(given(amplifier.output(waveform), t) - near).max() <= 3.0 * jump
 
 
 def test_energy_is_counted_on_the_actuators_volts() -> None:

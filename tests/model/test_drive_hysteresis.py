@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drive_cases import FALLING, PRINTED, RISING
-from model.test_drive_lower import check_shape
 from tarsus.model.drive.laws import Creeping, fit_rates
 from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii, fit_branches
 from tarsus.model.drive.lower import evaluate, lower
@@ -134,23 +133,6 @@ LAW = Creeping(
     temperature=303.15,
     per_kelvin=4e-3,
 )
-
-
-def test_a_step_is_followed_by_exponentials() -> None:
-    """From a microsecond to 1e4 s: at once, then each element of its play from its rest at the end of the history."""
-    for history in ((), (9.0, -2.0)):
-        force = lower(Constant(level=5.0), LAW, history)[0]
-        check_shape(force)
-        t = np.append(0.0, np.geomspace(1e-6, 1e4, 300))
-        r, w, lags = LAW.elements()
-        before = np.zeros(4)
-        for volts in history:
-            before = np.clip(before, volts - r, volts + r)
-        after = np.clip(before, 5.0 - r, 5.0 + r)
-        late = after + (before - after) * np.exp(-t[:, None] / lags)
-        wanted = 1.04 * (INSTANT.force([5.0], history)[0] + late @ w)
-        np.testing.assert_allclose(evaluate(force, t), wanted, rtol=2e-13, atol=0)
-        assert evaluate(force, t)[-1] == pytest.approx(LAW.force([5.0], history)[0], rel=1e-13)
 
 
 @pytest.mark.parametrize("hz", [1e-3, 1e-5])

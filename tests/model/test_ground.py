@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray
 
 import tarsus as ts
 from scene_files import scene
@@ -23,12 +24,13 @@ from tarsus.model.profile import Relief, gaps_above, heights_of, line_between
 from tarsus.model.profile.random_ground import _coherence, _shares
 from tarsus.model.scene import Scene
 from tarsus.orbits.starts import Box
-from tarsus.plan.lowering import lower_scene
+from tarsus.plan.lowering import lower_scene, slot
 from tarsus.report.drawing import drawing_of
 from tarsus.report.motion import motion_of
 from tarsus.report.player import payload, walk_plate
 from tarsus.solve.outputs import Output
 from tarsus.solve.session import Session
+from tarsus.study.sweeping import run_sweep
 from walking_scenes import sticky, trotter
 
 STAIRS = {"kind": "staircase", "tread": 1e-3, "rise": 1e-5}
@@ -92,6 +94,24 @@ def test_random_ground_may_grow_along_the_way() -> None:
     x, heights = level.points().T
     assert np.allclose(growing.points()[:, 1], heights * (1.0 + 1e3 * x), rtol=1e-14)
     assert level.repeats and not growing.repeats
+
+
+def test_random_grounds_are_drawn(tmp_path: Path) -> None:
+    """A seed is data as the heights are: each run of a batch or of a sweep walks on its own ground."""
+    rough = {"kind": "random", "seed": 0, "rms": 1e-8, "correlation_length": 1e-4, "spacing": 2e-5, "facets": 64}
+    scene = with_values(
+        trotter(2, ground=sticky(), turning=False), {"ground.profile": rough, "initial": {"standing": {}}}
+    )
+    batch = ts.simulate_batch(scene, {"ground.profile.seed": [1, 2]}, "5 ms")
+    first, second = (batch.run(i) for i in range(2))
+    assert not np.array_equal(first.events, second.events)
+    assert slot(scene, "ground.profile.facets") is None
+    vary = {"ground.profile.seed": [1.0, 2.0], "ground.profile.rms": [0.0, 1e-8]}
+    numbers = {"name": "grounds", "scene": scene, "from_rest": "5 ms", "vary": vary, "measures": ["mean_speed"]}
+    done = run_sweep(validate(ts.Sweep, numbers), tmp_path / "out")
+    assert done.failed == 0
+    found = xarray.load_dataset(done.file)["mean_speed"].values
+    assert found[0, 0] == found[1, 0] != found[0, 1] != found[1, 1]
 
 
 def test_robots_are_put_down_onto_the_ground_that_each_has() -> None:

@@ -20,7 +20,7 @@ from tarsus.files.library import load_scene
 from tarsus.files.toml import read_scene
 from tarsus.model.drive.laws import Creeping, LinearForce
 from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii, fit_branches
-from tarsus.model.drive.lower import lower
+from tarsus.model.drive.lower import evaluate, lower
 from tarsus.model.drive.waveforms import OnOff, Sampled, Sine, Square, SweptSine
 from tarsus.model.laws.impact_map import DominantMode, MeasuredImpactMap
 from tarsus.model.scene import Ground, Scene
@@ -190,6 +190,7 @@ DRIVES: Rows = {
     "rails upside down": (amplifier(clip=["3 V", "-3 V"]), (PIEZO, "before the highest, got 3 V and -3 V")),
     "one rail of nothing": (amplifier(clip="0 V"), (PIEZO, "expected a voltage (V) above 0 for both signs")),
     "sweep of too many cycles": (lambda at: lower(FAST, LINE), "rises and falls about 1e+10 times"),
+    "time before the start": (lambda at: evaluate(lower(TENT, LINE)[1], -1.0), "not negative"),
     "pulses, lengths": (made(OnOff, levels=[1, 2], durations=[1]), "durations: expected 2 durations"),
     "pulses, none": (made(OnOff, levels=[], durations=[]), "levels: expected at least one"),
     "samples, none": (made(Sampled), "expected either times and levels, or a file"),
