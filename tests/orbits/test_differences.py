@@ -1,4 +1,4 @@
-"""Derivatives of returns by differences, and Newton's method with a matrix that is kept."""
+"""Derivatives of returns by differences."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from tarsus.orbits.differences import return_slopes
-from tarsus.orbits.newton import CLOSED, zero_near
 
 
 @dataclass(frozen=True)
@@ -57,32 +56,3 @@ def test_a_return_is_differenced_where_its_events_are_the_same(
     function: Callable[[float], float], events: Callable[[float], int], slope: float, close: float, fine: bool
 ) -> None:
     assert slope_of(function, events, fine=fine) == pytest.approx(slope, rel=close, abs=close)
-
-
-def test_two_pairs_of_a_smooth_return_are_of_fourth_order() -> None:
-    def wave(x: float) -> float:
-        return float(np.sin(100.0 * x + 0.3))
-
-    exact = 100.0 * np.cos(0.3)
-    errors = [abs(slope_of(wave, lambda x: 0, fine=fine) / exact - 1.0) for fine in (False, True)]
-    assert errors[0] > 1e-6 and errors[1] < 1e-7
-
-
-def test_newtons_method_makes_derivatives_anew_only_where_the_kept_ones_do_not_serve() -> None:
-    made = []
-
-    def mismatch(place: np.ndarray) -> tuple[None, np.ndarray]:
-        x, y = place
-        return None, np.array([x**2 + y - 2.0, np.sin(x) - y + 0.1])
-
-    def derivatives(place: np.ndarray, what: None) -> np.ndarray:
-        made.append(place)
-        return np.array([[2.0 * place[0], 1.0], [np.cos(place[0]), -1.0]])
-
-    found = zero_near(mismatch, derivatives, np.array([1.2, 0.9]))
-    assert found is not None and found.size <= CLOSED and len(made) == 1
-    again = zero_near(mismatch, derivatives, found.place + 1e-3, derivatives(found.place, None))
-    assert again is not None and len(made) == 2
-    np.testing.assert_allclose(again.place, found.place, atol=1e-9)
-    far = zero_near(mismatch, derivatives, np.array([3.0, -8.0]), np.eye(2))
-    assert far is not None and len(made) > 3
