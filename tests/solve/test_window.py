@@ -12,6 +12,7 @@ import tarsus as ts
 from differences import AROUND, slope
 from scene_files import creeping
 from scene_files import scene as scene_of
+from scene_kinds import KINDS, over
 from sliding_scenes import cantilever as sliding
 from tarsus.base.spec import get_value, with_values
 from tarsus.plan.lowering import lower_scene
@@ -19,8 +20,6 @@ from tarsus.solve.contacts import Contacts
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.window import WindowBatch, WindowGradients, WindowStart, simulate_windows
 from walking_scenes import sticky, trotter
-
-TIMES = {"p1_n2": 0.1, "three_feet": 0.03, "sticky_feet": 0.06, "ball": 4.0}
 
 
 def contacts_at(run: ts.Run, held: np.ndarray, time: float) -> Contacts:
@@ -30,21 +29,17 @@ def contacts_at(run: ts.Run, held: np.ndarray, time: float) -> Contacts:
     return Contacts(numbers, [float(begun["time"][begun["foot"] == i][-1]) for i in numbers])
 
 
-SCENES = {
-    **{name: (lambda name=name: scene_of(name), t) for name, t in TIMES.items()},
-    "trotter": (trotter, 0.02),
-    "trotter of five": (lambda: trotter(5, ground=sticky()), 0.02),
-}
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_a_window_from_the_middle_of_a_run_goes_on_as_the_run(name):
-    scene, duration = SCENES[name][0](), SCENES[name][1]
-    run, plan = ts.simulate(scene, duration), lower_scene(scene)
+@over(
+    modal=(0, 2, 3), legged=range(6), creeping=(0, 3), moving=(1, 4), sliding=(1, 5), turning=(0, 2, 4), uneven=range(4)
+)
+def test_a_window_from_the_middle_of_a_run_goes_on_as_the_run(kind, seed):
+    scene = KINDS[kind](seed)
+    duration = scene.duration
+    run, plan = ts.simulate(scene), lower_scene(scene)
     times = np.linspace(0.0, duration, 301)
     series = run.at(times)
     states = series.state
-    assert states.held.any() or name == "ball"
+    assert states.held.any()
     for k in (0, 97, 200):
         start = np.concatenate([states.x[:, k], states.v[:, k]])
         given = WindowStart(start, times[k], times[k:], contacts_at(run, states.held[:, k], times[k]))
