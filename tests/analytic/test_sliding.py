@@ -1,17 +1,20 @@
-"""Closed forms of feet that slide and stick under contact modes: blocks, impacts, friction that bears on itself."""
+"""Closed forms of feet that slide and stick: blocks, impacts, planes that shake, friction that bears on itself."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import tarsus as ts
 from sliding_scenes import MASS, slider
 from tarsus.base.events import EventKind
 from tarsus.model.laws import AdhesiveFriction, Friction
-from walking_scenes import GRAVITY, block, moving
+from tarsus.model.scene import Initial
+from walking_scenes import GRAVITY, block, moving, sticky, trotter
 
 MU = 0.3
 PRESS = MASS * GRAVITY
@@ -107,3 +110,48 @@ def test_a_block_whose_friction_would_press_it_down_without_end_jams() -> None:
     jammed = ts.simulate(slider(speed=SPEED, coupling=-0.6, friction=Friction(coefficient=2.0)))
     assert jammed.code.name == "JAMMED" and "friction" in jammed.code.value
     assert ts.simulate(slider(speed=-SPEED, coupling=-0.6, friction=Friction(coefficient=2.0))).ok
+
+
+def test_the_path_there_and_back():
+    """Thrown along against a force F: back at x = 0 after 2 m v / F, the path m v^2 / F - v T + F T^2 / 2 m by T."""
+    speed, force, end = 0.01, 1e-6, 0.03
+    scene = moving(block(friction=None, signals={"along": ts.Constant(level=-force)}), block_x=speed)
+    run = ts.simulate(scene, duration=end)
+    path = MASS * speed**2 / force - speed * end + force * end**2 / (2.0 * MASS)
+    assert run.marks["slipped"][-1, 0] == pytest.approx(path, rel=1e-10)
+
+
+@pytest.mark.parametrize("drive", [0.0, 0.6, 0.95])
+def test_a_block_on_a_plane_that_shakes_up_and_along_follows_its_equation(drive):
+    """Friction follows the changing load: dv/dt = (F_x - mu N(t))/m while it slides, N = m g - F_z(t)."""
+    omega = 2.0 * math.pi * 80.0
+    signals = {
+        "along": ts.Sine(amplitude=2.0 * MU * PRESS, frequency=80.0),
+        "upward": ts.Sine(amplitude=drive * PRESS, frequency=80.0),
+    }
+    run = ts.simulate(block(signals=signals), duration=0.02)
+    begin, end = (
+        of_kind(run, EventKind.SLIP_BEGINS)[0]["time"],
+        of_kind(run, EventKind.STICK_BEGINS, EventKind.SLIP_BEGINS)[1]["time"],
+    )
+
+    def excess(t):
+        return 2.0 * math.sin(omega * t) - (1.0 - drive * math.sin(omega * t))
+
+    assert begin == pytest.approx(brentq(excess, 0.0, 0.25 / 80.0, xtol=1e-15), rel=1e-9)
+
+    def speed(t):
+        swept = (2.0 + drive) / omega * (math.cos(omega * begin) - math.cos(omega * t))
+        return MU * GRAVITY * (swept - (t - begin))
+
+    assert end == pytest.approx(brentq(speed, 1.5 * begin, 1.2 / 80.0, xtol=1e-15), rel=1e-8)
+
+
+def test_a_walker_that_leaves_small_angles_says_so():
+    scene = trotter(legs=3, ground=sticky(adhesion=None))
+    assert ts.simulate(scene).remarks == ()
+    velocity = np.zeros(scene.robot.structure.size)
+    velocity[3] = 1000.0  # rad/s
+    spun = scene.model_copy(update={"initial": Initial(velocity=tuple(velocity))})
+    remark = ts.simulate(spun, duration=0.01).remarks[-1]
+    assert remark.startswith("The body's pitch reached") and "small angles" in remark
