@@ -9,14 +9,11 @@ import csv
 import json
 import re
 import tomllib
-from contextlib import redirect_stdout
-from io import StringIO
 
 import pytest
 
 import tarsus as ts
 from html_page import Page
-from tarsus.cli import main
 from tarsus.files.toml import write_scene
 from tarsus_reproduce.packaged import experiments
 
@@ -24,22 +21,12 @@ TABLE = "Table 3.2, row by row"
 EXTRA = "gap_um,wave,volt_v,freq_hz,bounces_exp_per_s,peak_exp_um,mean_exp_um\n8,square,6,40,100,20,\n"
 
 
-@pytest.fixture(scope="module")
-def written(tmp_path_factory):
-    """The hexapod's ensemble with one more row: the JSON object that was printed, and the folder."""
-    folder = tmp_path_factory.mktemp("hexapod")
-    rows = folder / "rows.csv"
-    rows.write_text(EXTRA, encoding="utf-8")
-    out = StringIO()
-    with redirect_stdout(out):
-        words = ["reproduce", "hexapod", "--rows", str(rows), "--seeds", "2", "--json", "-o"]
-        assert main([*words, str(folder / "out")]) == 0
-    return json.loads(out.getvalue()), folder / "out"
-
-
 @pytest.mark.slow
-def test_rows_are_printed_and_in_files(written, opened):
-    result, folder = written
+def test_rows_are_printed_and_in_files(tarsus, opened, tmp_path):
+    """Of the hexapod's ensemble with one more row."""
+    extra, folder = tmp_path / "rows.csv", tmp_path / "out"
+    extra.write_text(EXTRA, encoding="utf-8")
+    result = tarsus("reproduce", "hexapod", "--rows", extra, "--seeds", "2", "--json", "-o", folder).json()
     assert (result["experiment"], result["ok"]) == ("hexapod", True)
     rows = result[TABLE]
     assert [row["role"] for row in rows[::4]] == ["calibrated on"] * 2 + ["predicted"] * 2
