@@ -7,15 +7,35 @@ import importlib
 import inspect
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from cli_options import options_by_verb
+import tarsus as package
 from tarsus.cli import app, former
 from tarsus.cli.declared import NO_DEFAULT
 from tarsus.cli.verbs import COMMANDS
 
+
+def options_by_verb() -> dict[str, dict[str, str]]:
+    """Of an option with a short name, both names."""
+    found: dict[str, dict[str, str]] = {}
+
+    def look(one: Any, verb: str) -> None:
+        for name in one:
+            if not name.startswith("-"):
+                look(one[name], f"{verb} {name}".strip())
+        if one.default_command is not None:
+            arguments = one.assemble_argument_collection(parse_docstring=True)
+            words = {word: argument.parameter.help or "" for argument in arguments for word in argument.names}
+            found[verb] = {word: said for word, said in words.items() if word.startswith("-")}
+
+    look(app.build([]), "")
+    return found
+
+
 OPTIONS = options_by_verb()
+"""Options of every command with their help: {"simulate": {"--set": "path=value ..."}}."""
 SAME = ("--set", "--law", "--seed", "--threads", "--on", "--overwrite", "--resume", "--report", "--json")
 """Words that mean the same wherever they stand."""
 
@@ -97,6 +117,76 @@ def test_a_command_line_is_a_call_of_the_function(monkeypatch, line, given):
     assert app.run(line.split()) == 1
     (options,) = called
     assert {name: options.get(name) for name in given} == given
+
+
+MOST_OPTIONS = 12
+"""Of a command, beside those that all share: as many as a help page shows at once; what is longer goes into a file."""
+
+SHARED = {"--set", "--law", "--seed", "--threads", "--on", "--output", "--resume", "--overwrite", "--report", "--json"}
+"""Options that mean the same in every verb that takes them."""
+
+OF_THE_LINE = {
+    "--set",
+    "--law",  # make the scene that the function is given
+    "--output",
+    "--overwrite",
+    "--report",
+    "--mat",
+    "--static",
+    "--json",
+    "--browser",  # what becomes of the result
+    "--against",  # what is shown beside the result
+    "--on",  # names what `threads` takes as an object
+}
+"""Options that are about words, files and the console."""
+
+OTHERWISE = {
+    "design gait --limit": {"limits"},
+    "simulate --starts": set(),  # what `tarsus.attractors` finds, shown beside the run
+    "validate --all": {"name"},
+}
+"""An option that the function takes as several arguments."""
+
+NOT_OF_PYTHON = {"completion", "design request"}
+"""Commands that print what a shell or an editor takes."""
+
+DESIGN = {"foot", "over", "free", "limits"}
+"""Settings of designs that are options too."""
+
+
+LONG = {
+    verb: {word for word in words if word.startswith("--") and not word.startswith("--no-")}
+    for verb, words in OPTIONS.items()
+}
+"""Long names of the options of every command."""
+
+
+def function_of(verb: str) -> Any:
+    """What the package has under the words of a command."""
+    one: Any = package
+    for word in verb.split():
+        one = getattr(one, word, None) or getattr(one, f"{word}_")
+    return one
+
+
+def parameters(function: Any) -> set[str]:
+    """Names of its arguments; of a room that is a verb too, those of the verb."""
+    found = inspect.signature(function).parameters
+    settings = any(one.kind is one.VAR_KEYWORD for one in found.values())  # as `design.request` names them
+    return set(found) | (DESIGN if settings else set())
+
+
+@pytest.mark.parametrize("verb", sorted(LONG))
+def test_a_command_has_few_options(verb):
+    assert len(LONG[verb] - SHARED) <= MOST_OPTIONS
+
+
+@pytest.mark.parametrize("verb", sorted(set(LONG) - NOT_OF_PYTHON))
+def test_a_command_is_a_function_with_the_same_words(verb):
+    taken = parameters(function_of(verb))
+    for option in LONG[verb] - OF_THE_LINE:
+        word = option.removeprefix("--").replace("-", "_")
+        assert OTHERWISE.get(f"{verb} {option}", {word}) <= taken, option
 
 
 @pytest.mark.parametrize("verb", COMMANDS)
