@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from tarsus.model.drive.gait import Alternating, CustomGait, Gait, Layout, MetachronalGait, Reach, Ripple, Tripod
 from tarsus.model.drive.waveforms import Square
@@ -26,12 +27,6 @@ def high(gait: Gait, layout: Layout) -> dict[str, np.ndarray]:
     return {drive: wave.volts(MIDDLES * PERIOD) > 7.0 for drive, wave in gait.waveforms(layout).items()}
 
 
-def order(gait: Gait, layout: Layout) -> list[str]:
-    """Drives in the order in which their volts rise within a period."""
-    late = gait.delays(layout)
-    return sorted(layout.drives, key=lambda drive: late[layout.drives[drive].legs[0]] % 1.0)
-
-
 def test_a_leg_with_phase_p_is_p_periods_late() -> None:
     layout = rows(1, 1)
     gait = CustomGait(**COMMON, low="-2 V", duty=0.3, phases={"L1": 0.0, "R1": 0.125})
@@ -42,15 +37,26 @@ def test_a_leg_with_phase_p_is_p_periods_late() -> None:
     assert first.volts(np.array([0.0, 0.299 * PERIOD, 0.301 * PERIOD])).tolist() == [14.0, 14.0, -2.0]
 
 
-def test_alternating_neighbours_and_legs_across_differ() -> None:
-    on = high(Alternating(**COMMON), rows(4, 4))
-    for side in "LR":
-        for place in range(1, 4):
-            assert np.all(on[f"{side}{place}"] != on[f"{side}{place + 1}"])
-    for place in range(1, 5):
-        assert np.all(on[f"L{place}"] != on[f"R{place}"])
-    assert np.all(sum(row.astype(int) for row in on.values()) == 4)
-    assert on["L1"][0]
+DELAYS = [
+    (Alternating(**COMMON), rows(4, 4), 2, "L1 L3 R2 R4 | L2 L4 R1 R3"),
+    (Tripod(**COMMON), rows(3, 3), 2, "L1 L3 R2 | L2 R1 R3"),
+    (MetachronalGait(**COMMON), rows(3, 3), 6, "L3 | L2 | L1 | R3 | R2 | R1"),
+    (MetachronalGait(**COMMON), rows(4, 0), 4, "L4 | L3 | L2 | L1"),
+    (Ripple(**COMMON), rows(3, 3), 6, "L3 | R1 | L2 | R3 | L1 | R2"),
+    (Ripple(**COMMON), rows(4, 4), 4, "L4 R2 | L3 R1 | L2 R4 | L1 R3"),
+    (Ripple(**COMMON), rows(4, 0), 4, "L4 | L3 | L2 | L1"),
+]
+"""Gaits, and the legs that rise together, group after group a share of a period later."""
+
+
+@pytest.mark.parametrize(("gait", "layout", "parts", "groups"), DELAYS, ids=lambda one: getattr(one, "kind", ""))
+def test_legs_rise_in_the_order_of_their_gait(gait: Gait, layout: Layout, parts: int, groups: str) -> None:
+    """Waves run from back to front, on one side after the other or, in a ripple, half a period apart."""
+    wanted = {leg: k / parts for k, group in enumerate(groups.split("|")) for leg in group.split()}
+    assert gait.delays(layout) == pytest.approx(wanted)
+    for leg, on in high(gait, layout).items():
+        late = round(wanted[leg] * len(MIDDLES))
+        np.testing.assert_array_equal(on, np.roll(gait.duty > MIDDLES, late), err_msg=leg)
 
 
 def test_alternating_groups_of_legs_that_share_a_drive() -> None:
@@ -63,36 +69,6 @@ def test_alternating_groups_of_legs_that_share_a_drive() -> None:
     on = high(gait, layout)
     assert np.all(on["up"] != on["rest"])
     assert np.all(np.roll(on["up"], 60) == on["along"])
-
-
-def test_tripod_has_three_feet_high_at_any_time() -> None:
-    on = high(Tripod(**COMMON), rows(3, 3))
-    assert np.all(sum(row.astype(int) for row in on.values()) == 3)
-    for one, other in (("L1", "R2"), ("R2", "L3"), ("R1", "L2"), ("L2", "R3")):
-        assert np.all(on[one] == on[other])
-    assert np.all(on["L1"] != on["R1"])
-
-
-def test_wave_runs_from_back_to_front_on_one_side_then_the_other() -> None:
-    layout, gait = rows(3, 3), MetachronalGait(**COMMON, duty=1.0 / 6.0)
-    assert order(gait, layout) == ["L3", "L2", "L1", "R3", "R2", "R1"]
-    on = high(gait, layout)
-    assert np.all(sum(row.astype(int) for row in on.values()) == 1), "each leg takes over where the last one ends"
-    assert np.all(np.roll(on["L1"], 120) == on["R1"])
-
-
-def test_ripple_waves_overlap() -> None:
-    layout, gait = rows(3, 3), Ripple(**COMMON, duty=2.0 / 3.0)
-    assert order(gait, layout) == ["L3", "R1", "L2", "R3", "L1", "R2"]
-    on = high(gait, layout)
-    assert np.all(sum(row.astype(int) for row in on.values()) == 4), "two legs swing at any time"
-    assert np.all(np.roll(on["L2"], 80) == on["L1"]) and np.all(np.roll(on["L3"], 120) == on["R3"])
-
-
-def test_one_row_of_legs_shares_the_whole_period() -> None:
-    layout = rows(4, 0)
-    for gait in (MetachronalGait(**COMMON), Ripple(**COMMON)):
-        assert gait.delays(layout) == {"L4": 0.0, "L3": 0.25, "L2": 0.5, "L1": 0.75}
 
 
 def test_dead_legs_keep_their_place() -> None:
