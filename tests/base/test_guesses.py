@@ -160,6 +160,7 @@ WRONG: dict[str, tuple[wrong_inputs.Ask, wrong_inputs.Said]] = {
     "unknown by its last name": (fitted({"gap": (1, 2)}), "has no number 'gap'; did you mean 'robot.feet.tip.gap'"),
     "unknown in a list": (fitted(["volts"]), ("unknowns: expected each as tarsus.Unknown(", "got 'volts'")),
     "no unknown": (fitted({}), "expected at least one"),
+    "no folder of a run": (lambda at: ts.load_run(at / "out"), "there is no folder"),
     "no such series": (lambda at: ts.simulate("cantilever", "1 ms").plot("gaps"), "did you mean 'gap'"),
     "volts of no drive": (
         lambda at: stepped(6),
