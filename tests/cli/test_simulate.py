@@ -7,6 +7,7 @@ import sys
 
 import pytest
 
+from export.test_fmu import PUMP
 from scene_files import SCENES
 
 SHORT = ("--duration", "60 ms")
@@ -72,6 +73,14 @@ def test_beside_a_run_stands_what_other_starts_lead_to(tarsus, tmp_path):
         assert one["motion"] in told and one["motion"] in page
     assert told.count("leads here") == page.count("leads here") == 1
     assert "tarsus attractors" in page and "attractors" not in tarsus(*words[:4]).out
+
+
+def test_a_run_that_stops_says_why_and_ends_with_1(tarsus, tmp_path):
+    (tmp_path / "own.py").write_text(PUMP, encoding="utf-8")
+    pump = ("--law", tmp_path / "own.py", "--set", "ground.laws.pump.coefficient=1")
+    found = tarsus("simulate", "cantilever", "--duration", "5 ms", *pump)
+    (sentence,) = found.sentences
+    assert found.code == 1 and sentence.startswith("The run stopped") and sentence in found.out
 
 
 @pytest.mark.slow
