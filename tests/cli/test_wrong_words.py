@@ -41,6 +41,7 @@ WRONG = [
     ("completion ksh", 'Did you mean "zsh"?'),
     ("show folder", "'folder' is a folder that holds no result of tarsus"),
     ("show run", "it holds scene.toml: give 'run/scene.toml'"),
+    ("show none.csv", "no such file"),
     ("show taken", "holds no rows of numbers"),
     ("show cantilever taken", "compare two runs, or two devices or scene files"),
     ("show cantilever cantilver", "did you mean 'cantilever'?"),

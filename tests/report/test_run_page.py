@@ -95,6 +95,9 @@ def test_a_failed_run_says_so_lists_its_first_events_and_what_its_measures_count
 def test_pages_of_several_feet_and_of_none() -> None:
     text = Page(report_html(ts.simulate(scene_of("three_feet"), 0.03))).text
     assert " contact " in text and all(f"Forces that act on foot {foot}" in text for foot in "abc")
+    above = {"robot.feet.tip.gap": 1e-3, "ground.film": None, "ground.adhesion": None}
+    high = ts.simulate(ts.load_scene("cantilever", **above), 0.045)
+    assert "No foot touched the ground." in Page(report_html(high)).text
     structure = ts.Modal(frequencies=(1e2,), damping_ratios=(0.1,), modal_masses=(1e-6,), shapes={"a": (1.0,)})
     start = ts.Initial(displacement=(1e-6,))
     bare = ts.Scene(name="bare", robot=ts.Robot(structure=structure), initial=start, duration=0.02)
