@@ -15,9 +15,9 @@ MIDDLES = (np.arange(240) + 0.5) / 240
 
 
 def rows(left: int, right: int, *, dead: tuple[str, ...] = ()) -> Layout:
-    """Legs L1, L2 ... and R1, R2 ... from the front, each with a drive of its own but the dead ones."""
-    hips = {f"L{i + 1}": (-1e-3 * i, 1e-3) for i in range(left)}
-    hips |= {f"R{i + 1}": (-1e-3 * i, -1e-3) for i in range(right)}
+    """Legs L1, L2 ... and R1, R2 ... from the front, listed from the rear, each with a drive but the dead."""
+    hips = {f"L{i + 1}": (-1e-3 * i, 1e-3) for i in reversed(range(left))}
+    hips |= {f"R{i + 1}": (-1e-3 * i, -1e-3) for i in reversed(range(right))}
     return Layout(hips, {leg: Reach((leg,)) for leg in hips if leg not in dead})
 
 
