@@ -21,13 +21,12 @@ class Laws:
         self.restitution, self.adhesion = ground.restitution, ground.adhesion
         self.along_leg, self.friction, self.landing = (ground.leg_electrostatic, ground.friction, ground.landing)
         self.magnet = self.drag = self.pad = None
-        self.wants_volts = False
         for law in ground.laws.values():
             kind = type(law).__name__
             if kind == "OwnFilm":
                 self.film = law
             elif kind == "OwnElectrostatic":
-                self.attraction, self.wants_volts = law, True
+                self.attraction = law
             elif kind == "OwnRebound":
                 self.restitution = law
             elif kind == "OwnLatch":
