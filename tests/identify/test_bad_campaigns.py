@@ -15,7 +15,7 @@ import pytest
 from identify.campaigns import MAT, changed, copied, grounded, said, truth
 from identify.campaigns import folder as folder_of_all
 from tarsus.base.errors import InputError
-from tarsus.identify.campaign import read_campaign, read_records
+from tarsus.identify.campaign import checked_drive, read_campaign, read_records
 from tarsus.identify.chain import StepRunner, identify
 from tarsus.identify.resonance import identify_resonances
 from tarsus.identify.restitution import identify_restitution
@@ -130,6 +130,20 @@ def test_too_few_bounces_are_counted(tmp_path):
     traces = next(found for purpose, found in chain.evidence.traces.items() if purpose.value == "bounces")
     with pytest.raises(InputError, match=r"2 records of bounces: channel 'tip' shows \d bounces .* at least 3"):
         identify_restitution(chain.opened.model, chain.known, traces, chain.evidence.level, 1)
+
+
+def test_a_record_that_ends_before_its_drive_does_is_told():
+    opened = read_campaign(folder_of_all())
+    record = read_records(opened, "loops")[0].record
+    assert record is not None
+    for share, cut in ((0.95, False), (0.6, True)):
+        part = replace(record, values=record.values[:, : int(share * record.count)])
+        told, _ = checked_drive(part, opened.campaign.records["loops"])
+        assert bool(told) is cut
+    assert list(map(str, told)) == [
+        "loops-1.txt, channel 'pzt volts': the record ends 1.76 s after the drive begins, and the drive that the "
+        "campaign states takes 2.571 s: is the file cut short?"
+    ]
 
 
 def sweeps() -> tuple[StepRunner, list[Measurement]]:

@@ -14,8 +14,9 @@ from identify.campaigns import identified
 from laboratory import LABORATORY
 from tarsus.base.arrays import Floats
 from tarsus.base.spec import FrozenDict, with_values
+from tarsus.fit.verdict import Verdict, verdict_of
 from tarsus.identify import steps
-from tarsus.identify.afterwards import _nudged
+from tarsus.identify.afterwards import _along, _nudged
 from tarsus.identify.airborne import air_records
 from tarsus.identify.campaign import Campaign, Opened
 from tarsus.identify.chain import StepRunner
@@ -26,7 +27,7 @@ from tarsus.identify.film_exponent import exponent_of
 from tarsus.identify.flight import FILM
 from tarsus.identify.foot import FootModel
 from tarsus.identify.prediction import AirFit, fit_air
-from tarsus.identify.step import Residual, StepResult
+from tarsus.identify.step import Check, Residual, StepResult, failures
 from tarsus.identify.traces import Trace
 from tarsus.identify.verdict import judge_samples
 from tarsus.model.drive.waveforms import Square
@@ -163,6 +164,17 @@ def test_flights_around_impacts_that_leave_more_than_noise_put_the_restitution_i
         assert one.passed is passed and one.paths == paths
 
 
+def test_a_failed_check_takes_the_word_determined_and_names_its_cause():
+    draws = np.random.default_rng(8).normal([2.0, 3.0], [0.1, 0.1], (400, 2))
+    failed = Check("residual", 3.0, 1.15, paths=("a",), cause="the drive creeps")
+    (said,) = failures([failed, replace(failed, name="pull"), replace(failed, value=1.0)])
+    assert said == "the drive creeps (residual 3, 1.15 at most; pull 3, 1.15 at most)"
+    found = judge_samples(("a", "b"), (2.0, 3.0), draws, doubts={"a": [said]})
+    assert found["a"].word == "preferred" and found["b"].word == "determined"
+    assert "but the drive creeps" in found["a"].sentence()
+    assert verdict_of((1.0, 9.0), doubted=True) is Verdict.UNDECIDED, "a wide number stays what it is"
+
+
 def test_the_exponent_of_the_film_is_found_and_what_it_leaves_open_takes_the_word():
     chain = identified()
     assert chain.film is not None
@@ -216,3 +228,12 @@ def test_a_constant_that_counts_from_the_gap_as_stated_must_bear_an_error_of_it(
     gap = {"source": "assumed", "note": "By eye.", "interval": (0.9 * model.gap, 1.1 * model.gap)}
     provenance = FrozenDict({**model.scene.provenance, "robot.feet.tip.gap": Provenance.model_validate(gap)})
     assert not gap_check(of_law, replace(found, base=model.changed({"provenance": provenance})))
+
+
+def test_numbers_are_drawn_along_with_what_was_corrected():
+    drawn = np.random.default_rng(1).standard_normal(400)
+    paths, still = ("ground.film.thickness", "robot.drives.pzt.law.constant"), np.zeros((400, 2))
+    own = StepResult("film", paths, np.array([2.0, -1.0]), np.array([2.0, -1.0]) + still)
+    there = StepResult("film", paths, np.array([2.2, -1.3]), still)
+    along = _along(own, there, drawn).samples
+    assert np.allclose(along[:, 0], 2.0 * 1.1**drawn) and np.allclose(along[:, 1], -1.0 - 0.3 * drawn)

@@ -10,7 +10,20 @@ from scipy.stats import binom
 
 from identify.campaigns import identified
 from tarsus.identify.covariance import scatter_over_noise, scattered
-from tarsus.identify.influence import CONTACT, EVENT, FILE, ORDER, WITHIN, Influence, events_of, of_levels, of_records
+from tarsus.identify.influence import (
+    BLOCK,
+    CONTACT,
+    EVENT,
+    FILE,
+    ORDER,
+    SET,
+    VOLTS,
+    WITHIN,
+    Influence,
+    events_of,
+    of_levels,
+    of_records,
+)
 from tarsus.identify.resonance import of_sweeps
 from tarsus.identify.surprises import CHANCE, Surprises, surprises
 from tarsus.identify.traces import LEVEL, Stands, Trace, stands_of
@@ -54,6 +67,17 @@ def told(surprise: Surprises) -> set[tuple[str, str]]:
     return {(one.path, one.along) for one in surprise.found}
 
 
+def test_groups_are_events_files_and_sets():
+    one = line(np.random.default_rng(1))
+    assert [len(np.unique(one.levels[name])) for name in (EVENT, FILE, SET)] == [24, 18, 6]
+    assert one.covariates[ORDER].tolist() == np.repeat(np.arange(18.0), EVENTS).tolist()
+    assert np.unique(one.covariates[VOLTS]).tolist() == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+    assert one.score.sum(axis=0) == pytest.approx(0.0, abs=1e-9)
+    for level in (EVENT, FILE, SET):
+        shares, pulls, _ = one.pulls(level)
+        assert shares.sum(axis=0) == pytest.approx(1.0) and pulls.sum(axis=0) == pytest.approx(0.0, abs=1e-9)
+
+
 @pytest.mark.parametrize("trials", [20, pytest.param(150, marks=pytest.mark.full)])
 def test_chance_is_told_once_in_a_hundred_campaigns(trials):
     alarms = 0
@@ -66,6 +90,8 @@ def test_chance_is_told_once_in_a_hundred_campaigns(trials):
 def test_what_drifts_through_a_session_is_told_with_its_slope():
     one = surprises([line(np.random.default_rng(2), drift=0.2)], 1)
     assert (PATHS[0], ORDER) in told(one)
+    said = one.of(PATHS[0])
+    assert said is not None and said.along == ORDER and said.moves(0.1)
     drift = next(this for this in one.found if (this.path, this.along) == (PATHS[0], ORDER))
     assert drift.slope == pytest.approx(0.2, abs=3.0 * drift.error) and drift.error < 0.05
     assert drift.half == pytest.approx(0.5 * 17 * drift.slope)
@@ -100,6 +126,17 @@ def test_files_that_differ_are_told_and_widen_the_interval():
         found = np.linalg.solve(one.information.sum(axis=0), rhs(random, one, 3.0))
         covered += bool(np.all(np.abs(found) <= np.quantile(np.abs(scattered(one, seed)), 0.95, axis=0)))
     assert covered >= binom.ppf(1e-3, trials, 0.85)  # both at once
+
+
+def test_a_file_that_says_nothing_of_a_number_is_no_group_of_it():
+    one = line(np.random.default_rng(4), by_file=3.0)
+    mute = one.levels[FILE] == one.levels[FILE][0]
+    mute = replace(
+        one,
+        information=np.where(mute[:, None, None], 0.0, one.information),
+        score=np.where(mute[:, None], 0.0, one.score),
+    )
+    assert "file" in {found.along for found in surprises([mute], 1).found}
 
 
 def test_known_noise_is_all_of_an_interval_unless_groups_scatter_more():
@@ -179,3 +216,13 @@ def test_a_frequency_that_drifts_through_the_sweeps_is_told_with_its_slope():
         told = [one for one in surprises([drifting(seed, rise)], seed).found if one.path.endswith("frequencies.0")]
         assert told[0].along == ORDER and told[0].slope == pytest.approx(rise / 3.0, abs=5.0 * told[0].error)
     assert chance <= binom.ppf(0.999, 10, CHANCE)
+
+
+def test_loops_say_what_each_run_of_the_volts_says_of_the_law():
+    one = identified().steps["hysteresis"].influence
+    assert one is not None and len(one.score) == len(one.levels[BLOCK])
+    assert len(np.unique(one.levels[FILE])) > 1 and len(np.unique(one.levels[EVENT])) < len(one.score)
+    assert one.paths == tuple(p for p in identified().steps["hysteresis"].paths if not p.endswith("constant"))
+    _, pulls, variance = one.pulls(BLOCK)
+    law = [".law." in path for path in one.paths]
+    assert np.all(np.abs(pulls.sum(axis=0)) < 1e-3 * np.sqrt(variance), where=law), "about the minimum"

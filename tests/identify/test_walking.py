@@ -25,7 +25,7 @@ from tarsus.identify.walk_feet import _scatter, asked_of_feet, odd_feet, with_fe
 from tarsus.identify.walk_prediction import missed, prediction_check, reliance_of
 from tarsus.identify.walk_step import identify_walking, noise_of, unknowns_of
 from tarsus.identify.walk_symmetry import untold
-from tarsus.identify.walking import WalkRecord, identify_walk
+from tarsus.identify.walking import WalkRecord, _joined, identify_walk
 from tarsus.model.scene import Provenance, Scene, Source
 from tarsus.model.structure import Walker
 from tarsus.plan.lowering import lower_scene, slot
@@ -263,6 +263,21 @@ def test_a_window_with_one_sample_far_off_is_not_followed() -> None:
     assert {found.verdict(path) for path in PATHS} <= {Verdict.PREFERRED, Verdict.UNDECIDED, Verdict.ASSUMED}
 
 
+def test_of_two_starts_that_are_followed_the_one_that_leaves_less_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, seen = record(0.008)
+    costs, together = list[float](), walking._together
+
+    def worse(windows, segments, moved):  # the first
+        joint = together(windows, segments, moved)
+        costs.append(joint.fit.cost)
+        return joint if costs[1:] else joint._replace(fit=replace(joint.fit, cost=joint.fit.cost + 100.0, values={}))
+
+    monkeypatch.setattr(walking, "_together", worse)
+    monkeypatch.setattr(walking, "asked_of_feet", lambda *_: {} if costs[1:] else {PATHS[1]: 2.0})
+    found = identify_walk([seen], dict.fromkeys(PATHS, 1.0), differing=[PATHS[1]])
+    assert len(costs) == 2 and len(found.values) == 3  # of the first there is none
+
+
 @pytest.mark.slow
 def test_of_a_record_that_no_ground_explains_no_number_is_determined() -> None:
     _, seen = record(0.05)
@@ -339,3 +354,14 @@ def test_lower_friction_under_one_foot_is_named_with_both_frictions() -> None:
     for foot, by in (("L1", 1.0), ("R1", 0.8)):
         value, drawn, _ = step.combinations[f"{foot}: {FRICTION}"]
         assert abs(value - by * true) < 3.5 * np.std(drawn) and np.std(drawn) < 0.05 * true
+
+
+def test_a_window_that_is_not_followed_is_joined_to_the_one_before_it_in_its_record() -> None:
+    edges = [(0, 0.0, 0.1), (0, 0.1, 0.2), (0, 0.2, 0.3), (1, 0.0, 0.1), (1, 0.1, 0.2)]
+    windows = [Segment(number, a, (a, b), np.zeros(2), np.ones(2)) for number, a, b in edges]
+    joined = _joined(windows, np.array([True, False, False, False, True]))
+    assert [(one.record, one.begin, one.span) for one in joined] == [
+        (0, 0.0, (0.0, 0.3)),
+        (1, 0.0, (0.0, 0.1)),
+        (1, 0.1, (0.1, 0.2)),
+    ]
