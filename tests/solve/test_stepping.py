@@ -211,6 +211,7 @@ def test_what_is_no_command_moves_nothing():
         ({"dt": "1 m"}, "dt: "),
         ({"gait": {"frequenzy": 3.0}}, "frequenzy"),
         ({"gait": {"frequency": -3.0}}, "frequency"),
+        ({"gait": {"high": np.inf}}, "finite"),
         ({"drive": {"L1": 1.0}, "gradients": ["signals.L1.amplitude"]}, "no"),
     ]
     for asked, said in wrong:

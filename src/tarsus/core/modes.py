@@ -569,7 +569,3 @@ class ModeBook:
             met = self.native.modes
             self._modes += [mode.biased(self.system.sources) for mode in met[len(self._modes) :]]
             return self._modes
-
-    def require(self, mask: int) -> int:
-        """Number of the contact mode whose held constraints are the bits of ``mask``; made now if no run has met it."""
-        return self.native.require(mask)
