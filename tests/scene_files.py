@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 import tarsus as ts
+from tarsus.base.events import EventKind
 from tarsus.base.spec import validate
 
 SCENES = Path(__file__).parent / "scenes"
@@ -60,3 +61,8 @@ def pushed(structure: dict[str, Any], point: str, duration: float, signal: dict[
     drive = {"load": {"kind": "point", "weights": {point: 1.0}}, "law": {"kind": "linear", "gain": 1.0}}
     robot = {"structure": structure, "drives": {"d": drive}, "feet": {}}
     return validate(ts.Scene, {"name": "pushed", "duration": duration, "robot": robot, "signals": {"d": signal}})
+
+
+def of_kind(run: ts.Run, *kinds: EventKind) -> np.ndarray:
+    """The events of a run that are of these kinds."""
+    return run.events[np.isin(run.events["kind"], kinds)]

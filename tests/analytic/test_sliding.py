@@ -10,6 +10,7 @@ import pytest
 from scipy.optimize import brentq
 
 import tarsus as ts
+from scene_files import of_kind
 from sliding_scenes import MASS, slider
 from tarsus.base.events import EventKind
 from tarsus.model.laws import AdhesiveFriction, Friction
@@ -19,10 +20,6 @@ from walking_scenes import GRAVITY, block, moving, sticky, trotter
 MU = 0.3
 PRESS = MASS * GRAVITY
 SPEED = 0.05
-
-
-def of_kind(run: ts.Run, *kinds: EventKind) -> np.ndarray:
-    return run.events[np.isin(run.events["kind"], kinds)]
 
 
 def place(run: ts.Run, *times: float) -> np.ndarray:

@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import tarsus as ts
+from scene_files import of_kind
 from tarsus.base.events import EventKind
 from tarsus.base.spec import with_values
 from tarsus.model.scene import Scene
@@ -32,10 +33,6 @@ def place(run: ts.Run, time: float) -> float:
     found = run.at(np.array([time])).foot_x
     assert found is not None
     return float(found[0, 0])
-
-
-def of_kind(run: ts.Run, *kinds: EventKind) -> np.ndarray:
-    return run.events[np.isin(run.events["kind"], kinds)]
 
 
 def falls(x: float, z: float, vx: float, tread: float, drop: float, ratio: float, until: float) -> list[float]:

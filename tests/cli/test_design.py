@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-LANDING = ("design", "landing", "cantilever", "--foot", "tip")
-
 
 def test_the_printed_request_is_a_file_that_the_verb_takes(tarsus, tmp_path):
     printed = tarsus("design", "request", "landing").out.replace("# foot =", 'foot = "toe"')
