@@ -6,11 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from tarsus.calibrate.compared import numbers_table
 from tarsus.calibrate.description import TableSampling
 from tarsus.files.library import changed
 from tarsus.model.scene import Scene
 from tarsus_reproduce.compared import ComparedTable, TableComparison
-from tarsus_reproduce.reproduction import Progress, Reproduction, numbers_table
+from tarsus_reproduce.reproduction import Progress, Reproduction
 from tarsus_reproduce.rows import CANTILEVER, packaged_rows, read_rows
 
 FOOTER = (

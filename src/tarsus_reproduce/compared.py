@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from tarsus.calibrate.compared import NumberRow, numbers_table
 from tarsus.calibrate.description import TableSampling
 from tarsus.calibrate.results import errors_table, naive_by_measure
 from tarsus.calibrate.skill import naive_predictions, skill_of
@@ -21,7 +22,7 @@ from tarsus.files.library import load_scene
 from tarsus.model.scene import Scene, Source
 from tarsus.tables import Column, Section, Table
 from tarsus_reproduce.ensembles import device_ensemble, packaged_ensemble, packaged_errors, packaged_study
-from tarsus_reproduce.reproduction import CALIBRATED, PREDICTED, FigureCall, NumberRow, Progress, numbers_table
+from tarsus_reproduce.reproduction import CALIBRATED, PREDICTED, FigureCall, Progress
 from tarsus_reproduce.rows import PrintedQuantity, PrintedRow, PrintedTable
 
 GOOD = 0.30
@@ -131,7 +132,7 @@ class ComparedTable:
         stars = [f"* = from {name}." for name in files]
         excluded = () if self.calibration is None else (_excluded_table(self.how.study, self.calibration),)
         shown = numbers_table(f"{title}, row by row", self.numbers, [*notes, *stars])
-        figure = FigureCall("numbers_figure.numbers_figure", self.numbers, caption)
+        figure = FigureCall("tarsus.report.rows_figure.rows_figure", self.numbers, caption)
         return Section(title, figure, merits_table(self.how.table, self.numbers), *excluded, shown)
 
 

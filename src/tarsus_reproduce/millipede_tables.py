@@ -16,6 +16,8 @@ from tarsus_reproduce.millipede import DeviceTrends, JudgedTrend, judge_devices
 from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction
 from tarsus_reproduce.trends import CRITERION, TrendVerdict
 
+DRAWN_BY = "tarsus_reproduce.pages.millipede_figures"
+
 FIGURES = {
     "millipede-electrostatics": ("Fig. 4.8: electrostatics", "C_e"),
     "millipede-film-nano": ("Fig. 4.9: squeeze film in nN m² s", "C_sfd"),
@@ -190,7 +192,7 @@ def _distribution(devices: Sequence[DeviceTrends]) -> Section:
     ranges = [(one.name, (one.low, one.high), one.meaning) for one in UNPRINTED]
     return Section(
         "Random interpretations of what is not printed",
-        FigureCall("millipede_figures.interpretations_figure", drawn, devices),
+        FigureCall(f"{DRAWN_BY}.interpretations_figure", drawn, devices),
         Table(
             "Numbers that are not printed",
             ("number", Column("from, to", "row", 3), "because"),
@@ -212,12 +214,12 @@ def _over(devices: Sequence[DeviceTrends]) -> list[FigureCall]:
     for study, (title, symbol) in FIGURES.items():
         curves = [(device.name, one) for device in devices for one in device.swept if one.study == study]
         if curves:
-            drawn.append(FigureCall("millipede_figures.swept_figure", curves, title, symbol))
+            drawn.append(FigureCall(f"{DRAWN_BY}.swept_figure", curves, title, symbol))
     return drawn
 
 
 def _walks(devices: Sequence[DeviceTrends]) -> list[FigureCall]:
-    return [FigureCall("millipede_figures.walks_figure", one.scene, examples(one.film), one.name) for one in devices]
+    return [FigureCall(f"{DRAWN_BY}.walks_figure", one.scene, examples(one.film), one.name) for one in devices]
 
 
 def _still(length: float) -> float:

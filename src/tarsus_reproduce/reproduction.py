@@ -2,14 +2,13 @@
 
 A row is a number that the device was *calibrated on*, a number that is *predicted* (never fitted, or excluded from the
 fit), or a *trend* that is printed in words. Numbers have the median and the 80 % interval of ours beside what is
-printed; trends the verdict of `tarsus_reproduce.trends` for each device.
+printed (`tarsus.calibrate.compared`); trends the verdict of `tarsus_reproduce.trends` for each device.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,9 +16,8 @@ from typing import TYPE_CHECKING, Any
 from tarsus.files.jsontext import json_text
 from tarsus.files.whole import write_text
 from tarsus.tables.section import Section
-from tarsus.tables.table import Column, Table, Tabled
+from tarsus.tables.table import Table, Tabled
 from tarsus_reproduce.packaged import PAGE_FILES
-from tarsus_reproduce.rows import relative_error
 
 if TYPE_CHECKING:
     from tarsus.report.pages import Plate
@@ -28,98 +26,21 @@ if TYPE_CHECKING:
 Progress = Callable[[int, int, str], None]
 """Called as `progress(done, total, what)` by long work."""
 
-NOTABLE = 0.30
-"""Relative error beyond which a cell is coloured: Table 2.3 counts cases below it as good."""
-
 CALIBRATED, PREDICTED = "calibrated on", "predicted"
 """Roles of a row: the device was fitted to it, or never saw it."""
 
 
-@dataclass(frozen=True)
-class NumberRow:
-    """One printed number beside ours: what was measured and the source's model [SI], None where nothing is printed.
-
-    case: of which drive; role: `CALIBRATED` or `PREDICTED`; ours: median and ends of the 80 % interval, NaN where
-    nothing is predicted, as the ends of a probability (unit "%"); conditions: of the drive, by column.
-    """
-
-    case: str
-    role: str
-    quantity: str
-    unit: str
-    measured: float | None
-    source: float | None
-    ours: tuple[float, float, float]
-    conditions: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def held(self) -> bool | None:
-        """Whether our interval holds the measured number; None where there is nothing to compare."""
-        median, low, high = self.ours
-        return None if self.measured is None or math.isnan(median) else low <= self.measured <= high
-
-    @property
-    def notable(self) -> bool:
-        """Whether ours is far off: by more than `NOTABLE` of the measured number, and a count by half of one or more,
-        which Table 2.3 takes for another number."""
-        if self.measured is None or math.isnan(self.ours[0]):
-            return False
-        off = abs(self.measured - self.ours[0])
-        return off > NOTABLE * abs(self.measured) and (self.unit != "1" or off >= 0.5)
-
-
-def numbers_table(title: str, rows: Sequence[NumberRow], notes: Iterable[str] = (), *, repeated: bool = False) -> Table:
-    """Rows of numbers with the errors of the source's model and ours; the case is named where it begins, or repeated
-    in every row."""
-    columns = [
-        Column("case"),
-        Column("role"),
-        Column("quantity"),
-        Column("measured", "row", 4),
-        Column("source's model", "row", 4),
-        Column("Tarsus", "row", 3),
-        Column("80 % interval", "row", 3),
-        Column("source's error", "%", 3),
-        Column("our error", "%", 3),
-        Column("in the interval"),
-    ]
-    cells: list[tuple[Any, ...]] = []
-    for number, row in enumerate(rows):
-        first = repeated or number == 0 or rows[number - 1].case != row.case
-        median, *ends = row.ours
-        cells.append(
-            (
-                row.case if first else "",
-                row.role if first else "",
-                row.quantity,
-                row.measured,
-                row.source,
-                median,
-                tuple(ends),
-                relative_error(row.measured, row.source),
-                relative_error(row.measured, median),
-                row.held,
-            )
-        )
-    flagged = [(number, len(columns) - 2) for number, row in enumerate(rows) if row.notable]
-    said = (
-        "Error is (measured − simulated) / measured; 0 measured and something simulated has none. "
-        f"Errors beyond {100 * NOTABLE:.0f} % are marked.",
-    )
-    return Table(title, columns, cells, (*notes, *said), units=[row.unit for row in rows], flagged=flagged)
-
-
 class FigureCall:
-    """A figure that is drawn when a page is written: a function of `tarsus_reproduce.pages`, as "module.function", and
-    its arguments. matplotlib is loaded by then and not before."""
+    """A figure that is drawn when a page is written: the name of a function with its module, and its arguments.
+    matplotlib is loaded by then and not before."""
 
     def __init__(self, function: str, *arguments: Any) -> None:
         self.function, self.arguments = function, arguments
 
     def __call__(self) -> Plate:
         """The figure."""
-        module, _, name = self.function.partition(".")
-        return getattr(import_module(f"tarsus_reproduce.pages.{module}"), name)(*self.arguments)
+        module, _, name = self.function.rpartition(".")
+        return getattr(import_module(module), name)(*self.arguments)
 
 
 def drawn(part: Any) -> Any:

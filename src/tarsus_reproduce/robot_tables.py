@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from tarsus.calibrate.compared import numbers_table
 from tarsus.files.library import load_scene
 from tarsus.model.impact_energy import creation_warning
 from tarsus.model.scene import Scene
 from tarsus.tables import Column, Section, Table
 from tarsus_reproduce.compared import ComparedTable
 from tarsus_reproduce.impacts import energies_table, impact_energies, maps_table, modes_table
-from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction, numbers_table
+from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction
 from tarsus_reproduce.robot_runs import AIR_GAP, AirRun, Near, check_device, robot_runs
 from tarsus_reproduce.robots import MEAN_HEIGHT, OBSERVED, SEEDS, SETTLE, WINDOW, robot_table
+
+DRAWN_BY = "tarsus_reproduce.pages.robot_figures"
 
 FOOTER = (
     "A bounce is a rebound whose apex clears the resolution of the published measurements, 0.1 µm; peak is the highest "
@@ -86,7 +89,7 @@ def _over_ground(near: Sequence[Near]) -> Section:
     from tarsus.report.pages import Fold
 
     names = ("ground_motion", "ground_periods")
-    pairs = [[FigureCall(f"robot_figures.{name}", one) for name in names] for one in near if one.run.ok]
+    pairs = [[FigureCall(f"{DRAWN_BY}.{name}", one) for name in names] for one in near if one.run.ok]
     note = "Every run is one of many: motion with bounces forgets its start within a few impacts."
     others = Fold("The other runs", *pairs[1:]) if pairs[1:] else None
     return Section("Motion over the ground", *pairs[:1], others, _sentence(note))
@@ -104,7 +107,7 @@ def _in_air(air: Sequence[AirRun]) -> Section:
     )
     columns = ("drive", Column("frequency", "Hz"), "point", Column("peak to peak", "m"))
     shown = Table("Steady motion in the air", columns, rows, (note,))
-    return Section("Motion in the air", FigureCall("robot_figures.air_motion", air) if air else None, shown)
+    return Section("Motion in the air", FigureCall(f"{DRAWN_BY}.air_motion", air) if air else None, shown)
 
 
 def _modes(robot: str, scene: Scene) -> Section:
@@ -112,7 +115,7 @@ def _modes(robot: str, scene: Scene) -> Section:
     if table is None:
         nothing = "The device's points are not those of the printed matrix, so no mode can be compared."
         return Section(title, _sentence(nothing))
-    return Section(title, FigureCall("robot_figures.mode_shapes", table, scene.robot.structure.points), table)
+    return Section(title, FigureCall(f"{DRAWN_BY}.mode_shapes", table, scene.robot.structure.points), table)
 
 
 def _maps(robot: str, scene: Scene, struck: Near) -> Section:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from tarsus.calibrate.compared import relative_error
 from tarsus.files.rows import Cell, typed_rows
 from tarsus.files.tables import read_text
 from tarsus_reproduce.packaged import data_text
@@ -167,15 +168,3 @@ def _row(line: Mapping[str, Any], table: PrintedTable, origin: str) -> PrintedRo
         parts.append(numbers if any(value is not None for value in numbers.values()) else None)
     source, measured = parts
     return PrintedRow(line["wave"], line["volt_v"], line["freq_hz"], line.get("gap_um"), source, measured, origin)
-
-
-def relative_error(reference: float | None, simulated: float | None) -> float | None:
-    """(reference - simulated)/reference, the definition of Tables 2.3, 3.2 and A.1.
-
-    0 against 0 is no error; anything else against 0, or against an empty cell, has none (None).
-    """
-    if reference is None or simulated is None or not math.isfinite(simulated):
-        return None
-    if reference == 0.0:
-        return 0.0 if simulated == 0.0 else None
-    return (reference - simulated) / reference

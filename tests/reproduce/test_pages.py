@@ -11,6 +11,7 @@ import pytest
 import tarsus as ts
 from html_page import Page
 from reproduce.coarse_studies import FEW, ringing
+from tarsus.calibrate.compared import NumberRow, numbers_table
 from tarsus.tables import Section
 from tarsus_reproduce.cantilever import reproduce_cantilever
 from tarsus_reproduce.ensembles import packaged_errors
@@ -18,7 +19,7 @@ from tarsus_reproduce.index import index_html
 from tarsus_reproduce.millipede import judge_scene
 from tarsus_reproduce.millipede_tables import millipede_reproduction
 from tarsus_reproduce.packaged import experiments
-from tarsus_reproduce.reproduction import FigureCall, NumberRow, Reproduction, numbers_table
+from tarsus_reproduce.reproduction import FigureCall, Reproduction
 from tarsus_reproduce.robot_tables import reproduce_robot
 from tarsus_reproduce.verb import reproduce
 

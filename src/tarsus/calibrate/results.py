@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tarsus.calibrate.cells import column_value
+from tarsus.calibrate.compared import NumberRow
 from tarsus.calibrate.objective import existence
 from tarsus.calibrate.prediction import Prediction
+from tarsus.calibrate.readings import unit_of
 from tarsus.calibrate.skill import naive_errors, skill_of
 from tarsus.files.version import package_version
 from tarsus.fit.ranges import weighted_quantile
@@ -161,6 +163,28 @@ def _row(result: Calibration, n: int, number: int) -> dict[str, Any]:
         for what, found in said.items()
     }
     return {"row": number + 1, "conditions": _conditions(result, number), "fitted": fitted, **entries}
+
+
+def compared_rows(result: Calibration) -> list[NumberRow]:
+    """Every number of the table with the median of the ensemble that was fitted to it, and as ours what the search
+    without its row says, where there is one; and the probability that there is some of what may not exist."""
+    lowered, excluded, out = result.lowered, result.solution.excluded, []
+    cells, units = lowered.cells, [unit_of(one.measure) for one in lowered.study.measures.values()]
+    for n, number in enumerate((*lowered.trained, *lowered.others)):
+        case = f"{number + 1}: {', '.join(_conditions(result, number).values())}"
+        fitted = n < len(lowered.trained)
+        held_out = excluded[n] if fitted and excluded is not None else None
+        role = "predicted" if not fitted else "fitted" if held_out is None else "excluded"
+        values = zip(cells.observed[n].tolist(), result.predicted[n], held_out or result.predicted[n], strict=True)
+        for unit, (measured, known, new) in zip(units, values, strict=True):
+            about, measured = (case, role, new.measure), None if np.isnan(measured) else measured
+            ours = new.median, new.low, new.high
+            out.append(NumberRow(*about, unit, measured, known.median if fitted else None, ours))
+            if new.p_bounce is not None:
+                out.append(
+                    NumberRow(case, role, f"{new.measure} above 0", "%", None, None, (new.p_bounce, np.nan, np.nan))
+                )
+    return out
 
 
 def _at_best(result: Calibration, n: int) -> list[Prediction]:
