@@ -13,10 +13,12 @@ from tarsus.tables import Column, Section, Table
 from tarsus_reproduce.compared import ComparedTable
 from tarsus_reproduce.impacts import energies_table, impact_energies, maps_table, modes_table
 from tarsus_reproduce.reproduction import FigureCall, Progress, Reproduction
-from tarsus_reproduce.robot_runs import AIR_GAP, AirRun, Near, check_device, robot_runs
-from tarsus_reproduce.robots import MEAN_HEIGHT, OBSERVED, SEEDS, SETTLE, WINDOW, robot_table
+from tarsus_reproduce.robot_runs import AIR_GAP, RobotRun, check_device, robot_runs
+from tarsus_reproduce.robots import MEAN_HEIGHT, OBSERVED, SEEDS, SETTLE, WINDOW, drive_frequency, robot_table
 
 DRAWN_BY = "tarsus_reproduce.pages.robot_figures"
+
+MOTION = "Every run is one of many: motion with bounces forgets its start within a few impacts."
 
 FOOTER = (
     "A bounce is a rebound whose apex clears the resolution of the published measurements, 0.1 µm; peak is the highest "
@@ -41,9 +43,7 @@ def reproduce_robot(
     near, air = robot_runs(robot, scene, progress)
     struck = near[min(1, len(near) - 1)]  # the second row, a square wave
     caution = creation_warning(scene)
-    ends = [(one.title, one.run) for one in near] + [(f"in the air at {one.volt_v:g} V", one.run) for one in air]
-    problems = (*found.problems, *(f"{title}: {run.code.value}" for title, run in ends if not run.ok))
-    known = tuple(one for one in air if one.run.ok)
+    stopped = (f"{one.title}: {one.run.code.value}" for one in (*near, *air) if not one.run.ok)
     return Reproduction(
         name=robot,
         title=f"The {robot} on its bouncing foot",
@@ -51,12 +51,12 @@ def reproduce_robot(
         rows=numbers_table("Table 3.2, row by row", found.numbers, repeated=True),
         sections=(
             _heights(robot, found),
-            _over_ground(near),
-            _in_air(known),
+            _moving("Motion over the ground", near, _sentence(MOTION)),
+            _moving("Motion in the air", air[-1:], _steady_table(air)),
             _modes(robot, scene),
             _maps(robot, scene, struck),
         ),
-        problems=problems,
+        problems=(*found.problems, *stopped),
         cautions=() if caution is None else (caution,),
         footer=FOOTER,
     )
@@ -84,30 +84,27 @@ def _sentence(words: str) -> Table:
     return Table("", (), (), (words,))
 
 
-def _over_ground(near: Sequence[Near]) -> Section:
-    """Motion over the last periods, and by drive period, of every run."""
+def _moving(title: str, runs: Sequence[RobotRun], table: Table) -> Section:
+    """Motion over the last periods, and by drive period, of every run; a table below."""
     from tarsus.report.pages import Fold
 
-    names = ("ground_motion", "ground_periods")
-    pairs = [[FigureCall(f"{DRAWN_BY}.{name}", one) for name in names] for one in near if one.run.ok]
-    note = "Every run is one of many: motion with bounces forgets its start within a few impacts."
-    others = Fold("The other runs", *pairs[1:]) if pairs[1:] else None
-    return Section("Motion over the ground", *pairs[:1], others, _sentence(note))
+    pairs = [[FigureCall(f"{DRAWN_BY}.{name}", one) for name in ("motion", "by_period")] for one in runs if one.run.ok]
+    return Section(title, *pairs[:1], Fold("The other runs", *pairs[1:]) if pairs[1:] else None, table)
 
 
-def _in_air(air: Sequence[AirRun]) -> Section:
+def _steady_table(air: Sequence[RobotRun]) -> Table:
     rows = [
-        (f"{one.volt_v:g} V square", one.freq_hz, point, float(size))
+        (one.title, drive_frequency(one.run.scene), point, float(size))
         for one in air
+        if one.run.ok
         for point, size in zip(one.points, one.peak_to_peak, strict=True)
     ]
     note = (
-        f"The foot hangs {100 * AIR_GAP:g} cm above the ground, so that nothing touches; transients have died out. The "
+        f"The foot hangs {100 * AIR_GAP:g} cm above the ground, so that nothing touches and motion grows as the volts do. The "
         "source shows these as figures only, without numbers to compare with."
     )
     columns = ("drive", Column("frequency", "Hz"), "point", Column("peak to peak", "m"))
-    shown = Table("Steady motion in the air", columns, rows, (note,))
-    return Section("Motion in the air", FigureCall(f"{DRAWN_BY}.air_motion", air) if air else None, shown)
+    return Table("Steady motion in the air", columns, rows, (note,))
 
 
 def _modes(robot: str, scene: Scene) -> Section:
@@ -118,7 +115,7 @@ def _modes(robot: str, scene: Scene) -> Section:
     return Section(title, FigureCall(f"{DRAWN_BY}.mode_shapes", table, scene.robot.structure.points), table)
 
 
-def _maps(robot: str, scene: Scene, struck: Near) -> Section:
+def _maps(robot: str, scene: Scene, struck: RobotRun) -> Section:
     laws, energies = maps_table(scene, robot), impact_energies(struck.run, robot)
     impacts = len(energies["as run"])
     if struck.run.ok and impacts:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import cycle
 
 import numpy as np
 
@@ -11,10 +10,10 @@ from tarsus.report import figures
 from tarsus.report.figures import TURNS
 from tarsus.report.pages import Plate
 from tarsus.report.series import last_turns
-from tarsus.report.sheet import Sheet, few_ticks, line, name_axes, plate
-from tarsus.report.style import BLUE, CYCLE, INK, MUTED, RULE
+from tarsus.report.sheet import Sheet, plate
+from tarsus.report.style import BLUE, INK, RULE
 from tarsus.tables import Table
-from tarsus_reproduce.robot_runs import AIR_PERIODS, AirRun, Near
+from tarsus_reproduce.robot_runs import RobotRun
 
 SAMPLES = 720
 """Samples of a drive period in figures of motion: twice as many as a panel has pixels for it."""
@@ -23,45 +22,21 @@ SHOWN_PERIODS = 4
 """Drive periods in a figure of motion."""
 
 
-def ground_motion(near: Near) -> Plate:
-    """The last drive periods of a run over the ground, as on the page of a run (Figs 3.19 and 3.21 of the source)."""
-    series = last_turns(near.run, TURNS, SAMPLES)
-    return _titled(near, figures.motion(series, series.last_periods(SHOWN_PERIODS)))
+def motion(one: RobotRun) -> Plate:
+    """The last drive periods of a run, as on the page of a run (Figs 3.9, 3.10, 3.19 and 3.21 of the source)."""
+    series = last_turns(one.run, TURNS, SAMPLES)
+    return _titled(one, figures.motion(series, series.last_periods(SHOWN_PERIODS)))
 
 
-def ground_periods(near: Near) -> Plate:
+def by_period(one: RobotRun) -> Plate:
     """Its drive periods over each other (Figs 3.20 and 3.22 of the source, where a period is a circle)."""
-    found = figures.turns(last_turns(near.run, TURNS, SAMPLES))
+    found = figures.turns(last_turns(one.run, TURNS, SAMPLES))
     assert found is not None  # the drive of a robot repeats
-    return _titled(near, found)
+    return _titled(one, found)
 
 
-def _titled(near: Near, found: Plate) -> Plate:
-    return Plate(found.picture, f"{near.title}. {found.caption}")
-
-
-def air_motion(runs: Sequence[AirRun]) -> Plate:
-    """Steady motion in the air (as Figs 3.9 and 3.10 of the source): all drives or points over each other."""
-    several = len(runs) > 1
-
-    def draw(sheet: Sheet) -> None:
-        ((top, low),) = sheet.stacks(1, [0.45, 1.5])
-        colors = cycle(CYCLE)
-        for air in runs:
-            turns, volts, motion = air.steady
-            line(top, turns, volts, color=MUTED, lw=0.9)
-            for point, shift in zip(air.points, motion, strict=True):
-                line(low, turns, shift, color=next(colors), lw=0.9, label=f"{air.volt_v:g} V" if several else point)
-        few_ticks(top, y=2)
-        name_axes(top, None, ("drive", "V"))
-        low.set_xlim(0.0, AIR_PERIODS)
-        name_axes(low, ("time (drive periods)", ""), ("displacement", "m"))
-        sheet.legend(low)
-
-    what = "the actuated foot" if several else "the points"
-    return plate(
-        draw, f"Displacement of {what} in the air under a square wave of {runs[0].freq_hz:.4g} Hz, steady periods."
-    )
+def _titled(one: RobotRun, found: Plate) -> Plate:
+    return Plate(found.picture, f"{one.title}. {found.caption}")
 
 
 def mode_shapes(modes: Table, points: Sequence[str]) -> Plate:
