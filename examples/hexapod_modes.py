@@ -26,7 +26,6 @@ from tarsus.model.scene import Provenance, Scene, Source
 from tarsus_reproduce.printed import (
     ModalForm,
     PrintedModel,
-    Rounding,
     interval,
     modal_form,
     modal_structure,
@@ -56,9 +55,9 @@ def unit_mass(model: PrintedModel) -> float:
     return float(f"{SYSTEM_MASS / model.matrices.mass.sum():.4g}")
 
 
-def report(model: PrintedModel, form: ModalForm, spread: Rounding) -> None:
+def report(model: PrintedModel, form: ModalForm, share: float, spread: ModalForm) -> None:
     """Print modes, their intervals, and how well each matches the printed impact matrix."""
-    print(f"{spread.share:.1%} of {len(spread.frequencies) / spread.share:.0f} draws are positive definite")
+    print(f"{share:.1%} of {len(spread.frequencies) / share:.0f} draws are positive definite")
     print("mode  printed matrices [Hz]   95 % of the rounding   Table 3.3   damping ratio        MAC with R")
     shape = impact_shape(model)
     alike = np.array([mac(one, shape) for one in spread.shapes])
@@ -80,7 +79,7 @@ def report(model: PrintedModel, form: ModalForm, spread: Rounding) -> None:
     print(f"unit of mass {unit_mass(model):.4g} kg, mass felt at foot1 {felt:.3g} kg")
 
 
-def described(device: Scene, model: PrintedModel, form: ModalForm, spread: Rounding) -> Scene:
+def described(device: Scene, model: PrintedModel, form: ModalForm, spread: ModalForm) -> Scene:
     """A device with this structure and its provenance."""
     name = "robot.structure"
     bounds = {"frequencies": spread.frequencies, "damping_ratios": spread.damping_ratios}
@@ -140,8 +139,8 @@ def main() -> None:
     parser.add_argument("--write", type=Path, help="folder for the two devices")
     args = parser.parse_args()
     model = printed_model("hexapod")
-    form, spread = modal_form(model.matrices), rounding(model, args.draws, args.seed)
-    report(model, form, spread)
+    form, (share, spread) = modal_form(model.matrices), rounding(model, args.draws, args.seed)
+    report(model, form, share, spread)
     if args.write is not None:
         for name in ("hexapod", "hexapod-table"):
             write_scene(described(ts.load_scene(name), model, form, spread), args.write / f"{name}.toml")

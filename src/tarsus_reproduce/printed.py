@@ -62,10 +62,10 @@ def _symmetric(rows: Sequence[Sequence[Decimal]]) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class ModalForm:
-    """Undamped modes of a model, in order of frequency.
+    """Undamped modes of a model, or of several, in order of frequency.
 
-    ``frequencies`` [Hz] is (n,); ``shapes`` (n, n) has the modes as columns, mass-normalised, each positive at
-    the first point; ``damping`` (n, n) is ``P^T C P`` [1/s], diagonal if damping is modal.
+    ``frequencies`` [Hz] is (..., n); ``shapes`` (..., n, n) has the modes as columns, mass-normalised, each positive at
+    the first point; ``damping`` (..., n, n) is ``P^T C P`` [1/s], diagonal if damping is modal.
     """
 
     frequencies: Array
@@ -74,59 +74,41 @@ class ModalForm:
 
     @property
     def damping_ratios(self) -> Array:
-        """Damping ratios (n,) of the diagonal of ``damping``, its other entries left out."""
-        return np.diagonal(self.damping) / (4.0 * math.pi * self.frequencies)
+        """Damping ratios (..., n) of the diagonal of ``damping``, its other entries left out."""
+        return np.diagonal(self.damping, axis1=-2, axis2=-1) / (4.0 * math.pi * self.frequencies)
 
     @property
     def coupling(self) -> float:
-        """Largest entry of ``damping`` beside its diagonal, relative to those of its two modes [1]."""
+        """Largest entry of ``damping`` of one model beside its diagonal, relative to those of its two modes [1]."""
         root = np.sqrt(np.abs(np.diagonal(self.damping)))
         return float(np.max(np.abs(self.damping / np.outer(root, root) - np.eye(len(root)))))
 
 
 def modal_form(matrices: Matrices) -> ModalForm:
-    """Modes of ``M x'' + C x' + K x = 0``: equation (3.3) taken back to (3.1).
+    """Modes of ``M x'' + C x' + K x = 0``: equation (3.3) taken back to (3.1); matrices (..., n, n).
 
     Raises InputError if mass or stiffness is not positive definite.
     """
     for what, matrix in (("mass", matrices.mass), ("stiffness", matrices.stiffness)):
-        lowest = float(np.linalg.eigvalsh(matrix)[0])
+        lowest = float(np.linalg.eigvalsh(matrix)[..., 0].min())
         if lowest <= 0.0:
             raise InputError(
                 f"the {what} matrix is not positive definite, so it has no modes: lowest eigenvalue {lowest:.3g}"
             )
-    frequencies, shapes = _modes(matrices.mass, matrices.stiffness)
-    return ModalForm(frequencies, shapes, shapes.T @ matrices.damping @ shapes)
+    inverse = np.linalg.inv(np.linalg.cholesky(matrices.mass))
+    squared, vectors = np.linalg.eigh(inverse @ matrices.stiffness @ inverse.swapaxes(-1, -2))
+    shapes = inverse.swapaxes(-1, -2) @ vectors
+    shapes = np.where(shapes[..., :1, :] < 0.0, -shapes, shapes)
+    return ModalForm(np.sqrt(squared) / (2.0 * math.pi), shapes, shapes.swapaxes(-1, -2) @ matrices.damping @ shapes)
 
 
-def _modes(mass: Array, stiffness: Array) -> tuple[Array, Array]:
-    """Frequencies (..., n) [Hz] and mass-normalised shapes (..., n, n) of positive definite matrices."""
-    inverse = np.linalg.inv(np.linalg.cholesky(mass))
-    transposed = np.swapaxes(inverse, -1, -2)
-    squared, vectors = np.linalg.eigh(inverse @ stiffness @ transposed)
-    shapes = transposed @ vectors
-    sign = np.where(shapes[..., :1, :] < 0.0, -1.0, 1.0)
-    return np.sqrt(squared) / (2.0 * math.pi), np.asarray(shapes * sign, dtype=float)
+def rounding(model: PrintedModel, draws: int = 10_000, seed: int = 0) -> tuple[float, ModalForm]:
+    """What the printed digits leave open: modes of models whose entries are uniform within the rounding of the printed
+    ones (Monte Carlo).
 
+    Gives the share of the draws that were positive definite, and the modes of those.
 
-@dataclass(frozen=True)
-class Rounding:
-    """What the printed digits leave open: models drawn within the rounding of every entry.
-
-    ``share`` is the part of all draws that were positive definite; only those k are kept.  ``frequencies``
-    (k, n) [Hz], ``damping_ratios`` (k, n), ``shapes`` (k, n, n) as in `ModalForm`.
-    """
-
-    share: float
-    frequencies: Array
-    damping_ratios: Array
-    shapes: Array
-
-
-def rounding(model: PrintedModel, draws: int = 10_000, seed: int = 0) -> Rounding:
-    """Modes of models whose entries are uniform within the rounding of the printed ones (Monte Carlo).
-
-    Raises InputError if no draw has positive definite mass and stiffness.
+    Raises InputError if none was.
     """
     rng = np.random.default_rng(seed)
     size = len(model.matrices.mass)
@@ -147,9 +129,7 @@ def rounding(model: PrintedModel, draws: int = 10_000, seed: int = 0) -> Roundin
             f"none of {draws} draws within the rounding of the printed {model.name} is positive definite; "
             "its digits do not hold a model"
         )
-    frequencies, shapes = _modes(mass[good], stiffness[good])
-    modal = np.einsum("kim,kij,kjm->km", shapes, damping[good], shapes)
-    return Rounding(float(good.mean()), frequencies, modal / (4.0 * math.pi * frequencies), shapes)
+    return float(good.mean()), modal_form(Matrices(mass[good], damping[good], stiffness[good]))
 
 
 def interval(samples: Array, level: float = 0.95) -> tuple[Array, Array]:

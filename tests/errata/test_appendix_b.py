@@ -89,7 +89,7 @@ def test_e10_the_rounding_of_the_printed_matrices_covers_the_frequency_table():
     from tarsus_reproduce.printed import interval, printed_model, rounding
 
     model = printed_model("hexapod")
-    low, high = interval(rounding(model, 4000).frequencies)
+    low, high = interval(rounding(model, 4000)[1].frequencies)
     assert np.all((low < model.table_frequencies) & (model.table_frequencies < high))
     # One by one; the next test has all six at once.
 
