@@ -100,8 +100,8 @@ def _steady_table(air: Sequence[RobotRun]) -> Table:
         for point, size in zip(one.points, one.peak_to_peak, strict=True)
     ]
     note = (
-        f"The foot hangs {100 * AIR_GAP:g} cm above the ground, so that nothing touches, and its motion grows as the volts "
-        "do. The source shows these as figures only, without numbers to compare with."
+        f"The foot hangs {100 * AIR_GAP:g} cm above the ground, so that nothing touches, and moves as far as the volts "
+        "say. The source shows these as figures only, without numbers to compare with."
     )
     columns = ("drive", Column("frequency", "Hz"), "point", Column("peak to peak", "m"))
     return Table("Steady motion in the air", columns, rows, (note,))
