@@ -12,10 +12,12 @@ from tarsus.calibrate.compared import NumberRow
 from tarsus.calibrate.objective import existence
 from tarsus.calibrate.prediction import Prediction
 from tarsus.calibrate.readings import unit_of
+from tarsus.calibrate.search import WITHIN
 from tarsus.calibrate.skill import naive_errors, skill_of
 from tarsus.files.version import package_version
 from tarsus.fit.ranges import weighted_quantile
 from tarsus.tables import Column, Table
+from tarsus.tables.numbers import number
 from tarsus.tables.table import ROW
 
 if TYPE_CHECKING:
@@ -75,7 +77,7 @@ def calibration_json(result: Calibration) -> dict[str, Any]:
         "branches": _hypotheses(result),
         "choices": _choices(result),
         "constraints": [{"name": one.name, "reason": one.reason} for one in study.constraints],
-        "rows": [_row(result, n, number) for n, number in enumerate((*lowered.trained, *lowered.others))],
+        "rows": [_row(result, n, place) for n, place in enumerate((*lowered.trained, *lowered.others))],
         "summary": {
             "training": _summary(result, trained),
             "left_out": None if solution.excluded is None else _summary(result, solution.excluded),
@@ -142,13 +144,13 @@ def _choices(result: Calibration) -> dict[str, dict[str, Any]]:
     return out
 
 
-def _conditions(result: Calibration, number: int) -> dict[str, Any]:
+def _conditions(result: Calibration, place: int) -> dict[str, Any]:
     """Cells of a row's conditions."""
-    row = result.lowered.table.rows[number]
+    row = result.lowered.table.rows[place]
     return {column: row[column] for column in result.lowered.study.conditions}
 
 
-def _row(result: Calibration, n: int, number: int) -> dict[str, Any]:
+def _row(result: Calibration, n: int, place: int) -> dict[str, Any]:
     """A row of the table, and what is said of it by measure: None where nothing is."""
     cells, excluded, fitted = result.lowered.cells, result.solution.excluded, n < len(result.lowered.trained)
     said: dict[str, Sequence[Prediction] | None] = {"training" if fitted else "predicted": result.predicted[n]}
@@ -162,7 +164,7 @@ def _row(result: Calibration, n: int, number: int) -> dict[str, Any]:
         }
         for what, found in said.items()
     }
-    return {"row": number + 1, "conditions": _conditions(result, number), "fitted": fitted, **entries}
+    return {"row": place + 1, "conditions": _conditions(result, place), "fitted": fitted, **entries}
 
 
 def compared_rows(result: Calibration) -> list[NumberRow]:
@@ -170,8 +172,8 @@ def compared_rows(result: Calibration) -> list[NumberRow]:
     without its row says, where there is one; and the probability that there is some of what may not exist."""
     lowered, excluded, out = result.lowered, result.solution.excluded, []
     cells, units = lowered.cells, [unit_of(one.measure) for one in lowered.study.measures.values()]
-    for n, number in enumerate((*lowered.trained, *lowered.others)):
-        case = f"{number + 1}: {', '.join(_conditions(result, number).values())}"
+    for n, place in enumerate((*lowered.trained, *lowered.others)):
+        case = f"{place + 1}: {', '.join(_conditions(result, place).values())}"
         fitted = n < len(lowered.trained)
         held_out = excluded[n] if fitted and excluded is not None else None
         role = "predicted" if not fitted else "fitted" if held_out is None else "excluded"
@@ -242,22 +244,33 @@ def _mean(values: Sequence[float] | Sequence[bool]) -> float | None:
 
 
 def calibration_table(numbers: Mapping[str, Any]) -> Table:
-    """Hypotheses, what is said of the unknowns of the best one, and errors, from the numbers of `calibration_json`."""
+    """Hypotheses, what is said of the unknowns of each that is kept, and errors, from the numbers of
+    `calibration_json`."""
     ranked = sorted(numbers["branches"], key=lambda one: one["cost"])
     kept = [one for one in ranked if not one["dropped"]]
     notes = [
-        f"{name}: {', '.join(f'{option} {weight:.2f}' for option, weight in one['weights'].items())}"
-        f"{'; open' if one['open'] else ''}"
-        for name, one in numbers["choices"].items()
+        f"A hypothesis is kept when its cost is within {WITHIN:g} residual scales of the best (a likelihood ratio of "
+        f"20 to 1); the scale is {number(numbers['residual_scale'], 3)} tolerances, for "
+        f"{number(numbers['effective_unknowns'], 3)} unknowns that the table's cells determine. Seed {numbers['seed']}."
     ]
+    for name, one in numbers["choices"].items():
+        weights = ", ".join(f"{option} {weight:.2f}" for option, weight in one["weights"].items())
+        notes.append(f"{name}: {weights} ({'open' if one['open'] else 'decided'}). {one['meaning']}".strip())
+    notes += [f"Known besides the table: {one['name']}. {one['reason']}".strip() for one in numbers["constraints"]]
+    notes.append(
+        "Determined: the 95 % interval reaches no farther than a quarter to either side, and the data set both ends; "
+        "undecided: it reaches farther, or a bound of the search set an end; assumed: its spread is that of its prior."
+    )
     rows = [
         (options_word(one), one["cost"], one.get("weight"), one.get("file") or one["dropped"], _broken(one))
         for one in ranked
     ]
     columns = ("hypothesis", "cost", Column("weight", digits=2), "device", "constraints")
-    unknowns = unknowns_table(kept[0], (f"Seed {numbers['seed']}.",))
     title = f"{numbers['study']}: {numbers['sets']} sets, {len(kept)} of {len(ranked)} hypotheses kept"
-    return Table(title, columns, rows, notes, (unknowns, errors_table(numbers["summary"])))
+    sigmas = "; ".join(f"{name} {one['sigma']:.2f}" for name, one in numbers["discrepancy"].items())
+    spread = f"Intervals are of unknowns, windows, draws and the model's discrepancy, in tolerances: {sigmas}."
+    parts = (*map(unknowns_table, kept), errors_table(numbers["summary"], notes=(spread,)))
+    return Table(title, columns, rows, notes, parts)
 
 
 def _broken(branch: Mapping[str, Any]) -> str | None:
@@ -268,8 +281,8 @@ def _broken(branch: Mapping[str, Any]) -> str | None:
     return "; ".join(broken) or "kept"
 
 
-def unknowns_table(branch: Mapping[str, Any], notes: Sequence[str] = (), *, meanings: bool = False) -> Table:
-    """What is said of the unknowns of a hypothesis that is kept; `meanings`: with what each of them is."""
+def unknowns_table(branch: Mapping[str, Any]) -> Table:
+    """What is said of the unknowns of a hypothesis that is kept, with what each of them is."""
     found = branch["unknowns"]
     columns = (
         "unknown",
@@ -279,7 +292,7 @@ def unknowns_table(branch: Mapping[str, Any], notes: Sequence[str] = (), *, mean
     )
     rows = [
         (
-            f"{name}\n{one['meaning']}" if meanings and one.get("meaning") else name,
+            f"{name}\n{one['meaning']}".strip(),
             one["best"],
             (one["low"], one["high"]),
             tuple(one["bounds"]),
@@ -287,8 +300,12 @@ def unknowns_table(branch: Mapping[str, Any], notes: Sequence[str] = (), *, mean
         )
         for name, one in found.items()
     ]
-    title = f"unknowns of the hypothesis {options_word(branch)}"
-    return Table(title, columns, rows, notes, units=[one["unit"] for one in found.values()])
+    return Table(
+        f"unknowns of the hypothesis {options_word(branch)}",
+        columns,
+        rows,
+        units=[one["unit"] for one in found.values()],
+    )
 
 
 def errors_table(summary: Mapping[str, Any], title: str = "errors", notes: Sequence[str] = ()) -> Table:
