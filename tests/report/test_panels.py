@@ -113,8 +113,7 @@ function look() {
     () => { found.on = scale(); press("all"); document.querySelector("button[data-lines]").click(); },
     () => { found.down = built.plots[1].valToPos(1, "y") > built.plots[1].valToPos(0, "y"); },
     () => { found.again = scale(); found.hidden = !built.plots[0].series[1].show; point(1.02); },
-    () => { found.near_dot = read(); point(2); },
-    () => { found.between_dots = read(); },
+    () => { found.read = read(); },
     () => {
       found.faults = faults;
       found.requests = performance.getEntriesByType("resource").length;
@@ -131,18 +130,16 @@ addEventListener("load", look);
 def test_a_browser_draws_zooms_and_darkens(tmp_path: Path, chromium: Chromium) -> None:
     x = np.linspace(0.0, 8.0, 400)
     sine = DrawnLine(x, np.sin(x), BLUE, "sine", 4.0)
-    dots = DrawnLine(np.array([1.0, 3.0]), np.array([2.0, 5.0]), GREEN, "a run", dots=True)
-    panels = [one_panel(sine), one_panel(sine, limits=(1.5, -1.5)), one_panel(dots)]  # the second counts downward
+    panels = [one_panel(sine), one_panel(sine, limits=(1.5, -1.5))]  # the second counts downward
     shown = panels_html(panels, "a sine", across="", unit="")
     text = page("charts", f"<h1>Charts</h1>{shown}").replace("</head>", f"<script>{READY}{PROBE}</script></head>")
     path = tmp_path / "charts.html"
     path.write_text(text, encoding="utf-8")
     found = chromium.found_in(path)
     assert found["faults"] == [] and found["requests"] == 0
-    assert found["whole"] == found["again"] == [[0, 8]] * 3
-    assert found["near"] == [[2, 6]] * 3 and found["on"] == [[4, 8]] * 3
-    assert float(found["near_dot"][0]) == pytest.approx(np.sin(1.02), abs=0.01) and found["near_dot"][2] == "2"
-    assert found["between_dots"][2] == "" != found["between_dots"][0]
+    assert found["whole"] == found["again"] == [[0, 8]] * 2
+    assert found["near"] == [[2, 6]] * 2 and found["on"] == [[4, 8]] * 2
+    assert float(found["read"][0]) == pytest.approx(np.sin(1.02), abs=0.01)
     assert found["light"] and found["dark"] and found["theme"] == "dark" and found["hidden"]
     assert found["down"]
 
@@ -171,19 +168,12 @@ def test_axes_stand_under_a_prefix_of_what_is_seen():
     assert line(found).max() == pytest.approx(2.4, abs=1e-3)
 
 
-def test_dots_and_lines_of_one_name_are_one_to_a_reader():
-    parts = [DrawnLine(np.array(x), np.array(x) ** 2, GREEN, "median") for x in ([0.0, 1.0], [3.0, 4.0])]
-    panels = [one_panel(DrawnLine(np.array([1.2, 0.2]), np.array([3.0, 4.0]), BLUE, "a run", dots=True), *parts)]
-    found, text = spec(panels, (0.0, 4.0)), panels_html(panels, "what is seen", (0.0, 4.0))
-    (panel,), places = found["panels"], times(found)
-    assert panel["apart"] and np.all(np.diff(places) >= 0.0)
-    seen = [[(a, b) for a, b in zip(places, line(found, 0, i), strict=True) if np.isfinite(b)] for i in range(3)]
-    np.testing.assert_allclose(seen[0], [(0.2, 4.0), (1.2, 3.0)], atol=1e-3)
-    np.testing.assert_allclose(seen[1], [(0, 0), (1, 1)], atol=1e-3)
-    np.testing.assert_allclose(seen[2], [(3, 9), (4, 16)], atol=1e-3)
-    assert [one["dots"] for one in panel["series"]] == [True, False, False]
+def test_lines_of_one_name_are_one_to_a_reader():
+    x = np.linspace(0.0, 1.0, 3)
+    lines = [DrawnLine(x, k * x, BLUE, name) for k, name in enumerate(("upward", "friction", "upward"))]
+    text = panels_html([one_panel(*lines)], "what is seen", (0.0, 1.0))
     names = re.findall(r'data-lines="([\d ]+)" aria-label="([\w ]+)"', text)
-    assert names == [("1", "a run"), ("2 3", "median")]
+    assert names == [("1 3", "upward"), ("2", "friction")]
 
 
 def test_prefixes_are_changed_in_what_is_read_and_not_in_data():

@@ -42,8 +42,7 @@ NUMBERS = 36_000
 
 @dataclass(frozen=True)
 class DrawnLine:
-    """A line through points (n,), x rising, broken where y is NaN; dots: its points alone. Lines of one name are one to
-    a reader."""
+    """A line through points (n,), x rising, broken where y is NaN. Lines of one name are one to a reader."""
 
     x: Floats
     y: Floats
@@ -51,7 +50,6 @@ class DrawnLine:
     name: str = ""
     width: float = 1.1
     dash: Dash = ()
-    dots: bool = False
 
     def inside(self, window: Window | None) -> DrawnLine:
         """What is seen of it within a window."""
@@ -130,14 +128,12 @@ class TimePanel:
             "step": scale.step,
             "limits": limits,
             "names": self.names,
-            "apart": _apart(lines),
             "shaded": _inside(shaded, window, step),
             "series": [
                 {
                     "stroke": paint_of(one.color),
                     "width": one.width,
                     "dash": _pixels(one.dash, one.width),
-                    "dots": one.dots,
                     "values": packed(row, 16, gaps=True),
                 }
                 for one, row in zip(lines, rows, strict=True)
@@ -189,8 +185,6 @@ def _columns(lines: Sequence[DrawnLine], window: Window) -> tuple[Floats, Floats
     """Lines at common times: (n,) and (lines, n), thinned to what a page can hold."""
     if not lines:
         return np.array(window), np.zeros((0, 2))
-    if _apart(lines):
-        return _beside(lines)
     x = lines[0].x
     if all(np.array_equal(line.x, x) for line in lines[1:]):
         rows = np.stack([line.y for line in lines])
@@ -200,33 +194,12 @@ def _columns(lines: Sequence[DrawnLine], window: Window) -> tuple[Floats, Floats
     return thinned(x, rows, max(400, min(POINTS, NUMBERS // len(rows))))
 
 
-def _apart(lines: Sequence[DrawnLine]) -> bool:
-    """Whether each line has numbers at its own places alone: dots have none between theirs."""
-    return any(line.dots for line in lines)
-
-
-def _beside(lines: Sequence[DrawnLine]) -> tuple[Floats, Floats]:
-    """Dots and lines at the places of all, each with numbers at its own alone; lines go on over the others'."""
-    places = np.concatenate([line.x for line in lines])
-    own = np.repeat(np.arange(len(lines)), [len(line.x) for line in lines])
-    values = np.where(own == np.arange(len(lines))[:, None], np.concatenate([line.y for line in lines]), np.nan)
-    order = np.argsort(places, kind="stable")
-    return places[order], values[:, order]
-
-
 def panels_html(
-    panels: Sequence[TimePanel],
-    label: str,
-    window: Window | None = None,
-    *,
-    across: str = "time",
-    unit: str = "s",
-    log: bool = False,
+    panels: Sequence[TimePanel], label: str, window: Window | None = None, *, across: str = "time", unit: str = "s"
 ) -> Markup:
     """Panels with one horizontal axis for a page; ``label`` tells those who do not see them what they show.
 
-    across, unit: what that axis is, and the SI unit of its numbers; window: its stretch that is shown, all without;
-    log: whether it is logarithmic.
+    across, unit: what that axis is, and the SI unit of its numbers; window: its stretch that is shown, all without.
     """
     if window is None:
         every = [line.x for panel in panels for line in panel.lines if len(line.x)]
@@ -241,7 +214,6 @@ def panels_html(
             "x": [packed_times(one) for one in places],
             "window": [end / scale.step for end in window],
             "step": scale.step,
-            "log": log,
             "clock": across == "time",
             "panels": [one | {"height": height} for one, height in zip(options, heights, strict=True)],
         }

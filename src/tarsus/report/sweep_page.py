@@ -6,11 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-import xarray
+from matplotlib.axes import Axes
 
 from tarsus.report.pages import Fold, Markup, Plate, Section, marked, said, sections_page, terms
-from tarsus.report.panels import DrawnLine, TimePanel, Window, panels_plate
-from tarsus.report.style import BLUE, MUTED
+from tarsus.report.saved import draw_measure
+from tarsus.report.sheet import few_ticks, name_axes, panel, panels
+from tarsus.report.style import BLUE, MUTED, level_limits
 from tarsus.solve import Run
 from tarsus.study.axes import Logspace
 from tarsus.study.summary import FEW, SweepValues, read_scored, summary, summary_table, units_of_axes
@@ -22,8 +23,8 @@ from tarsus.tables.table import Column, Table
 MOST_RUNS = 100_000
 """Runs that a page is made of: of more, every so manieth, evenly over the sweep."""
 
-MOST_DOTS = 3000
-"""Runs drawn in a figure: more dots are one blot."""
+MOST_DOTS = 400
+"""Runs drawn in a panel, evenly over the sweep: more dots hide each other, and every one is 46 bytes of the page."""
 
 MOST_AXES, MOST_MEASURES = 6, 8
 """Swept values and measures that are drawn: the first ones."""
@@ -84,67 +85,46 @@ def _span(values: np.ndarray, unit: str) -> str:
     return f"{different} values from {amount(values.min(), unit)} to {amount(values.max(), unit)}"
 
 
-def _figures(sweep: Sweep, found: SweepValues, measure: str, units: Mapping[str, str], unit: str) -> list[list[Plate]]:
-    """Of one measure, its figures against every swept value, two in a row."""
-    plates = [
-        _against(found, name, units[name], measure, unit, isinstance(sweep.vary[name], Logspace))
-        for name in list(sweep.vary)[:MOST_AXES]
-    ]
+def _figures(sweep: Sweep, found: SweepValues, measure: str, units: Mapping[str, str], unit: str) -> list[Plate]:
+    """A measure against every swept value, and as a map over two that are a grid."""
+    y = found.values[measure]
+    known = np.flatnonzero(np.isfinite(y))
+    dots = known[np.linspace(0, len(known) - 1, min(len(known), MOST_DOTS)).astype(int)]
+    names = list(sweep.vary)[:MOST_AXES]
+    levels = {name: np.unique(found.points[name]) for name in names}
+    middles = {
+        name: [_median_run(y[known][found.points[name][known] == one]) for one in each]
+        for name, each in levels.items()
+        if 1 < len(each) <= FEW
+    }
+
+    def draw(axes: Axes, name: str) -> None:
+        several = name in middles and len(levels[name]) < len(y)
+        axes.plot(found.points[name][dots], y[dots], "o", ms=3.0, mew=0.0, color=BLUE, label="a run" if several else "")
+        if name in middles:
+            axes.plot(levels[name], middles[name], color=MUTED, lw=1.0, label="median run" if several else "")
+        if isinstance(sweep.vary[name], Logspace):
+            axes.set_xscale("log")
+        else:
+            few_ticks(axes, x=5)
+        name_axes(axes, (name, units[name]), (spaced(measure), unit))
+        if limits := level_limits(y):
+            axes.set_ylim(*limits)
+
+    caption = f"{spaced(measure).capitalize()} against every swept value."
+    caption += " The line joins the median run of each value." if middles else ""
+    if not all(np.isfinite(middle).all() for middle in middles.values()):
+        caption += " It is broken at values of which no run gave a number."
+    plates = [panels(names, 1.6, draw, caption)]
     if measure in found.maps:
-        plates.insert(0, _map(found.maps[measure]))
-    return [plates[left : left + 2] for left in range(0, len(plates), 2)]
-
-
-def _against(found: SweepValues, axis: str, axis_unit: str, measure: str, unit: str, log: bool) -> Plate:
-    x, y = found.points[axis], found.values[measure]
-    known = np.isfinite(y)
-    levels = np.unique(x)
-    chosen = np.flatnonzero(known)[:: max(1, -(-int(known.sum()) // MOST_DOTS))]
-    chosen = chosen[np.argsort(x[chosen], kind="stable")]
-    few = 1 < len(levels) <= FEW
-    alone = few and len(levels) == len(x)
-    lines = [DrawnLine(x[chosen], y[chosen], BLUE, "" if alone or not few else "a run", dots=True)]
-    caption = f"{spaced(measure).capitalize()} against {axis}."
-    if few and known.any():
-        middle = np.array([_median_run(y[known & (x == one)]) for one in levels])
-        parts = _stretches(np.isfinite(middle))
-        name = "" if alone else "median run"
-        lines += [DrawnLine(levels[part], middle[part], MUTED, name, 1.0) for part in parts]
-        caption += "" if alone else " The line joins the median run of each value."
-        if not np.isfinite(middle).all():
-            caption += " It is broken at values of which no run gave a number."
-    window = _with_room(float(levels[0]), float(levels[-1]), log=log)
-    return panels_plate(
-        [TimePanel(1.9, spaced(measure), unit, lines)], caption, window, across=axis, unit=axis_unit, log=log
-    )
-
-
-def _with_room(low: float, high: float, *, log: bool) -> Window:
-    """A window with room for the dots at both of its ends."""
-    if log and low > 0.0:
-        beyond = (high / low) ** 0.03 if high > low else 1.1
-        return low / beyond, high * beyond
-    beyond = 0.03 * (high - low) or 0.05 * abs(high) or 1.0
-    return low - beyond, high + beyond
-
-
-def _map(shown: xarray.DataArray) -> Plate:
-    from tarsus.report.saved import draw_measure
-    from tarsus.report.sheet import panel
-
-    caption = f"{spaced(str(shown.name)).capitalize()} over both swept values."
-    return panel(2.3, lambda axes: draw_measure(axes, shown), caption)
+        over = f"{spaced(measure).capitalize()} over both swept values."
+        plates.insert(0, panel(2.3, lambda axes: draw_measure(axes, found.maps[measure]), over))
+    return plates
 
 
 def _median_run(values: np.ndarray) -> float:
     """The middle one of the runs (n,), the lower of two: where runs fall into two groups, a mean lies where none is."""
     return float(np.quantile(values, 0.5, method="lower")) if len(values) else np.nan
-
-
-def _stretches(known: np.ndarray) -> list[slice]:
-    """Stretches of at least two neighbours (n,) that are known."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]])))
-    return [slice(a, b) for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True) if b - a > 1]
 
 
 def _failures(found: SweepValues, units: Mapping[str, str]) -> Table | None:

@@ -95,20 +95,17 @@ class Charts {
       width: host.clientWidth, height: panel.height,
       padding: [6, 18, last ? 0 : 6, 0],
       legend: { show: false },
-      cursor: { y: false, sync: { key: this.key.key }, drag: { x: true, y: false }, points: { size: 6 }, hover: panel.apart ? { skip: [null], prox: 16 } : {} },
-      scales: { x: { time: false, distr: this.spec.log ? 3 : 1, range: (_, low, high) => [low, high] }, y: { dir: this.flipped(panel) ? -1 : 1, range: (_, low, high) => this.reach(panel, low, high) } },
+      cursor: { y: false, sync: { key: this.key.key }, drag: { x: true, y: false }, points: { size: 6 } },
+      scales: { x: { time: false, range: (_, low, high) => [low, high] }, y: { dir: this.flipped(panel) ? -1 : 1, range: (_, low, high) => this.reach(panel, low, high) } },
       axes: [
         { ...axis, show: last, gap: 3, size: 26, space: (_, __, ___, ____, room) => (room < 250 ? 34 : 50), grid: { show: false },
-          values: (_, marks, __, ___, step) => marks.map((v) => (this.spec.log ? v === null ? "" : plain(v) : tick(v, step))) },
+          values: (_, marks, __, ___, step) => marks.map((v) => tick(v, step)) },
         { ...axis, size: (_, words) => this.wide(words), gap: 4, space: panel.height < 120 ? 18 : 26,
           ...(names ? { splits: () => names.map((_, at) => at), values: () => names, grid: { show: false }, ticks: { show: false }, space: 0,
             font: names.length > 12 ? `10px ${this.face}` : font }
             : { grid: { stroke: () => color("rule"), width: 0.5 }, values: (_, marks, __, ___, step) => marks.map((v) => tick(v, step)) }) },
       ],
-      series: [{}, ...panel.series.map(({ stroke, width, dash, dots }) => ({
-        stroke: () => color(stroke), width, dash, spanGaps: panel.apart,
-        ...(dots ? { paths: () => null, points: { show: true, size: 5, width: 0, fill: () => color(stroke) } } : { points: panel.apart ? { show: false } : { size: 4 } }),
-      }))],
+      series: [{}, ...panel.series.map(({ stroke, width, dash }) => ({ stroke: () => color(stroke), width, dash, points: { size: 4 } }))],
       hooks: {
         drawClear: [(u) => this.under(u, panel)],
         setScale: [(u, key) => key === "x" && this.share(u.scales.x)],
@@ -189,12 +186,12 @@ class Charts {
     this.plots.forEach((plot, i) => this.inSight[i] && plot.setCursor({ left: plot.valToPos(time / this.spec.step, "x"), top: 0 }, true, false));
   }
 
-  /** What lines of one name show at the cursor: those apart where they are near it on the screen. */
+  /** What lines of one name show at the cursor. */
   read(u, i) {
-    const { idx, idxs } = u.cursor, none = idx === null || idx === undefined;
+    const { idx } = u.cursor, none = idx === null || idx === undefined;
     for (const out of this.panels[i].querySelectorAll("output")) {
       const lines = none ? [] : (out.dataset.lines || out.parentNode.dataset.lines).split(" ");
-      out.textContent = plain(lines.map((line) => u.data[line][idxs[line]]).find((value) => value !== null && value !== undefined));
+      out.textContent = plain(lines.map((line) => u.data[line][idx]).find((value) => value !== null && value !== undefined));
     }
     if (i === 0) this.now.textContent = none ? "" : `: ${plain(u.data[0][idx])}`;
   }
@@ -227,12 +224,11 @@ class Charts {
   }
 
   zoom(how) {
-    const [into, from] = this.spec.log ? [Math.log10, (v) => 10 ** v] : [Number, Number];
-    const { min, max } = this.plots[0].scales.x, [low, high, start, end] = [min, max, ...this.whole].map(into);
-    const span = high - low, next = { in: 0.5 * span, out: Math.min(2 * span, end - start), all: end - start }[how] || span;
-    const centre = 0.5 * (low + high) + ({ back: -0.5, on: 0.5 }[how] || 0) * span;
+    const { min, max } = this.plots[0].scales.x, [start, end] = this.whole;
+    const span = max - min, next = { in: 0.5 * span, out: Math.min(2 * span, end - start), all: end - start }[how] || span;
+    const centre = 0.5 * (min + max) + ({ back: -0.5, on: 0.5 }[how] || 0) * span;
     const first = between(centre - 0.5 * next, start, end - next);
-    this.plots[0].setScale("x", { min: from(first), max: from(first + next) });
+    this.plots[0].setScale("x", { min: first, max: first + next });
   }
 }
 Charts.count = 0;
