@@ -85,7 +85,7 @@ def _shared(command: Verb) -> list[inspect.Parameter]:
         found.append(("output", folder, NO_DEFAULT if needed else None))
     found += [("resume", options.Resume, False)] * ("resume" in taken)
     found += [("overwrite", options.Overwrite, False)] * writes
-    found += [("report", options.Report, True)] * bool(command.page or command.paged)
+    found += [("report", options.Report, True)] * bool(command.page)
     return [_parameter(*one) for one in (*found, ("json", options.Json, False))]
 
 

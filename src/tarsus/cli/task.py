@@ -15,7 +15,7 @@ from tarsus.cli.app import INTERRUPTED, exit_code
 from tarsus.cli.entry import alone
 
 
-def task(folder: Path, number: int, submission: int, threads: int | None = None, *, json: bool = False) -> int:
+def task(folder: Path, number: int, submission: int, threads: int | None = None) -> int:
     """Do the share of one task and return the exit code."""
     from tarsus.cluster.array import run_task
 
@@ -25,9 +25,6 @@ def task(folder: Path, number: int, submission: int, threads: int | None = None,
     except KeyboardInterrupt:
         console.complain(["the task was ended; finished parts are kept, and it can be repeated"])
         return INTERRUPTED
-    if json:
-        console.print_json({"task": number, "runs": done.runs, "units": done.units, "finished": done.finished})
-        return 0
     print(
         f"task {number}: {done.runs} runs in {done.units} units" + ("; the sweep is finished" if done.finished else "")
     )

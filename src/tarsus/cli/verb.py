@@ -22,7 +22,7 @@ class Verb:
     home of the names that it may write into its folder; endings: home of those of the file that it writes; write, page:
     homes of functions that write a result into a folder, and make its page, where the result has no `write` and the
     function no `output`; folder: ending of the folder where none is named; title: of the bar; own: whether a file of
-    its name here does otherwise; paged: whether that writes a page.
+    its name here does otherwise.
     """
 
     function: str
@@ -34,7 +34,6 @@ class Verb:
     folder: str = ""
     title: str = ""
     own: bool = False
-    paged: bool = False
 
     @cached_property
     def declared(self) -> Declaration:

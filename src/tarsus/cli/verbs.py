@@ -13,7 +13,12 @@ COMMANDS: dict[str, Verb] = {
     "show": Verb("tarsus.inspection.show:show", words=2),
     "new": Verb("tarsus.inspection.begin:new", words=2),
     "check": Verb("tarsus.inspection.show:check"),
-    "simulate": Verb("tarsus.solve.simulation:simulate", files="tarsus.files.store:RUN_FILES", paged=True, own=True),
+    "simulate": Verb(
+        "tarsus.solve.simulation:simulate",
+        files="tarsus.files.store:RUN_FILES",
+        page="tarsus.report.run_page:write_report",
+        own=True,
+    ),
     "explore": Verb(
         "tarsus.report.explorer:explore",
         endings="tarsus.report.explorer:ENDINGS",

@@ -16,7 +16,6 @@ from tarsus.base.arrays import Floats
 from tarsus.report.packing import packed, packed_times, script_text
 from tarsus.report.pages import Plate, rendered
 from tarsus.report.style import INK, AxisScale, level_limits, paint_of, samples_inside, scale_of, thinned
-from tarsus.tables.numbers import number
 
 Window = tuple[float, float]
 """Start and end of a stretch of an axis, most often of time [s]."""
@@ -154,20 +153,19 @@ class TimePanel:
         }
 
     def head(self, window: Window) -> dict[str, Any]:
-        """What stands above the panel: what its numbers are, names of lines with the places in `options` of all that
-        bear it, and for those without a script name, least and largest value of each."""
+        """What stands above the panel: what its numbers are, and names of lines with the places in `options` of all
+        that bear it."""
         lines, scale = self.seen(window)
         named: dict[str, list[int]] = {}
         for place, line in enumerate(lines, 1):
             named.setdefault(line.name or f"\0{place}", []).append(place)
-        parts = {" ".join(map(str, own)): [lines[place - 1] for place in own] for own in named.values()}
-        known = [(part[0].name, np.concatenate([one.y for one in part]) / scale.step) for part in parts.values()]
-        finite = [(name, y[np.isfinite(y)]) for name, y in known]
         return {
             "label": scale.axis(self.words),
             "signs": [(one.name, one.area, f"var(--{paint_of(one.color)})") for one in self.signs],
-            "lines": [(part[0], f"var(--{paint_of(part[0].color)})", own) for own, part in parts.items()],
-            "ends": [(name, number(float(y.min())), number(float(y.max()))) for name, y in finite if len(y)],
+            "lines": [
+                (lines[own[0] - 1], f"var(--{paint_of(lines[own[0] - 1].color)})", " ".join(map(str, own)))
+                for own in named.values()
+            ],
         }
 
 

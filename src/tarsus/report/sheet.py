@@ -182,7 +182,7 @@ class Sheet:
             self.figures.append(figure)
         return stacks
 
-    def legend(self, axes: Axes, **look: Any) -> None:
+    def legend(self, axes: Axes) -> None:
         """The names of what a panel shows, in rows above it."""
         labels, handles = named(axes)
         if not labels:
@@ -200,7 +200,6 @@ class Sheet:
             borderaxespad=0.1,
             columnspacing=1.2,
             handletextpad=0.5,
-            **look,
         )
 
 
