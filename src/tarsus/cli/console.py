@@ -87,12 +87,6 @@ def os_sentence(error: OSError) -> str:
     return f"Cannot use {where}: {reason}."
 
 
-def say(text: str) -> None:
-    """One line on stderr about how work goes, unless nothing but results is asked for."""
-    if voice() > Voice.QUIET:
-        print(text, file=sys.stderr, flush=True)
-
-
 @contextmanager
 def resumable() -> Iterator[None]:
     """Of work whose finished parts are kept: an interruption in the block says so, and how to go on."""

@@ -15,13 +15,13 @@ from tarsus.cli.app import INTERRUPTED, exit_code
 from tarsus.cli.entry import alone
 
 
-def task(folder: Path, number: int, submission: int, threads: int | None = None) -> int:
+def task(folder: Path, number: int, submission: int) -> int:
     """Do the share of one task and return the exit code."""
     from tarsus.cluster.array import run_task
 
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # how a scheduler ends a task
     try:
-        done = run_task(folder, number, submission, threads)
+        done = run_task(folder, number, submission)
     except KeyboardInterrupt:
         console.complain(["the task was ended; finished parts are kept, and it can be repeated"])
         return INTERRUPTED
