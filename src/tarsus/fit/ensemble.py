@@ -49,14 +49,6 @@ class Ensemble:
             out.append(Range(float(own[0]), *interval, level, (), name, unknowns.units[i], verdict))
         return tuple(out)
 
-    def correlations(self) -> Floats:
-        """Weighted correlations (nu, nu) of the unknowns on their scales; zero where one does not vary."""
-        off = self.points - np.average(self.points, axis=0, weights=self.weights)
-        covariance = (off * self.weights[:, None]).T @ off
-        spread = np.sqrt(np.diag(covariance))
-        scale = np.outer(spread, spread)
-        return np.divide(covariance, scale, out=np.zeros_like(covariance), where=scale > 0.0)
-
 
 def drawn_evenly(share: Floats, order: Floats, count: int) -> NDArray[np.intp]:
     """Places (count,) of a sample of weighted points: evenly along the shares (n,) of the points put in this order

@@ -164,12 +164,3 @@ def collected_variables(
     if len(feet) > 1:
         out["foot"] = Variable(("foot",), np.array(feet), {})
     return out
-
-
-def measures_in(file: Path, names: Iterable[str]) -> tuple[dict[str, Floats], dict[str, str]]:
-    """Measures of a collected file by name: of every run (nr,), or by axis on a grid, SI; and their units."""
-    import h5py
-
-    with h5py.File(file) as stored:
-        values = {name: np.asarray(stored[name]) for name in names}  # pyright: ignore[reportCallIssue, reportArgumentType]
-        return values, {name: str(stored[name].attrs["units"]) for name in values}

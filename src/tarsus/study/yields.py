@@ -27,9 +27,9 @@ from tarsus.measure.shares import share_of
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 from tarsus.solve import ResultCode, Run
-from tarsus.study.collecting import measures_in
 from tarsus.study.manufacture import Saltelli, Scattered
 from tarsus.study.robots import Robots
+from tarsus.study.summary import read_scored
 from tarsus.study.sweep import Sweep
 from tarsus.study.sweeping import SweepResult, run_sweep
 from tarsus.study.workunit import OUTCOMES
@@ -406,7 +406,8 @@ def judged(
     sweep, file, outcomes = sweeps[0], done[0].file, done[0].outcomes
     if not outcomes.get(ResultCode.DONE.name):
         raise InputError("no robot's run reached its end: see its sweep.nc for how they ended")
-    found, units = measures_in(file, sweep.measures)
+    scored, kinds = read_scored(sweep, file), Run.offered(sweep.scene, sweep.seconds)
+    found, units = scored.values, {name: kinds[name].unit for name in sweep.measures}
     design = sweep.design
     assert isinstance(design, Scattered)
     dead = design.left(sweep.vary, slice(0, sweep.runs)) == 0.0
@@ -415,7 +416,7 @@ def judged(
     for legs, result in zip(sweeps[1:], done[1:], strict=True):
         assert isinstance(legs.design, Saltelli)
         draws = legs.design.count
-        for name, one in measures_in(result.file, sweep.measures)[0].items():
+        for name, one in read_scored(legs, result.file).values.items():
             # a failed run counts as the worst that was seen: SALib takes no gaps
             worst = np.nanmax(one) if name in LESS else np.nanmin(one)
             filled = np.where(np.isfinite(one), one, worst)
@@ -435,7 +436,7 @@ def judged(
         draws,
         required,
         str(sweep.motion),
-        float(measures_in(file, ["settled"])[0]["settled"].mean()) if sweep.motion.starts else None,
+        scored.repeating,
     )
 
 
