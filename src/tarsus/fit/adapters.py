@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -45,7 +46,7 @@ def cma_es(
         Where the package is not installed.
     """
     try:
-        import cma  # pyright: ignore[reportMissingImports]
+        cma: Any = import_module("cma")
     except ImportError:
         raise InputError("CMA-ES needs the package cma: pip install cma") from None
     chosen = {"bounds": [0.0, 1.0], "seed": seed, "verbose": -9, **options}

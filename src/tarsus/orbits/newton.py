@@ -43,8 +43,10 @@ def zero_near(
 
     derivatives: (q, r) at a place; matrix: such as were made near by.
     """
-    place, best, last, step = first, np.inf, np.inf, np.zeros(0)
-    miss, anew = step, False
+    best, last, anew = np.inf, np.inf, False
+    place: Floats = first
+    step: Floats = np.zeros(0)
+    miss: Floats = step
     for count in range(CORRECTIONS):
         found = mismatch(place)
         if found is None:
@@ -61,6 +63,6 @@ def zero_near(
         elif count:
             matrix = matrix + np.outer(miss - before - matrix @ step, step) / (step @ step)
         best, last = min(best, size), size
-        step = -np.linalg.lstsq(matrix, miss, rcond=None)[0]
+        step = -np.asarray(np.linalg.lstsq(matrix, miss, rcond=None)[0], dtype=float)
         place = place + step
     return None

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
-from scipy.optimize import minimize_scalar, root
+from scipy.optimize import fsolve, minimize_scalar
 
 from tarsus.base.errors import InputError
 from tarsus.model.structure.base import Array
@@ -72,12 +72,12 @@ def equilibrium(leg: Leg, volts: float = 0.0, gravity: float = GRAVITY) -> Array
     def left(scaled: Array) -> Array:
         return chain.at_rest(scaled, torque, gravity) / chain.stiffness
 
-    found = root(left, np.array([torque, 0.0]) / chain.stiffness, tol=1e-15)
-    if not np.isfinite(found.x).all() or float(np.abs(left(found.x)).max()) > 1e-12:
+    turns, *_ = fsolve(left, np.array([torque, 0.0]) / chain.stiffness, full_output=True, xtol=1e-15)
+    if not np.isfinite(turns).all() or float(np.abs(left(turns)).max()) > 1e-12:
         raise InputError(f"the leg folds under {leg.body_mass:.3g} kg: no equilibrium at {volts:g} V")
-    if float(np.abs(found.x).max()) > np.pi:
-        raise InputError(f"{volts:g} V wind the leg up: its hip would turn by {found.x[0]:.3g} rad")
-    return found.x
+    if float(np.abs(turns).max()) > np.pi:
+        raise InputError(f"{volts:g} V wind the leg up: its hip would turn by {turns[0]:.3g} rad")
+    return turns
 
 
 def standing_load(leg: Leg) -> float:
