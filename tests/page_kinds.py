@@ -39,7 +39,7 @@ _GAIT = (
 _BOX = "--over robot.feet.tip.gap=69um:71um --over ground.restitution.coefficient=0.2:0.5"
 _LANDING = (
     "--foot tip --request levels=free=-8V:8V --set robot.drives.pzt.capacitance=664pF"
-    " --request effort=0.03 --request learn=2"
+    " --request effort=0.01 --request learn=2"
 )
 _YIELD = (
     "--scatter robot.drives.*.law.gain=10% --over ground.friction.coefficient=0.3:0.5 --dead 0:1"
