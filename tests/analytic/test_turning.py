@@ -44,13 +44,12 @@ def seconds_to(share: float, first: float, last: float) -> float:
 
 @pytest.mark.parametrize(("share", "angle"), [(0.5, 1.0), (0.9, 2.5), (0.3, 0.0), (0.5, math.pi), (0.02, 1.5)])
 def test_a_foot_dragged_aslant_stops_when_coulomb_says(share: float, angle: float) -> None:
-    """T = m s0 (B + Q cos psi0) / (B^2 - Q^2), wherever it goes until then; the moment to 1e-7, for its last
-    nanosecond is shorter than the tolerance of a length."""
+    """T = m s0 (B + Q cos psi0) / (B^2 - Q^2), wherever it goes until then."""
     run = ts.simulate(dragged(share, angle))
     pull = share * BOUND
     stop = MASS * SPEED * (BOUND + pull * math.cos(angle)) / (BOUND**2 - pull**2)
     sticks = run.events[run.events["kind"] == EventKind.STICK_BEGINS]
-    assert len(sticks) == 1 and sticks["time"][0] == pytest.approx(stop, rel=1e-7)
+    assert len(sticks) == 1 and sticks["time"][0] == pytest.approx(stop, rel=1e-12)
     assert sticks["pull"][0] == pytest.approx(pull, rel=1e-9)
     assert run.ledger.closure < 1e-12
 

@@ -115,7 +115,7 @@ def test_measures_accounts_and_motion_change_as_their_derivatives_say(name: str)
     modal=(2, 3, 6, 10, 18, 26, 36, 132),
     legged=(0, 2, 4, 5, 11, 14, 18, 19, 22),
     sliding=(1, 2, 5, 9, 10, 11),
-    turning=(0, 2, 3, 4, 7, 8, 11, 12),
+    turning=(0, 2, 3, 4, 7, 8, 11, 12, 13),
     uneven=range(8),
 )
 def test_derivatives_of_random_scenes_as_differences(kind: str, seed: int) -> None:

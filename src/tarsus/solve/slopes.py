@@ -502,13 +502,21 @@ class Differenced:
                 yield lane.number, new, lane.windows[which]
 
     def _better(self, first: LaneSlopes, second: LaneSlopes) -> LaneSlopes:
-        """The first pair's, with those of a second one where that is followed longer, or as long and better."""
+        """The first pair's, with those of a second one where that is followed longer, or as long and better; the second
+        errs by as much as the two differ beyond the error of the first, for no bend over its step may show it."""
         windows, at = first.lane.windows, np.searchsorted(first.lane.windows, second.lane.windows)
+        base = self._base(windows)
+        for part, own, begin in (
+            (first.samples, second.samples, base.own.first),
+            (first.rows, second.rows, base.own.begin),
+        ):
+            had = part[:, :, gathered(begin, at)[0]]
+            own[1] = np.where(np.isnan(own[1]), np.nan, np.fmax(own[1], np.abs(own[0] - had[0]) - had[1]))
         longer = second.lost.time > first.lost.time[at]
         better = longer | ((second.lost.time == first.lost.time[at]) & (second.error < first.error[at]))
         if better.all() and len(better) == len(windows):
             return second
-        chosen, base = np.flatnonzero(better), self._base(windows)
+        chosen = np.flatnonzero(better)
         for part, own, begin in (
             (first.samples, second.samples, base.own.first),
             (first.rows, second.rows, base.own.begin),

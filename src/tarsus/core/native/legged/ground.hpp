@@ -320,15 +320,13 @@ inline void pass_corner(Legged& s, int i, int way) {
   foot.start = JUST_LEFT;
 }
 
-// A foot that may slide any way begins to slide, or its speed passes zero as exactly as its step knows that. It stands still where what is
-// left of its velocity moves it by less in such a step than the repetition leaves open, and also where friction holds it and would let it
-// go no farther than a step may err: what is left goes to friction, and the foot sticks, or slides on towards what drives it. Any other
-// velocity only passes by zero, and friction turns to it.
+// A foot that may slide any way begins to slide, or its speed passes zero. Where friction holds it then, it stops, for its speed only
+// falls: what its step leaves of the velocity goes to friction. Elsewhere it slides on towards what drives it if what is left moves it by
+// less in such a step than the repetition leaves open; any other velocity only passes by zero, and friction turns to it.
 inline void turn_slip(Legged& s, int i, FootEvent kind, const Bearing& at) {
   LeggedFoot& foot = s.feet[i];
   const double speed = std::hypot(foot.w[ALONG], foot.w[ACROSS]), energy = 0.5 * s.body.legs[i].mass * speed * speed;
-  const bool holds = kind == STOP && at.holds(s.settings.force_zero), still = kind != STOP || speed * s.length <= CONVERGED * s.settings.gap;
-  const bool sticks = holds && (still || energy <= s.settings.gap * (at.most - at.along));
+  const bool sticks = kind == STOP && at.holds(s.settings.force_zero), still = kind != STOP || speed * s.length <= CONVERGED * s.settings.gap;
   if (!still && !sticks) return foot.set_sliding(true, foot.w[ALONG] / speed, foot.w[ACROSS] / speed, false);
   s.log.add(s.clock.time, s.body.legs[i].foot, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
   s.energy.friction += energy;

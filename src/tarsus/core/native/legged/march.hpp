@@ -279,6 +279,13 @@ struct LeggedMarch : Legged {
       }
     }
     note_heights(h, fraction);
+    for (int i = 0; i < legs(); i++) {
+      if (!any_way(i)) continue;
+      double &along = moment.of(i, ALONG).w, &across = moment.of(i, ACROSS).w;
+      const double part = speed_by_forces(*this, i, h, fraction, along, across);
+      along *= part;
+      across *= part;
+    }
     double sum = 0.0;
     for (int b = 0; b < coordinates(); b++) {
       sum += (x[b] = moment.x[b]) + (v[b] = moment.v[b]);

@@ -2,6 +2,7 @@
 #pragma once
 #include "legged/motion.hpp"
 #include "legged/profile.hpp"
+#include "legged/slip.hpp"
 
 namespace tarsus::legged {
 
@@ -205,28 +206,11 @@ inline Row margin_of(const Legged& s, int i) {
   return next[N - 1] > r.margin[N - 1] ? next : r.margin;
 }
 
-// Speed of a foot that slides any way at the nodes, in the direction of its slip: negative beyond a stop.
-inline Row slip_speed(const LegRows& r) { return r.w[ALONG] * r.way[ALONG] + r.w[ACROSS] * r.way[ACROSS]; }
-
-// Whether friction holds a foot that slides any way before it has gone as far as the repetition of a step leaves open: m r^2/2 over what
-// friction can bear beyond what it has to. The direction of so short a slip is none.
-inline bool hardly_slides(const Legged& s, int i) {
-  const Leg& leg = s.body.legs[i];
-  const LeggedFoot& foot = s.feet[i];
-  const LegRows& r = s.rows[i];
-  double force[2];
-  for (int d : {ALONG, ACROSS}) force[d - ALONG] = r.q[d][0] + r.bound[0] * foot.sense[d] - leg.stiffness[d] * foot.u[d];
-  const double room = s.laws.friction(leg.foot, r.margin[0], r.strength[0], 0.0) - std::hypot(force[0], force[1]);
-  return 0.5 * leg.mass * (foot.w[ALONG] * foot.w[ALONG] + foot.w[ACROSS] * foot.w[ACROSS]) <= CONVERGED * s.settings.gap * room;
-}
-
 // Note where a foot that slides any way first comes to a stop; rounding is no speed.
-inline void stops_any_way(const Legged& s, int i, double limit, Candidates& out) {
-  const bool begins = s.feet[i].just_slides();
-  if (!begins && hardly_slides(s, i)) return out.note(0.0, 0.0, STOP, 1.0);
-  Row speed = slip_speed(s.rows[i]);
-  if (begins) speed.set(0, 0.0);
-  falls_below(s, speed, -s.settings.speed_zero, limit, STOP, out);
+inline void stops_any_way(const Legged& s, int i, double h, double limit, Candidates& out) {
+  const double soon = s.feet[i].just_slides() ? -1.0 : hardly_slides(s, i, h);
+  if (soon >= 0.0) return out.note(soon, soon, STOP, limit);
+  falls_below(s, Stopping(s, i, limit).at_nodes(s, i, h), -s.settings.speed_zero, limit, STOP, out);
 }
 
 // Note where a foot that slides along the way first comes to a stop.
@@ -280,7 +264,7 @@ Candidates candidates(Legged& s, int i, double h, double limit, Flight&& gap_at)
   };
   look(r.margin, PULL_OFF);
   if (foot.contact == SLIPPING) {
-    s.any_way(i) ? stops_any_way(s, i, limit, out) : stops(s, i, limit, out);
+    s.any_way(i) ? stops_any_way(s, i, h, limit, out) : stops(s, i, limit, out);
   } else {
     r.bound = s.laws.friction(s.body.legs[i].foot, r.margin, r.strength, Row(0.0));
     if (s.directions() > DIRECTIONS) {
@@ -305,6 +289,7 @@ struct EventFunction {
   EventFunction(const Legged& state, int leg, const Bracket& found, double step)
       : s(state), i(leg), kind(found.kind), h(step) {
     const LegRows& r = s.rows[i];
+    if (kind == STOP && s.any_way(i)) store(powers, s.powers(Stopping(s, i, found.high).at_nodes(s, i, h)));
     if (moves() || kind == SLIP) return;
     store(powers, s.powers(kind == PULL_OFF  ? margin_of(s, i)
                            : kind == SHIFT   ? wedged_margin(s, i)
@@ -326,17 +311,10 @@ struct EventFunction {
       slope = now.w * h;
       return now.u;
     }
-    if (kind == STOP && s.any_way(i)) return speed_any_way(fraction);
+    if (kind == STOP && s.any_way(i)) return horner(powers, 0, N, fraction);
     if (kind == STOP) return s.feet[i].sense[ALONG] * leg_at(s, i, ALONG, h, fraction).w;
     if (kind == SLIP) return Room(s, i).value(fraction) + s.settings.force_zero;
     return horner(powers, 0, N, fraction) + s.settings.force_zero;
-  }
-
- private:
-  TARSUS_APART double speed_any_way(double fraction) const {
-    double out = 0.0;
-    for (int d : {ALONG, ACROSS}) out += s.polynomial_at(s.rows[i].way[d], fraction) * leg_at(s, i, d, h, fraction).w;
-    return out;
   }
 };
 

@@ -190,6 +190,72 @@ inline double turned_at_once(const Legged& s, int i, double h) {
   return 0.0;
 }
 
+// Speed of a foot that slides any way at the nodes, in the direction of its slip: negative beyond a stop.
+inline Row slip_speed(const LegRows& r) { return r.w[ALONG] * r.way[ALONG] + r.w[ACROSS] * r.way[ACROSS]; }
+
+// The force at the nodes on a foot that slides any way, friction apart.
+inline Row driven(const Legged& s, int i, int d) {
+  const Leg& leg = s.body.legs[i];
+  const LegRows& r = s.rows[i];
+  return r.q[d] + r.bound * r.way[d] - r.u[d] * leg.stiffness[d] - r.w[d] * leg.damping[d];
+}
+
+// How close to a stop a foot is that slides any way, w = r n: r + f w, which is zero with w if |f| < 1. With f = Q / B of a force Q and
+// the friction B it falls by (1 - f^2) B / m a unit of time while these stay, however n turns: close to a stop, faster than the nodes tell.
+struct Stopping {
+  double share[2] = {0.0, 0.0};
+
+  Stopping(double bound, double along, double across) {
+    if (!(std::hypot(along, across) < bound)) return;  // friction would not stop it: the speed itself
+    share[0] = along / bound;
+    share[1] = across / bound;
+  }
+  // With the forces at a moment of the step.
+  TARSUS_APART Stopping(const Legged& s, int i, double fraction)
+      : Stopping(s.polynomial_at(s.rows[i].bound, fraction), s.polynomial_at(driven(s, i, ALONG), fraction), s.polynomial_at(driven(s, i, ACROSS), fraction)) {}
+
+  bool stops() const { return share[0] != 0.0 || share[1] != 0.0; }
+  double of(double along, double across) const { return std::hypot(along, across) + share[0] * along + share[1] * across; }
+
+  // At the nodes, from the velocity at the start and the forces.
+  TARSUS_APART Row at_nodes(const Legged& s, int i, double h) const {
+    const LegRows& r = s.rows[i];
+    Row slope = -r.bound;
+    for (int d : {ALONG, ACROSS}) {
+      const Row drive = driven(s, i, d);
+      slope += drive * share[d - ALONG] + (drive - r.bound * share[d - ALONG]) * r.way[d];
+    }
+    return combine(&s.nodes.once[0][0], slope) * (h / s.body.legs[i].mass) + of(s.feet[i].w[ALONG], s.feet[i].w[ACROSS]);
+  }
+};
+
+// The scaled time at which a foot that slides any way stops before it has gone as far as the repetition of a step leaves open, m r^2/2
+// over what friction can bear beyond what it has to; else negative. The direction of so short a slip is none.
+inline double hardly_slides(const Legged& s, int i, double h) {
+  const Leg& leg = s.body.legs[i];
+  const double *w = &s.feet[i].w[ALONG], square = w[0] * w[0] + w[1] * w[1];
+  const double along = driven(s, i, ALONG)[0], across = driven(s, i, ACROSS)[0], force = std::hypot(along, across);
+  const double bound = s.laws.friction(leg.foot, s.rows[i].margin[0], s.rows[i].strength[0], 0.0);
+  if (!(0.5 * leg.mass * square <= CONVERGED * s.settings.gap * (bound - force))) return -1.0;
+  return square > 0.0 ? leg.mass * bound * Stopping(bound, along, across).of(w[0], w[1]) / ((bound - force) * (bound + force) * h) : 0.0;
+}
+
+// Whether a step ends close before the stop of a foot that slides any way, where its nodes already have it slide back.
+inline bool slides_back(const Legged& s, int i, double h) {
+  if (s.feet[i].just_slides() || slip_speed(s.rows[i])[N - 1] >= -s.settings.speed_zero) return false;
+  return Stopping(s, i, 1.0).at_nodes(s, i, h)[N - 1] > s.settings.speed_zero && hardly_slides(s, i, h) < 0.0;
+}
+
+// By which factor a velocity at a moment of the step has the speed that the forces tell, where a foot that slides any way will stop and
+// the nodes are off by more than the rounding of both.
+constexpr double TOLD = 1e-9;
+inline double speed_by_forces(const Legged& s, int i, double h, double fraction, double along, double across) {
+  const Stopping then(s, i, fraction);
+  if (!then.stops()) return 1.0;
+  const double part = s.polynomial_at(then.at_nodes(s, i, h), fraction) / then.of(along, across);
+  return part > 0.5 && part < 2.0 && std::fabs(part - 1.0) > TOLD ? part : 1.0;
+}
+
 // ``find_way``; where the guess of the rows leads nowhere, from the present velocity.
 TARSUS_APART inline bool slide_any_way(const Legged& s, const LegStep* const* tables, int i, double h, const Row* alone, LegRows& r) {
   if (find_way(s, tables, i, h, alone, r)) return true;

@@ -444,7 +444,10 @@ inline double error_of(const Legged& s, int k, double h) {
   double worst = 0.0, sudden = 0.0;
   for (int i = 0, legs = s.legs(); i < legs; i++) {
     const LegRows& r = s.rows[i];
-    if (s.any_way(i)) worst = std::max(worst, turned_at_once(s, i, h));
+    if (s.any_way(i)) {
+      if (slides_back(s, i, h)) return NOT_CONVERGED;
+      worst = std::max(worst, turned_at_once(s, i, h));
+    }
     in_directions<UP>(s, [&](auto d) {
       if (s.feet[i].held(d)) return;
       const LegStep& table = s.tables.of(k, s.body.legs[i].kind[d]);
