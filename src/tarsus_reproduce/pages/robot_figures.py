@@ -16,7 +16,7 @@ from tarsus.tables import Table
 from tarsus_reproduce.robot_runs import RobotRun
 
 SAMPLES = 720
-"""Samples of a drive period in figures of motion: twice as many as a panel has pixels for it."""
+"""Samples across a figure of motion: twice as many as a panel has pixels."""
 
 SHOWN_PERIODS = 4
 """Drive periods in a figure of motion."""
@@ -24,7 +24,7 @@ SHOWN_PERIODS = 4
 
 def motion(one: RobotRun) -> Plate:
     """The last drive periods of a run, as on the page of a run (Figs 3.9, 3.10, 3.19 and 3.21 of the source)."""
-    series = last_turns(one.run, TURNS, SAMPLES)
+    series = last_turns(one.run, TURNS, SAMPLES // SHOWN_PERIODS)
     return _titled(one, figures.motion(series, series.last_periods(SHOWN_PERIODS)))
 
 
