@@ -2,6 +2,7 @@
 
 import gc
 import os
+from pathlib import Path
 
 # Before numpy is loaded: on matrices as small as ours the threads of BLAS only wait for each other, and on a busy
 # machine they spend several times the work on it.
@@ -38,6 +39,16 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     mark(items)
     in_order(items)
+
+
+@pytest.fixture(scope="module")
+def alone(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a module's ``SWEEP``, on this process alone."""
+    from tarsus.study.sweeping import run_sweep
+
+    folder = tmp_path_factory.mktemp("alone")
+    run_sweep(request.module.SWEEP, folder)
+    return folder
 
 
 def pytest_report_header(config: pytest.Config) -> str:

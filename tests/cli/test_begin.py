@@ -2,6 +2,7 @@
 
 import math
 import re
+import shlex
 import tomllib
 
 import numpy as np
@@ -24,12 +25,14 @@ def offers_all_sources(file) -> bool:
 
 
 def test_a_new_device_is_a_good_scene_that_runs(tarsus, tmp_path):
-    file = tmp_path / "mine.toml"
-    assert tarsus("new", "device", file).code == 0 and offers_all_sources(file)
+    file = tmp_path / "my robot.toml"
+    said = tarsus("new", "device", file)
+    assert said.code == 0 and offers_all_sources(file)
     assert "is a good scene: my robot (1 drive, 1 foot" in tarsus("check", file).out
     structure = ts.load_scene(file).robot.structure
     assert all(structure.row(one) @ structure.vertical() == pytest.approx(1.0, abs=0.01) for one in structure.points)
-    run = tarsus("simulate", file, "--json").json()
+    typed = shlex.split(" ".join(re.search(r"`tarsus (.*) -o FOLDER`", said.out, re.DOTALL)[1].split()))
+    run = tarsus(*typed, "--json").json()
     assert run["ok"] and run["measures"]["impacts"]["value"] >= 1
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import subprocess
 import sys
 
@@ -73,6 +74,16 @@ def test_beside_a_run_stands_what_other_starts_lead_to(tarsus, tmp_path):
         assert one["motion"] in told and one["motion"] in page
     assert told.count("leads here") == page.count("leads here") == 1
     assert "tarsus attractors" in page and "attractors" not in tarsus(*words[:4]).out
+
+
+def test_the_next_command_is_printed_as_it_is_typed(tarsus, tmp_path):
+    file = tmp_path / "my robot.toml"
+    file.write_text((SCENES / "vibrating_table.toml").read_text(encoding="utf-8"), encoding="utf-8")
+    changed = ("--set", "ground.restitution.coefficient=0.4", "--duration", "0.1")
+    said = tarsus("simulate", file, *changed, "--starts", "2").out
+    typed = shlex.split(said[said.index("tarsus attractors ") :])[1:]
+    assert typed == ["attractors", str(file), *changed[:2]]
+    assert tarsus(*typed, "--starts", "2", "--no-edges").code == 0
 
 
 def test_a_run_that_stops_says_why_and_ends_with_1(tarsus, tmp_path):

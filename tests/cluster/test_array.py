@@ -27,13 +27,6 @@ def result(folder: Path) -> bytes:
     return (folder / "sweep.nc").read_bytes()
 
 
-@pytest.fixture(scope="module")
-def alone(tmp_path_factory) -> Path:
-    folder = tmp_path_factory.mktemp("alone")
-    run_sweep(SWEEP, folder)
-    return folder
-
-
 def test_tasks_share_the_units_and_the_last_collects(alone, tmp_path):
     array = prepare(SWEEP, tmp_path, 4, resume=False)
     assert array is not None and (array.tasks, array.units) == (4, 15)

@@ -7,7 +7,6 @@ import random
 import signal
 import threading
 import time
-from pathlib import Path
 
 import pytest
 from distributed import Client, LocalCluster
@@ -16,16 +15,8 @@ import tarsus as ts
 from study.sweep_case import files, small
 from tarsus.cluster.dask import dask_executor
 from tarsus.study.axes import Linspace, Sobol
-from tarsus.study.sweeping import run_sweep
 
 SWEEP = small(vary={"ground.restitution.coefficient": Linspace(start=0.1, stop=0.6)}, design=Sobol(count=80), chunk=2)
-
-
-@pytest.fixture(scope="module")
-def alone(tmp_path_factory) -> Path:
-    folder = tmp_path_factory.mktemp("alone")
-    run_sweep(SWEEP, folder)
-    return folder
 
 
 def test_threads_of_a_dask_cluster_give_the_same_bytes(alone, tmp_path):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,14 +16,6 @@ from tarsus.study.axes import Linspace, Sobol
 from tarsus.study.sweeping import run_sweep
 
 SWEEP = small(vary={"ground.restitution.coefficient": Linspace(start=0.1, stop=0.6)}, design=Sobol(count=37), chunk=3)
-
-
-@pytest.fixture(scope="module")
-def alone(tmp_path_factory) -> Path:
-    """The sweep on this process."""
-    folder = tmp_path_factory.mktemp("alone")
-    run_sweep(SWEEP, folder)
-    return folder
 
 
 def test_an_executor_gives_the_bytes_of_one_machine(alone, tmp_path):

@@ -7,6 +7,7 @@ shown.
 from __future__ import annotations
 
 import contextlib
+import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -52,6 +53,13 @@ class Asked:
     def law(self) -> Sequence[Path]:
         """Files with laws of the user."""
         return self.words.get("law") or ()
+
+    @property
+    def scene_words(self) -> str:
+        """What the line says of its scene, to be typed again after another verb."""
+        named = [str(self.words[self.command.scene or ""])]
+        changed = [word for one in self.words.get("set") or () for word in ("--set", str(one))]
+        return shlex.join([*named, *changed, *(word for one in self.law for word in ("--law", str(one)))])
 
     def scene(self, name: str) -> Scene:
         """The device or scene file of a name, changed as the line says."""

@@ -65,7 +65,7 @@ class Submission(Tabled):
         """The script, and how to see how it goes."""
         job = f"job {self.job}: " if self.job else ""
         title = f"{job}{self.units} units in {self.tasks} tasks, {self.script}"
-        return Table(f"{title}\nhow it goes: tarsus show {self.folder}", (), ())
+        return Table(f"{title}\nhow it goes: tarsus show {shlex.quote(str(self.folder))}", (), ())
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""

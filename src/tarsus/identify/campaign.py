@@ -5,6 +5,7 @@ from __future__ import annotations
 import filecmp
 import os
 import re
+import shlex
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -183,7 +184,9 @@ def read_campaign(path: str | os.PathLike[str]) -> Opened:
     if file.is_dir():
         file = file / "campaign.toml"
         if not file.exists():
-            raise InputError(f"{file}: no such file; `tarsus new campaign {path}` writes one for its records")
+            raise InputError(
+                f"{file}: no such file; `tarsus new campaign {shlex.quote(str(path))}` writes one for its records"
+            )
     elif file.is_file() and file.suffix != ".toml":
         raise InputError(f"{file}: is no campaign file (campaign.toml, or the folder that it is in)")
     table = read_table(file, FileKind.CAMPAIGN)

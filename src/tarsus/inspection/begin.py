@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 from importlib.resources import files as packaged
 from pathlib import Path
 from typing import Literal
@@ -85,7 +86,8 @@ def new(
         text = _text(kind, device) if made is None else made(device, target.parent)
     write_text(target, text)
     data = {"file": str(target), "remarks": remarks}
-    return View(data, Table(f"wrote {target}; {onward.format(target)}", (), ()), tuple(together(remarks)))
+    said = f"wrote {target}; {onward.format(shlex.quote(str(target)))}"
+    return View(data, Table(said, (), ()), tuple(together(remarks)))
 
 
 def _text(kind: str, device: str | None) -> str:

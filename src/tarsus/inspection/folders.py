@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -93,7 +94,7 @@ def _page(folder: Path) -> list[str]:
     ]
     said = [f"device files: {', '.join(scenes)}"] if scenes else []
     pages = [name for name in PAGES if (folder / name).is_file()]
-    return [*said, *(f"its page, {name}: `tarsus report {folder}`" for name in pages[:1])]
+    return [*said, *(f"its page, {name}: `tarsus report {shlex.quote(str(folder))}`" for name in pages[:1])]
 
 
 def _plan_view(kind: FileKind, folder: Path) -> View:

@@ -245,9 +245,9 @@ class Attractors:
         parts = [self._measures(), *([self._edges()] if self.edges else [])]
         return Table(title, columns, rows, notes, parts if self.found else ())
 
-    def beside(self, run: Any) -> Table:
+    def beside(self, run: Any, words: str = "") -> Table:
         """What else the robot of a run may do: motions by their share of the starts, and which the run's start leads
-        to."""
+        to; words: of a command line, for its scene."""
         walks = isinstance(self.scene.robot.structure, Walker)
         found: list[tuple[Any, ...]] = [
             (i, one.kind, one.share, *((one.speed,) if walks else ())) for i, one in enumerate(self.found)
@@ -269,7 +269,7 @@ class Attractors:
             *((Column("speed", "m/s", 4),) if walks else ()),
             "the run's start",
         )
-        notes = [f"{self.starts} starts over {self._over()}", MORE.format(run.scene.name)]
+        notes = [f"{self.starts} starts over {self._over()}", MORE, f"tarsus attractors {words}".rstrip()]
         return Table("What it may do, settled", columns, rows, notes)
 
     def _over(self) -> str:
@@ -330,7 +330,7 @@ class Attractors:
         }
 
 
-MORE = "multipliers, energies, edges of basins, and pages that play: tarsus attractors {}"
+MORE = "multipliers, energies, edges of basins, and pages that play:"
 MIXTURE = "a mean over starts is one over this mixture: what one robot does is one of its attractors"
 
 

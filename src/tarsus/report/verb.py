@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -93,7 +94,7 @@ def _sweep_page(folder: Path) -> Path:
             raise InputError(str(error)) from None
         raise InputError(
             f"{folder}: holds a sweep with {found.units_done} of {found.units} units done and no page yet: "
-            f"`tarsus sweep {folder}` makes what is missing, collects it and writes the page"
+            f"`tarsus sweep {shlex.quote(str(folder))}` makes what is missing, collects it and writes the page"
         )
     return write_page(sweep_html(frozen_sweep(folder), file), folder / REPORT_FILE)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 from math import isfinite
 from pathlib import Path
 
@@ -69,7 +70,7 @@ def synthesize(
     files = [str(path) for path in written]
     data = {"campaign": files[0], "truth": files[-1], "files": files, "bytes": size}
     title = f"{len(written)} files, {size / 1e6:.1f} MB; the truth is in {written[-1]}"
-    return View(data, Table(title, (), ()), (f"identify it with `tarsus identify {written[0]} -o FOLDER`",))
+    return View(data, Table(title, (), ()), (f"identify it with `tarsus identify {shlex.quote(files[0])} -o FOLDER`",))
 
 
 def checked_instrument(rate: float | str, snr_db: float) -> Instrument:

@@ -72,18 +72,18 @@ def to_pieces(track: Track, parts: Parts) -> Channels:
         sine[track.run[~np.isnan(track.amplitude)]] = True
     exact = ~sine & (_degrees(law, run, runs) * _degrees(track.inner, track.run, runs) < TERMS)
     if exact.all():
-        source, low, high = np.arange(len(stretch)), parts.low, parts.high
-        coef = _composed(track, stretch, low, high, law)
+        source, low = np.arange(len(stretch)), parts.low
+        coef = _composed(track, stretch, low, parts.high, law)
     elif not exact.any():
-        coef, source, low, high = _fitted(track, stretch, parts.low, parts.high, law)
+        coef, source, low = _fitted(track, stretch, parts.low, parts.high, law)
     else:
         own, others = (np.flatnonzero(exact[run] == chosen) for chosen in (True, False))
         pick = [(stretch[at], parts.low[at], parts.high[at], law[at]) for at in (own, others)]
-        fit, of, low, high = _fitted(track, *pick[1])
+        fit, of, low = _fitted(track, *pick[1])
         source = np.concatenate([own, others[of]])
         order = np.argsort(source, kind="stable")
         coef = np.concatenate([_composed(track, *pick[0]), fit])[order]
-        source, low, high = (source[order], np.append(pick[0][1], low)[order], np.append(pick[0][2], high)[order])
+        source, low = source[order], np.append(pick[0][1], low)[order]
     fresh = np.ones(len(source), dtype=bool)
     fresh[1:] = source[1:] != source[:-1]
     stretch, law, kink = stretch[source], law[source], kink[source] & fresh
@@ -95,13 +95,12 @@ def to_pieces(track: Track, parts: Parts) -> Channels:
         coef = np.where(flat[:, None], level, coef)
     left, right = track.begin[stretch], track.end[stretch]
     begin = np.where(low == -1.0, left, left + 0.5 * (low + 1.0) * (right - left))
-    end = np.where(high == 1.0, right, left + 0.5 * (high + 1.0) * (right - left))
-    if not all(np.isfinite(one).all() for one in (begin, end, coef)):
+    if not all(np.isfinite(one).all() for one in (begin, right, coef)):
         raise InputError("the drive overflows: its voltage, gain or period is out of any physical range")
-    return _without_slivers(track, stretch, begin, end, coef, kink)
+    return _without_slivers(track, stretch, begin, coef, kink)
 
 
-def _without_slivers(track: Track, stretch: Ints, begin: Any, end: Any, coef: Any, kink: NDArray[np.bool_]) -> Channels:
+def _without_slivers(track: Track, stretch: Ints, begin: Any, coef: Any, kink: NDArray[np.bool_]) -> Channels:
     """The pieces without those that are shorter than the resolution of time."""
     run = track.run[stretch]
     close = track.end[track.runs[1:] - 1]
@@ -155,10 +154,10 @@ def _composed(track: Track, stretch: Ints, low: Floats, high: Floats, law: Any) 
     return np.stack([*terms[:TERMS], *[none] * (TERMS - len(terms))], axis=-1)
 
 
-def _fitted(track: Track, stretch: Ints, low: Floats, high: Floats, law: Any) -> tuple[Any, Ints, Floats, Floats]:
+def _fitted(track: Track, stretch: Ints, low: Floats, high: Floats, law: Any) -> tuple[Any, Ints, Floats]:
     """Chebyshev fits of law(V) on the parts, each cut into as many pieces as degree 11 needs.
 
-    Returns coefficients, the part each piece came from (ascending), and the pieces' local ranges.
+    Returns coefficients, the part each piece came from (ascending), and where in it the piece begins.
     """
     source, run = np.arange(len(stretch)), track.run[stretch]
     values, size, span = _sampled(track, stretch, low, high, law)
@@ -193,7 +192,7 @@ def _fitted(track: Track, stretch: Ints, low: Floats, high: Floats, law: Any) ->
     # on a sliver the high coefficients are rounding, which would grow where the engine continues the piece
     rest = np.cumsum(np.abs(chebyshev[:, ::-1]), axis=1)[:, ::-1]
     lost = (high - low < _SLIVER)[:, None] & (rest <= 4e-15 * size[run[source]][:, None])
-    return _mapped(np.where(lost, 0.0, chebyshev)[:, :TERMS], _TO_MONOMIAL), source, low, high
+    return _mapped(np.where(lost, 0.0, chebyshev)[:, :TERMS], _TO_MONOMIAL), source, low
 
 
 def _mapped(rows: Any, matrix: Floats) -> Any:

@@ -45,14 +45,6 @@ struct KeptBook : Book {
 
 };
 
-FootSet feet_of(const Sizes& sizes, nb::handle mask) {
-  FootSet feet(sizes.constraints());
-  for (int i = 0; i < sizes.constraints(); i++) {
-    if (nb::cast<bool>(nb::bool_(nb::borrow<nb::int_>(mask) >> nb::int_(i) & nb::int_(1)))) feet.toggle(i);
-  }
-  return feet;
-}
-
 nb::list modes_of(KeptBook& book) {
   nb::list out;
   for (const nb::object& source : book.sources) out.append(source);
@@ -86,7 +78,6 @@ void bind_modal(nb::module_& m) {
   nb::class_<Book>(m, "AnyBook");
   nb::class_<KeptBook, Book>(m, "Book")
       .def("__init__", [](KeptBook* out, nb::dict from, const Nodes& nodes, nb::object maker) { new (out) KeptBook(Given(std::move(from)), nodes, std::move(maker)); })
-      .def("require", [](KeptBook& book, nb::handle mask) { return book.require(feet_of(book.sizes, mask)).number; })
       .def_prop_ro("modes", &modes_of)
       .def("step", &step_of);
 }
