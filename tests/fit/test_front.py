@@ -102,3 +102,19 @@ def test_steps_that_get_shorter_find_the_bottom_beside_every_start():
     found, costs = shorter_steps(cost, starts, first, steps, 8, np.random.default_rng(0), circular)
     assert found == pytest.approx(bottoms, abs=2e-3) and (costs < first).all()
     assert inside(np.array([[-0.1, 1.2]]), circular).tolist() == [[pytest.approx(0.9), pytest.approx(0.8)]]
+
+
+def test_a_strategy_learns_the_shape_of_a_long_valley():
+    """An ellipsoid whose axes differ a hundredfold: a strategy that does not learn them is at 1e-3 after as long."""
+    steep = 100.0 ** (np.arange(5) / 4.0)
+    visited = Visited.empty(5)
+    visited = Visited.empty(5)
+    follow_down(
+        lambda numbers, points: (((points - 0.6) * steep) ** 2).sum(axis=1),
+        visited,
+        np.arange(4),
+        np.full((4, 5), 0.3),
+        Budget(150, 10),
+        np.random.default_rng(0),
+    )
+    assert visited.costs.min() < 1e-4
