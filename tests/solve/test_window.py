@@ -30,7 +30,13 @@ def contacts_at(run: ts.Run, held: np.ndarray, time: float) -> Contacts:
 
 
 @over(
-    modal=(0, 2, 3), legged=range(6), creeping=(0, 3), moving=(1, 4), sliding=(1, 5), turning=(0, 2, 4), uneven=range(4)
+    modal=(0, 2, 3),
+    legged=range(6),
+    creeping=(0, 3),
+    moving=(1, 2, 4),
+    sliding=(1, 2, 5),
+    turning=(0, 2, 4),
+    uneven=range(4),
 )
 def test_a_window_from_the_middle_of_a_run_goes_on_as_the_run(kind, seed):
     scene = KINDS[kind](seed)

@@ -55,6 +55,7 @@ inline void load_foot(LeggedMarch& s, int i, const CarriedFoot& from) {
     if (s.profile != nullptr) turn(s, i);
     begin_contact(s, i);
     foot.since = from.since;
+    if (foot.contact == STUCK) foot.supposed = s.clock.time;
     return;
   }
   tarsus::load_foot(from, foot, foot.apex);

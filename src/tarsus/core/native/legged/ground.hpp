@@ -328,7 +328,7 @@ inline void turn_slip(Legged& s, int i, FootEvent kind, const Bearing& at) {
   const double speed = std::hypot(foot.w[ALONG], foot.w[ACROSS]), energy = 0.5 * s.body.legs[i].mass * speed * speed;
   const bool sticks = kind == STOP && at.holds(s.settings.force_zero), still = kind != STOP || speed * s.length <= CONVERGED * s.settings.gap;
   if (!still && !sticks) return foot.set_sliding(true, foot.w[ALONG] / speed, foot.w[ACROSS] / speed, false);
-  s.log.add(s.clock.time, s.body.legs[i].foot, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
+  if (foot.supposed != s.clock.time) s.log.add(s.clock.time, s.body.legs[i].foot, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
   s.energy.friction += energy;
   foot.w[ALONG] = foot.w[ACROSS] = 0.0;
   if (sticks) return foot.set_sliding(false, 0.0, 0.0, false);
@@ -367,7 +367,7 @@ inline void apply_event(Legged& s, int i, FootEvent kind) {
   if (s.directions() > DIRECTIONS) return turn_slip(s, i, kind, at);
   foot.w[ALONG] = 0.0;
   const bool sticks = kind == STOP && at.holds(s.settings.force_zero);
-  s.log.add(t, f, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
+  if (foot.supposed != t) s.log.add(t, f, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
   foot.set_sliding(!sticks, sticks ? 0.0 : sense_of_slip(at.along), 0.0, !sticks);
 }
 

@@ -84,7 +84,7 @@ TARSUS_APART inline void part(Modal& m, Parting parting) {
     m.feet[i].sense = 0.0;
   }
   for (const Slipping& one : parting.slipping) {
-    m.log.add(t, one.foot, SLIP_BEGINS, m.feet[one.foot].apex, 0.0, 0.0, one.at.along, one.at.most);
+    if (m.feet[one.foot].supposed != t) m.log.add(t, one.foot, SLIP_BEGINS, m.feet[one.foot].apex, 0.0, 0.0, one.at.along, one.at.most);
     m.feet[one.foot].slide = FROM_REST;
   }
   leave_mode(m, to);

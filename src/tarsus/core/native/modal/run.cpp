@@ -33,6 +33,7 @@ bool begins_stuck(Modal& m, const RunData& run, int i) {
   Foot& foot = m.feet[i];
   foot.place = m.book.place_along(i, place);
   foot.sense = std::fabs(rate) <= m.settings.speed_zero ? 0.0 : rate > 0.0 ? 1.0 : -1.0;
+  if (foot.sense == 0.0) foot.supposed = m.clock.time;
   return foot.sense == 0.0;
 }
 
