@@ -66,6 +66,8 @@ def test_a_number_of_a_model_that_is_off_is_preferred_and_that_of_a_right_one_de
     (right,) = (found := ts.fit(held(TWO, 50.0), BOUNDS, seen(squeeze))).ranges
     assert right.low <= -squeeze <= right.high and right.verdict == "determined"
     assert found.doubts.notes == ()
+    (cut,) = ts.fit(held(TWO, 50.0), {SQUEEZE: (-squeeze, -10.0)}, seen(squeeze)).ranges
+    assert cut.low == -np.inf and cut.high == pytest.approx(right.high, abs=0.005)  # a bound is no measurement
 
 
 def test_of_a_plateau_one_point_is_a_start_and_what_it_does_not_tell_is_open():
