@@ -16,13 +16,11 @@ from turning_scenes import across, turning_walk
 from walking_scenes import sticky, trotter
 
 TIGHT = ts.Accuracy(gap=1e-10, drive=1e-11)
-STOPS = 2e-5
-"""Radians of the fastest mode to which a stop is known: in its last moments a foot slides less than a step may err."""
 
 
 def agree(seed: int, duration: float, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(independent.compare, "simulate", turning.simulate)
-    found = compare(turning_walk(seed).model_copy(update={"duration": duration}), TIGHT, stops=STOPS)
+    found = compare(turning_walk(seed).model_copy(update={"duration": duration}), TIGHT)
     assert found.wrong is None and found.compared > 0, found
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 import tarsus as ts
-from independent.simulator import BEGIN_STICK, Found, simulate
+from independent.simulator import Found, simulate
 from tarsus.model.scene import Scene
 from tarsus.solve import ResultCode
 
@@ -45,8 +45,8 @@ def nudged(scene: Scene, by: float) -> Scene:
 
 
 def compare(scene: Scene, accuracy: ts.Accuracy | None = None, least: float = LEAST, stops: float = 0.0) -> Comparison:
-    """Simulate a scene three times, and say what differs within the horizon by more than ``least``, of the begin of
-    sticking by more than ``stops``, and the nudge. A run that friction jams is one where it does so here."""
+    """Simulate a scene three times, and say what differs within the horizon by more than ``least`` and the
+    nudge. A run that friction jams is one where it does so here."""
     run = ts.simulate(scene, accuracy=accuracy)
     jammed = run.code is ResultCode.JAMMED
     assert run.ok or jammed, run.code
@@ -74,7 +74,7 @@ def compare(scene: Scene, accuracy: ts.Accuracy | None = None, least: float = LE
         if (foot, kind) != (event["foot"], event["kind"]):
             return ends(i, f"event {i} at {event['time']}: {event['foot'], event['kind']} is {foot, kind}")
         wrong = abs(time - event["time"]) * rate
-        if wrong > max(least, stops * (kind == BEGIN_STICK)) + TIMES * off:
+        if wrong > least + TIMES * off:
             return ends(i, f"event {i} is off by {wrong:.1e} rad, where the nudge moves it {off:.1e}")
     if known != len(events):
         return ends(len(events), f"{known - len(events)} events more at the end")

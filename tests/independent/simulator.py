@@ -426,7 +426,9 @@ class Simulator:
                     if value > none.get(key[1], 0.0):
                         begun[key] = True
                     elif begun[key]:
-                        root = brentq(lambda s: watch(s, dense(s)), low, t, xtol=1e-300, rtol=1e-15)  # noqa: B023
+                        root = t  # where it is next to none, and above zero still
+                        if value <= 0.0:
+                            root = brentq(lambda s: watch(s, dense(s)), low, t, xtol=1e-300, rtol=1e-15)  # noqa: B023
                         if first is None or root < first[0]:
                             first = root, key
                         break
