@@ -35,6 +35,18 @@ def test_a_velocity_that_passes_by_zero_is_not_stopped() -> None:
         check(seed, 1e-6)
 
 
+def test_stops_are_known_as_well_as_other_events() -> None:
+    """Close to a stop a slip turns faster than the nodes of a step tell: by these alone it was known to 1e-10 s."""
+    volts = {"signals.leg1.offset": 7.0 * (1.0 + 1e-6 * np.arange(-20, 21))}
+    scene = turning_walk(13)
+    runs = [
+        ts.simulate_batch(scene, volts, 2e-4, accuracy=Accuracy(gap=gap, drive=1e-13), track=False)
+        for gap in (1e-10, 1e-13)
+    ]
+    times = [np.array([one.events(i)["time"] for i in range(len(one))]) for one in runs]
+    assert times[0].shape == (41, 6) and np.abs(times[0] - times[1]).max() < 1e-15
+
+
 @pytest.mark.slow
 def test_a_hundred_walks_that_turn() -> None:
     for seed in range(100):
