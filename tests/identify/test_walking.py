@@ -21,7 +21,7 @@ from tarsus.fit.unknowns import Prior
 from tarsus.fit.verdict import Verdict
 from tarsus.identify import walking
 from tarsus.identify.campaign import RecordSet
-from tarsus.identify.walk_feet import _scatter, asked_of_feet, odd_feet, with_feet
+from tarsus.identify.walk_feet import _scatter, alike, asked_of_feet, odd_feet, with_feet
 from tarsus.identify.walk_prediction import missed, prediction_check, reliance_of
 from tarsus.identify.walk_step import identify_walking, noise_of, unknowns_of
 from tarsus.identify.walk_symmetry import untold
@@ -325,6 +325,8 @@ def test_records_ask_for_feet_that_differ_and_for_nothing_else(under: dict[str, 
         found = own.solve(fit.segments, np.append(fit.moved, [0.0, 0.0]), exact=True)
         ratio = found.values[f"under R1: {FRICTION}"] / found.values[f"under L1: {FRICTION}"]
         assert ratio == pytest.approx(0.8, abs=0.04) and not asked_of_feet(own, found, [BOUNCE])
+        wider = {name: Prior(1.0, factor=(one.factor or 1.0) ** 2) for name, one in own.problem.priors.items()}
+        assert alike(own.problem, own.problem) and not alike(own.problem, replace(own.problem, priors=wider))
 
 
 @pytest.mark.parametrize(("odd", "most"), [(0.0, 1.0), (40.0, 30.0)])
@@ -340,6 +342,7 @@ def test_the_odd_foot_is_the_one_off_all_others_and_of_two_it_is_both() -> None:
     feet = {f"{foot}: {FRICTION}": (value, 0.01) for foot, value in (("A", 0.40), ("B", 0.33), ("C", 0.41))}
     assert odd_feet(FRICTION, feet) == ["B"]
     assert odd_feet(FRICTION, {name: feet[name] for name in list(feet)[:2]}) == ["A", "B"]
+    assert odd_feet(FRICTION, feet | {f"B: {FRICTION}": (0.49, 0.01)}) == ["B"]
 
 
 @pytest.mark.slow
