@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tarsus.files.library import load_scene
-from tarsus.identify.volts import Stretches, Volts
+from tarsus.identify.volts import Stretches, Volts, jumps_of
 from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.waveforms import RampedSquare, Sine
 
@@ -49,6 +49,16 @@ def test_memory_is_that_of_the_whole_record():
     force = Stretches([(made, first, count)]).force(drive.law, drive.history)
     assert len(force) == 3 * (count - 1) + 1
     assert force[::3] == pytest.approx(wanted, abs=2e-3 * np.ptp(whole))
+
+
+@pytest.mark.parametrize(
+    ("part", "seen", "jumps"), [(0.08, 1.0, []), (0.12, 1.0, [39]), (0.12, 0.5, [39, 40]), (0.12, 0.05, [40])]
+)
+def test_a_jump_is_a_tenth_of_the_span_or_more(part, seen, jumps):
+    """Of a span of 2 V; a sample lies within the jump where it has seen a share of it."""
+    levels = np.concatenate([np.full(40, -1.0), np.full(20, 2.0 * part - 1.0), np.linspace(2.0 * part - 1.0, 1.0, 20)])
+    levels[40] = -1.0 + 2.0 * part * seen
+    assert jumps_of(levels).tolist() == jumps
 
 
 @pytest.mark.parametrize("law", ["cantilever", "linear"])
