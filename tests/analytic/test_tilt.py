@@ -71,14 +71,15 @@ def test_motion_reverses_over_the_frequency_and_with_the_tilt():
     assert back == pytest.approx(-there, rel=1e-6)
 
 
-@pytest.mark.full  # 9 s: the other simulator's steps
-def test_the_second_simulator_walks_on_bristles_alike():
+@pytest.mark.full  # 9 s each: the other simulator's steps
+@pytest.mark.parametrize("hertz", [80.0, 300.0])
+def test_the_second_simulator_walks_on_bristles_alike(hertz):
     """Bristles that differ slip one by one; their tips are softer than elsewhere here, for the other's small steps."""
     legs = {"front": {"tilt": 0.4}, "hind": {"stiffness_v": 0.9 * HARD}}
     changes = {f"{leg}.{name}": value for leg, own in legs.items() for name, value in own.items()}
     soft = {"mass": 5e-6, "stiffness_v": 2e3, "stiffness_l": 2e3}
     changes |= {f"{leg}.tip.{name}": value for leg in legs for name, value in soft.items()}
-    scene = shaken(300.0, duration=0.008)
+    scene = shaken(hertz, duration=0.008)
     found = compare(ts.with_values(scene, {f"robot.structure.legs.{at}": to for at, to in changes.items()}))
     assert found.wrong is None and found.compared == found.events >= 12
 
