@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from tarsus.calibrate.compared import NumberRow, numbers_table
+from tarsus.calibrate.compared import NOTABLE, NumberRow, numbers_table
 from tarsus.calibrate.description import TableSampling
 from tarsus.calibrate.results import errors_table, naive_by_measure
 from tarsus.calibrate.skill import naive_predictions, skill_of
@@ -25,8 +25,6 @@ from tarsus_reproduce.ensembles import device_ensemble, packaged_ensemble, packa
 from tarsus_reproduce.reproduction import CALIBRATED, PREDICTED, FigureCall, Progress
 from tarsus_reproduce.rows import PrintedQuantity, PrintedRow, PrintedTable
 
-GOOD = 0.30
-"""Relative error below which Table 2.3 counts a case as good."""
 HALF = 0.5
 """A number of bounces is right when it is less than half a bounce off; half a bounce a period is one that exists."""
 
@@ -153,7 +151,7 @@ def merits_of(one: PrintedQuantity, pairs: Sequence[tuple[float | None, float | 
         "in_means": len(values),
         "mean_error": None if one.count else _mean(values),
         "mean_absolute_error": _mean([abs(value) for value in values]),
-        "close": sum(abs(value) < (HALF if one.count else GOOD) for value in values),
+        "close": sum(abs(value) < (HALF if one.count else NOTABLE) for value in values),
         **({"existence_right": sum((ref >= HALF) == (sim >= HALF) for ref, sim in known)} if one.count else {}),
     }
 

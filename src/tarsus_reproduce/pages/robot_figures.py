@@ -24,7 +24,7 @@ SHOWN_PERIODS = 4
 
 def motion(one: RobotRun) -> Plate:
     """The last drive periods of a run, as on the page of a run (Figs 3.9, 3.10, 3.19 and 3.21 of the source)."""
-    series = last_turns(one.run, TURNS, SAMPLES // SHOWN_PERIODS)
+    series = last_turns(one.run, SHOWN_PERIODS, SAMPLES // SHOWN_PERIODS)
     return _titled(one, figures.motion(series, series.last_periods(SHOWN_PERIODS)))
 
 
