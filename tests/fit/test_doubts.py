@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -115,6 +117,17 @@ def test_errors_are_those_that_slopes_have(correlation, size):
     assert np.mean(errors) / np.std(slopes) == pytest.approx(1.0, abs=0.3)
     if size > 1.0:
         assert np.mean(errors) == pytest.approx(size * stated[0], rel=0.1)
+
+
+def test_lags_weigh_as_sums_over_windows():
+    """Weights that fall by the lag: sums of squares of windows of one sample more than the lags (Newey and West)."""
+    _, left = line(400, 1, 0.8, 3.0)
+    jacobian = np.linspace(0.5, 1.5, 400)
+    found = doubts_of(left, jacobian[:, None], [slice(0, 400)], np.array([0.01]))
+    (said,) = re.findall(r"over (\d+) of 400 samples", found.notes[0])
+    windows = np.convolve(jacobian * left, np.ones(int(said) + 1))
+    expected = np.sqrt((windows**2).sum() / (int(said) + 1)) / (jacobian**2).sum()
+    assert int(said) > 3 and found.errors[0] == pytest.approx(expected, rel=1e-12)
 
 
 def oscillator(wave: np.ndarray) -> Scene:
