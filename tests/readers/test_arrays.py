@@ -253,6 +253,20 @@ def test_responses_without_a_unit_ask_for_theirs(tmp_path):
     assert "nothing says of the response 'H'" in "\n".join(shown.remarks)
 
 
+def test_many_series_of_which_the_same_is_said_are_one_sentence(tmp_path):
+    series = {f"ch{k:02d}": np.sin(k * LINES) for k in range(1, 21)}
+    label = np.array([f"label {k}" for k in range(300)], dtype=object)
+    savemat(tmp_path / "many.mat", {"t": LINES, "label": label, **series})
+    with pytest.raises(ts.InputError) as caught:
+        ts.read_measurement(tmp_path / "many.mat")
+    unknown, *_ = caught.value.problems
+    assert "nothing says what channels 'ch01', 'ch02', " in unknown and "'ch12' and 8 more measure; give" in unknown
+    assert "'label/12' and 288 more" in str(caught.value) and "'label/13'" not in str(caught.value)
+    savemat(tmp_path / "plate.mat", {"f": LINES, "H1": RESPONSE, "H2": RESPONSE})
+    with pytest.raises(ts.InputError, match="of the responses 'H1', 'H2' what they are of"):
+        ts.modes(tmp_path / "plate.mat")
+
+
 def test_a_table_of_records_is_its_columns(tmp_path):
     path = tmp_path / "record.h5"
     table = np.zeros(200, dtype=[("time", "f8"), ("velocity", "f4"), ("state", "S3")])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from enum import Enum
 
 
@@ -18,8 +18,9 @@ class Fault(Enum):
 class InputProblem(str):
     """One sentence on what is wrong, with its parts: callers act on these and never on the words.
 
-    path: where, a dotted path of a description or a file ("" for all of what was given); said: the sentence without
-    it; channel: of a file; fault: its kind, where a caller may answer it; cure: what to do, in the words of Python.
+    path: where, a dotted path of a description or a file ("" for all of what was given); said: the sentence without it;
+    channel: of a file; channels: those of which it is said together; fault: its kind, where a caller may answer it;
+    cure: what to do, in the words of Python.
     """
 
     def __init__(
@@ -29,10 +30,12 @@ class InputProblem(str):
         path: str = "",
         said: str = "",
         channel: str = "",
+        channels: Sequence[str] = (),
         fault: Fault | None = None,
         cure: str = "",
     ) -> None:
         self.path, self.said, self.channel, self.fault, self.cure = path, said or text, channel, fault, cure
+        self.channels = tuple(channels)
 
     def __new__(cls, text: str, **_: object) -> InputProblem:
         return super().__new__(cls, text)

@@ -42,6 +42,12 @@ def nearest(name: str, valid: Iterable[str]) -> str:
     return f"; valid names are {shown}{', ...' if len(names) > 12 else ''}"
 
 
+def some_of(names: Iterable[str], most: int = 12) -> str:
+    """``"'a', 'b'"``: the first of some names in quotes, and how many more there are."""
+    quoted = [f"'{name}'" for name in names]
+    return ", ".join(quoted[:most]) + (f" and {len(quoted) - most} more" if len(quoted) > most else "")
+
+
 class Hinted:
     """What answers a name that it does not have with the right spelling: that of ``_guesses``, by usual guesses, else
     the nearest of its own names."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.base.messages import some_of
 from tarsus.formats.numerals import rounding_of_step
 from tarsus.formats.raw import Axis, Declared, Domain, RawFile, RawSeries
 from tarsus.formats.unit_names import frequency_factor, time_factor
@@ -211,9 +212,8 @@ def check_declared(
             said.setdefault((declared.where, declared.step), (declared, []))[1].append(one.name)
     texts = []
     for declared, names in said.values():
-        shown = ", ".join(f"'{name}'" for name in names)
         texts.append(
-            f"{raw.source}: {declared.where} says one sample every {declared.step:g} s for {shown}, "
+            f"{raw.source}: {declared.where} says one sample every {declared.step:g} s for {some_of(names)}, "
             f"but {axis} has one every {step:g} s"
         )
     if texts and not chosen:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from tarsus.base.messages import some_of
 from tarsus.formats.declared import Statements, declared, group_of
 from tarsus.formats.packing import unapplied, unpacked
 from tarsus.formats.raw import Declared, RawFile, RawSeries
@@ -66,7 +67,7 @@ def file_of(
             f"{source}: '{array.name}' has the attribute {one}, which is of no convention and is not applied"
             for one in unapplied(array.attributes)
         ]
-    said += [f"{source}: not used: {', '.join(map(repr, other))}"] if other else []
+    said += [f"{source}: not used: {some_of(other)}"] if other else []
     said += statements.contradictions(source)
     return RawFile(source, tuple(series), statements.of_file(), (*notes, *said))
 

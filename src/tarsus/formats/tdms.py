@@ -11,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from tarsus.base.errors import InputError
+from tarsus.base.messages import some_of
 from tarsus.formats.format import Format
 from tarsus.formats.numerals import rounding_of_number
 from tarsus.formats.raw import Axis, Declared, Domain, RawFile, RawSeries, parsing
@@ -53,7 +54,7 @@ def read_tdms(path: Path, content: bytes) -> RawFile:
     notes += unread
     empty = [one.name for one in series if one.values.dtype.kind not in "fiuc" or len(one.values) < 2]
     if empty:
-        notes.append(f"{path.name}: not used, since they hold no series of numbers: {', '.join(map(repr, empty))}")
+        notes.append(f"{path.name}: not used, since they hold no series of numbers: {some_of(empty)}")
     return RawFile(path.name, tuple(one for one in series if one.name not in empty), notes=tuple(notes))
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from tarsus.base.arrays import Floats
-from tarsus.base.errors import InputError
+from tarsus.base.errors import InputError, InputProblem
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import scene_name
 from tarsus.base.units import format_quantity
@@ -99,12 +99,12 @@ def campaign_text(folder: Path, device: str | None) -> tuple[str, list[str]]:
     if not names:
         raise InputError(f"'{folder}' holds no records ({', '.join(sorted(RECORDS))})")
     seen: dict[str, _Seen] = {}
-    faults: dict[str, list[str]] = {}
+    faults: dict[str, list[InputProblem]] = {}
     for name in names:
         try:
             seen[name] = _Seen.of(read_measurement(folder / name))
         except InputError as error:
-            faults[name] = [*error.problems]
+            faults[name] = error.problems
     points = _points(folder, device)
     drives = {one.drive for one in seen.values() if one.drive is not None}
     common = drives.pop() if len(drives) == 1 else None
@@ -116,9 +116,8 @@ def campaign_text(folder: Path, device: str | None) -> tuple[str, list[str]]:
         if files[0] in seen:
             sets += _of_file(name, seen[files[0]], common, points)
             continue
-        asked = [re.search(r"what channel '([^']*)' measures", said) for said in faults[files[0]]]
-        nameless |= {one[1]: None for one in asked if one is not None}
-        other = [said for said, one in zip(faults[files[0]], asked, strict=True) if one is None]
+        nameless |= {name: None for said in faults[files[0]] for name in said.channels}
+        other = [said for said in faults[files[0]] if not said.channels]
         sets += ["# the file does not say enough, add it here:"] * bool(other)
         sets += [f"#   {problem}" for problem in other]
     lines = [

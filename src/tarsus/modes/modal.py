@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.arrays import Complexes, Floats
 from tarsus.base.errors import InputError
+from tarsus.base.messages import some_of
 from tarsus.base.spec import scene_name
 from tarsus.base.threads import single_threaded
 from tarsus.fit.ranges import Range
@@ -255,7 +256,7 @@ def identify_modes(
     real = [name for name, row in zip(part.outputs, part.values, strict=True) if not np.any(row.imag)]
     if part.forced and real:
         raise InputError(
-            f"the responses of {', '.join(map(repr, real))} are real numbers throughout, without phases: modes are "
+            f"the responses of {some_of(real)} are real numbers throughout, without phases: modes are "
             "found in complex responses; export real and imaginary parts, or amplitudes and phases"
         )
     orders = range(2, top + 1)

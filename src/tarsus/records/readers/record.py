@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tarsus.base.errors import Fault, InputError, InputProblem
-from tarsus.base.messages import nearest
+from tarsus.base.messages import nearest, some_of
 from tarsus.formats.axes import Sampling, axis_series, check_declared, even, is_axis, series_axis
 from tarsus.formats.raw import Domain, RawFile, RawSeries, Role
 from tarsus.formats.unit_names import frequency_factor, scaled
@@ -104,34 +104,42 @@ def _no_series(raw: RawFile) -> InputProblem:
 
 def _with_units(raw: RawFile, choices: Choices, candidates: Sequence[RawSeries]) -> tuple[list[Selected], list[str]]:
     """Series whose quantity is known; the others are a problem if they were asked for, else a note."""
-    selected, notes, unknown = [], [], []
+    selected, notes = [], []
+    unknown: dict[str, list[str]] = {}
     for series, choice in chosen_series(raw, choices, candidates):
         found = scaled_series(series, choice)
         if found is not None:
             selected.append(Selected(series, choice, found))
             notes += unit_note(raw.source, series, choice)
             continue
-        said = choice.unit or series.unit
-        unknown.append(
-            f"{raw.source}: nothing says what channel '{series.name}' measures"
+        unknown.setdefault(choice.unit or series.unit, []).append(series.name)
+    cure = "give its unit under channels"
+    problems = [
+        InputProblem(
+            f"{raw.source}: nothing says what "
+            + (f"channel {some_of(names)} measures" if len(names) == 1 else f"channels {some_of(names)} measure")
             + (f" ('{said}' is no unit of a known quantity)" if said else "")
+            + f"; {cure}",
+            channels=names,
+            fault=Fault.NO_UNIT,
+            cure=cure,
         )
-    if unknown and (choices.channels or not selected):
-        cure = "give its unit under channels"
-        raise InputError([InputProblem(f"{text}; {cure}", fault=Fault.NO_UNIT, cure=cure) for text in unknown])
-    return selected, [*notes, *(f"{text}: not used" for text in unknown)]
+        for said, names in unknown.items()
+    ]
+    if problems and (choices.channels or not selected):
+        raise InputError(problems)
+    return selected, [*notes, *(f"{one.removesuffix(f'; {cure}')}: not used" for one in problems)]
 
 
 def _left_out(raw: RawFile, candidates: Sequence[RawSeries], column: RawSeries | None) -> list[str]:
     other = [one.name for one in raw.series if one is not column and not any(one is c for c in candidates)]
-    shown = ", ".join(f"'{name}'" for name in other)
-    return [f"{raw.source}: not used, since no time series: {shown}"] if other else []
+    return [f"{raw.source}: not used, since no time series: {some_of(other)}"] if other else []
 
 
 def _not_chosen(raw: RawFile, candidates: Sequence[RawSeries], selected: Sequence[Selected]) -> list[str]:
     chosen = {id(one.series) for one in selected}
-    other = ", ".join(f"'{one.name}'" for one in candidates if id(one) not in chosen)
-    return [f"{raw.source}: not chosen: {other}"] if other else []
+    other = [one.name for one in candidates if id(one) not in chosen]
+    return [f"{raw.source}: not chosen: {some_of(other)}"] if other else []
 
 
 def _same_length(

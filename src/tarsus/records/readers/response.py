@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import Fault, InputError, InputProblem
-from tarsus.base.messages import nearest
+from tarsus.base.messages import nearest, some_of
 from tarsus.formats.axes import axis_series, series_axis
 from tarsus.formats.raw import Axis, Domain, RawFile, RawSeries, Reference, Role
 from tarsus.formats.unit_names import Scaled, ratio_of, scaled
@@ -32,6 +32,9 @@ _REAL_ONLY = (
     "; it holds series of real numbers: name the second part of a response under channels, as imaginary or phase, or "
     "read time series with read_measurement"
 )
+_OUTPUT = ("what it is of", "what they are of", "give its unit under channels")
+_INPUT = ("its input", "their input", "give input_unit")
+"""What is not known of one response and of several, and what to do."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +103,7 @@ def response_of(raw: RawFile, choices: Choices) -> FrequencyResponse:
         raise InputError([f"{text}; choose with channels and inputs" for text in problems])
     left = [one.name for one in candidates if not any(one is used.output.series for used in found)]
     if left:
-        notes.append(f"{raw.source}: responses not used: {', '.join(map(repr, left))}")
+        notes.append(f"{raw.source}: responses not used: {some_of(left)}")
     by_output = {one.output.name: channel_of(raw.source, one.output) for one in found}
     by_input = {one.input: Channel(one.input, one.input_scaled.quantity) for one in found}
     known = None if np.all(np.isnan(coherence)) else coherence
@@ -135,23 +138,29 @@ def _reference(series: RawSeries) -> Reference:
 
 def _with_units(raw: RawFile, choices: Choices, candidates: Sequence[RawSeries]) -> tuple[list[_Response], list[str]]:
     """Responses whose quantities are known; the others are a problem if they were asked for, else a note."""
-    found, notes, unknown = [], [], []
+    found, notes = [], []
+    unknown: dict[tuple[str, ...], list[str]] = {}
     for series, choice in chosen_series(raw, choices, candidates):
         output, source = _quantities(series, choice, choices)
         if output is not None and source is not None:
             found.append(_Response(Selected(series, choice, output), _reference(series).name, source))
             notes += unit_note(raw.source, series, choice)
             continue
-        cures = (("what it is of", "give its unit under channels", output), ("its input", "give input_unit", source))
-        nothing = f"{raw.source}: nothing says of the response '{series.name}'"
-        unknown += [
-            InputProblem(f"{nothing} {what}; {cure}", fault=Fault.NO_UNIT, cure=cure)
-            for what, cure, known in cures
-            if known is None
-        ]
-    if unknown and (choices.channels or not found):
-        raise InputError(unknown)
-    return found, [*notes, *(f"{text}: not used" for text in unknown)]
+        for known, *words in ((output, *_OUTPUT), (source, *_INPUT)):
+            if known is None:
+                unknown.setdefault(tuple(words), []).append(series.name)
+    problems = [
+        InputProblem(
+            f"{raw.source}: nothing says of the response{'s' * (len(names) > 1)} {some_of(names)} "
+            f"{one if len(names) == 1 else many}; {cure}",
+            fault=Fault.NO_UNIT,
+            cure=cure,
+        )
+        for (one, many, cure), names in unknown.items()
+    ]
+    if problems and (choices.channels or not found):
+        raise InputError(problems)
+    return found, [*notes, *(f"{text}: not used" for text in problems)]
 
 
 def _quantities(series: RawSeries, choice: ChannelChoice, choices: Choices) -> tuple[Scaled | None, Scaled | None]:
