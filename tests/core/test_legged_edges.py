@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import tarsus as ts
 from random_scenes import OWN
@@ -38,8 +39,10 @@ def test_friction_whose_bound_is_zero_is_none() -> None:
     np.testing.assert_allclose(x, wanted, atol=1e-9 * np.abs(wanted).max())
 
 
-def test_a_leg_that_rings_for_thousands_of_periods_keeps_its_account() -> None:
-    """At 5 MHz and undamped, under a slow sine: its work was 1.5e-8 off, by what steps miss of its rates."""
+@pytest.mark.parametrize("frequency", [2013.7, 2000.0])
+def test_a_leg_that_rings_for_thousands_of_periods_keeps_its_account(frequency: float) -> None:
+    """At 5 MHz and undamped, under a slow sine: its work was 1.5e-8 off, by what steps miss of its rates. After whole
+    periods all terms are zero again, and the account was called open."""
     mass = 4e-13
     stiffness = mass * (2.0 * np.pi * 5e6) ** 2
     leg = WalkerLeg(x=0.0, mass=mass, stiffness_v=stiffness, damping_v=0.0, stiffness_l=stiffness, damping_l=0.0)
@@ -47,7 +50,7 @@ def test_a_leg_that_rings_for_thousands_of_periods_keeps_its_account() -> None:
     scene = ts.Scene(
         name="ringing",
         duration=5e-3,
-        signals={"d": ts.Sine(amplitude=30.0, frequency=2013.7)},
+        signals={"d": ts.Sine(amplitude=30.0, frequency=frequency)},
         robot=ts.Robot(
             structure=ts.Walker(body=WalkerBody(mass=1e-9), legs={"leg": leg}),
             drives={"d": drive},

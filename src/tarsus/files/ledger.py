@@ -29,10 +29,11 @@ class Ledger:
     work_in: work of the drives and of the weight; ground: of ground that moves, in its own frame; laws: work on the
     structure of every law that acts on a foot in the air, by name, below 0 where it takes energy; kinetic, elastic:
     change from start to end; damping, friction, impacts, adhesion: losses. ``adhesion`` is the kinetic energy of feet
-    that were captured and would have bounced without adhesion. closure: \\|residual\\| over the largest term; where
-    every term is below 1e-20 of the plan's force times length, over that, for then all are rounding. Where resistive
-    laws act on feet that move less than 0.05 of the plan's length, it is over as much more as the account is less
-    exact: see `tarsus.solve.motion.RESOLVED`.
+    that were captured and would have bounced without adhesion. closure: \\|residual\\| over the largest term, or where
+    all return to next to nothing, the most energy that the robot stored on its way; where every term is below 1e-20 of
+    the plan's force times length, over that, for then all are rounding. Where resistive laws act on feet that move less
+    than 0.05 of the plan's length, it is over as much more as the account is less exact: see
+    `tarsus.solve.motion.RESOLVED`.
     """
 
     work_in: float
