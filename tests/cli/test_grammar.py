@@ -12,9 +12,10 @@ from typing import Any
 import pytest
 
 import tarsus as package
-from tarsus.cli import app, former
+from tarsus.cli import app, asked, former
 from tarsus.cli.declared import NO_DEFAULT
 from tarsus.cli.verbs import COMMANDS
+from tarsus.files.kinds import MARKS
 
 
 def options_by_verb() -> dict[str, dict[str, str]]:
@@ -84,12 +85,18 @@ LINES = [
     ("identify lab --track june july", {"campaign": Path("lab"), "track": [Path("june"), Path("july")]}),
     ("export cantilever --to c --step=10ns -o out", {"to": "c", "step": "10ns", "output": Path("out")}),
     ("report out --draw a.csv --branch 8 --no-browser", {"draw": ["a.csv"], "branch": 8}),
-    ("show a.csv --channel Ch1=V --record 2", {"name": "a.csv", "channel": ["Ch1=V"], "record": 2}),
+    ("show a.csv --read Ch1=V --read record=2", {"name": "a.csv", "read": {"Ch1": "V", "record": "2"}}),
     ("new device mine.toml --legs 4", {"kind": "device", "path": Path("mine.toml"), "legs": 4}),
     ("plot out gap -o gap.svg --only tip", {"name": "gap", "only": ["tip"], "output": Path("gap.svg")}),
     ("synthesize cantilever-capture -o lab --perturb 0.2", {"perturb": 0.2, "rate": "20 kHz", "seed": 1}),
     ("validate --all", {"name": None, "threads": None}),
 ]
+
+
+@pytest.mark.parametrize("verb", [verb for verb, one in COMMANDS.items() if one.files and verb != "export"])
+def test_what_a_verb_wrote_is_known_again(verb):
+    """By `show`, `check` and `report`; an export is for other tools."""
+    assert MARKS.keys() & set(asked.loaded(COMMANDS[verb].files))
 
 
 class Called(Exception):
@@ -99,8 +106,6 @@ class Called(Exception):
 @pytest.mark.parametrize(("line", "given"), LINES, ids=[line for line, _ in LINES])
 def test_a_command_line_is_a_call_of_the_function(monkeypatch, line, given):
     """With the words as Python has them; what was not said is left to the function's own defaults."""
-    from tarsus.cli import asked
-
     whole = asked.loaded
 
     def loaded(home):

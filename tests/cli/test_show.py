@@ -149,7 +149,7 @@ def test_a_file_that_is_no_record_yet_is_listed_and_not_good(tarsus, tmp_path):
     file.write_text("time (s),velocity,drive (furlong)\n0,1,2\n0.1,2,3\n0.2,4,3\n")
     shown = tarsus("show", str(file))
     assert shown.code == 0 and "3 series, not read as a record yet" in shown.out
-    assert "what channels 'velocity', 'drive (furlong)' measure; give it with --channel NAME=UNIT" in shown.err
+    assert "what channels 'velocity', 'drive (furlong)' measure; give it with --read NAME=UNIT" in shown.err
     assert [one["name"] for one in tarsus("show", str(file), "--json").json()["series"]][:2] == ["time", "velocity"]
     checked = tarsus("check", str(file))
     assert checked.code == 2 and "nothing says what channels 'velocity', " in checked.err

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
 
 import pytest
@@ -13,6 +14,8 @@ ATLAS = "atlas cantilever -o out --x robot.feet.tip.gap=60um:80um"
 SCATTER = "yield millipede --scatter robot.drives.*.law.gain=5%"
 LAND = "design landing cantilever --foot tip -o out"
 RANK = "recommend cantilever --parameter ground.adhesion.rate --budget"
+
+CLASS = re.compile(r"\b[A-Z][a-z]+\w*\.[a-z]")
 
 KINDS = {"scene": "simulate", "sweep": "sweep", "campaign": "identify", "calibration": "calibrate"}
 """Kinds of files by name, and the verb that takes each."""
@@ -73,6 +76,10 @@ WRONG = [
     ("movie made -o x.gif --set volts=3", "--set is for a device or scene: a folder's run is over"),
     ("movie made -o x.gif --duration 1s", "a duration is for a device or scene: this run is over"),
     ("modes bare.csv", "give it with --read NAME=UNIT"),
+    (
+        "modes bare.csv --read b=m/s --read axis=a --read axis_unit=s",
+        "name it (drive), or say that these are free decays (decay)",
+    ),
     ("modes bytes.toml", "bytes.toml is a description (TOML), no record"),
     ("modes driven.csv --drive volt", "drive: no record has a channel 'volt'; did you mean 'volts'?"),
     ("modes driven.csv --order 100000", "order: expected a number from 2 to 300, got 100000"),
@@ -82,6 +89,9 @@ WRONG = [
     ("modes driven.csv --against taken", "taken is damaged: it is no JSON"),
     ("modes empty.csv --band 500", "--band takes both ends of a range, a:b, got '500'"),
     ("sweep cantilever-adhesoin", "did you mean 'cantilever-adhesion'?"),
+    ("sweep ./made", "expected a study by name, or a study file (.toml); it holds a run (`tarsus simulate` wrote it)"),
+    ("simulate cantilever --set robot.feet.tip.gap=70,5um", "decimals begin with a point, not with a comma"),
+    ("calibrate empty.csv", "does not end in .py: expected a calibration by name, or a study file (.py)"),
     ("sweep cantilever", "it is a calibration, not a sweep"),
     ("sweep cantilever-adhesion --array 0", "array: expected a number of tasks of 1 or more, got 0"),
     ("sweep cantilever-adhesion --sbatch=-p", "sbatch: these are options of an array"),
@@ -90,15 +100,18 @@ WRONG = [
     ("yield millipede --scatter ground.friction.coefficient", "--scatter takes NAME=VALUE, got 'ground.fr"),
     ("yield millipede --over ground.friction.coefficient=1", "PATH=a:b, such as robot.feet.tip.gap=66um:74um, got 'gr"),
     (f"{SCATTER} --weak 0:x", "--weak takes two whole numbers, fewest:most, got '0:x'"),
+    (f"{SCATTER} --weak 2", "--weak takes two whole numbers, fewest:most, got '2'"),
+    (f"{SCATTER} --weak 1:2 --weakness 150%", "weakness: input should be less than or equal to 1, got 1.5"),
+    ("yield millipede --dead 2:0", "dead, weak: expected fewest:most of at least 0, got 2:0"),
     (f"{SCATTER} --robots 0", "robots: input should be greater than or equal to 1, got 0"),
     ("yield cantilever --over ground.restitution.coefficient=0.3:0.5 --draws 4", "draws: Sobol indices compare"),
     ("branch cantilever --along signals.pzt.amplitude=8V:4V --multiple 0", "multiple: expected a number of drive per"),
     ("explore nowhere -o page.html", "no device is called 'nowhere'"),
     ("export cantilever --to stl -o folder", "mjcf"),
-    ("attractors ./folder", "is a folder: expected a device by name, or a scene file"),
+    ("attractors ./folder", "is a folder: expected a device by name, or a scene file (.toml)"),
     ("attractors millipede --starts 0", "starts: expected 1 or more, got 0"),
     ("attractors millipede --starts 2.5", "--starts: expected a whole number, got '2.5'"),
-    ("recommend ./run --budget 2s", "or a scene file (TOML); it holds scene.toml"),
+    ("recommend ./run --budget 2s", "or a scene file (.toml); it holds scene.toml"),
     (f"{RANK} -1s", "budget: expected a time above 0 s"),
     (f"{RANK} 1s --vary hz=5,x", "hz: expected a frequency (Hz), got 'x'"),
     (f"{ATLAS} --y signals.pzt.amplitude=4V:8V --on moon", "--on: no scheduler answers at 'moon'"),
@@ -116,6 +129,7 @@ WRONG = [
     (f"{LAND} --request risk=cvar:0.9 --over robot.feet.tip.gap=66um:74um", "{cvar = 0.9}"),
     (f"{LAND} --request foot=toe", "--request foot: the line itself names it already"),
     ("design gait millipede-printed --free gait.duty=1 -o out", "--free gait.duty=a:b takes"),
+    ("design kinds/sweep.toml -o out", "it is a sweep, not a design to be searched: `tarsus sweep` takes it"),
     ("design nothing", "nothing: no such file"),
     ("reproduce", "name an experiment (cantilever, "),
     ("reproduce --all", "give it with -o"),
@@ -172,6 +186,7 @@ def test_what_cannot_be_is_refused_in_a_sentence(tarsus, tmp_path, monkeypatch, 
     refused = tarsus(*shlex.split(words))
     assert (refused.code, refused.out) == (2, "")
     assert any(said in one for one in refused.sentences), refused.err
+    assert not CLASS.search(refused.err), "a class of the library is no word of the command line"
     assert sorted(tmp_path.rglob("*")) == before
 
 

@@ -47,6 +47,12 @@ def test_columns_in_any_order_and_rows_without_names():
     assert parse("gap_um,wave,volt_v,freq_hz\n5,sine,10,40\n", HEIGHTS)[0].freq_hz == 40.0
 
 
+def test_semicolons_come_with_decimal_commas():
+    """As a spreadsheet writes them where decimals have a comma."""
+    (row,) = parse("freq_hz;volt_v;wave;bounces_exp;peak_exp_um\n15;7,5;sine;1;150,25\n")
+    assert (row.volt_v, row.measured) == (7.5, {"bounces": 1.0, "peak_um": 150.25, "contact_ms": None})
+
+
 def test_files_keep_their_name_and_every_bad_row_is_named(tmp_path):
     file = tmp_path / "mine.csv"
     file.write_bytes(b"\xef\xbb\xbffreq_hz,volt_v,wave\r\n5,6,sine\r\n")

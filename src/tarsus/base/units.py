@@ -162,6 +162,8 @@ def _symbol(name: str) -> str:
 
 
 def _simple_unit(given: str) -> Unit:
+    if re.match(r",\d", given):
+        raise InputError("decimals begin with a point, not with a comma")
     name = given if given in _PLAIN or given in _PREFIXABLE else _symbol(given)
     if name in _PLAIN:
         return _PLAIN[name]

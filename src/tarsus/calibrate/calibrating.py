@@ -172,7 +172,8 @@ def calibrate(
         A packaged study by name, a study file by path, or a study with its table.
     output
         Folder for the result: visited sets, `calibration.json`, `mixture.json`, a device file for every hypothesis;
-        `report.html` is added by the command. New or empty unless `resume`. Without a folder nothing is written.
+        `report.html` is added by the command. New or empty unless `resume`. By default nothing is written from Python,
+        and by the command into the study's name with `.calibration`.
     seed
         Seed of the search instead of the study's own.
     threads

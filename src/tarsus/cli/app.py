@@ -196,10 +196,11 @@ def _command(argv: list[str]) -> int:
     """What the verb of a command line returns; bad input where the line cannot be read."""
     from cyclopts import CycloptsError
 
+    app = build(argv)
     try:
-        return build(argv)(argv)
+        return app(argv)
     except CycloptsError as error:
-        console.complain([f"{_sentence(error, argv)} See `tarsus {_verb(argv)}--help`."])
+        console.complain([f"{_sentence(error, argv)} See `tarsus {_verb(app, argv)}--help`."])
         return BAD_INPUT
 
 
@@ -220,10 +221,8 @@ def _sentence(error: Any, argv: list[str]) -> str:
     return str(error)
 
 
-def _verb(argv: list[str]) -> str:
+def _verb(one: App, argv: list[str]) -> str:
     """`verb ` when the line begins with one, for pointing at the right help page."""
-
-    one: App = build(argv)
     known: list[str] = []
     for word in argv:
         if word.startswith("-") or word not in one:

@@ -33,9 +33,10 @@ def counts_of(word: str, option: str) -> tuple[int, int]:
     """`a:b` as two whole numbers."""
     from tarsus.base.errors import InputError
 
-    ends = range_of(word, option)
+    takes = f"{option} takes two whole numbers, fewest:most"
+    ends = _ends(word, takes)
     if not all(one.isdecimal() for one in ends):
-        raise InputError(f"{option} takes two whole numbers, fewest:most, got '{word}'")
+        raise InputError(f"{takes}, got '{word}'")
     return int(ends[0]), int(ends[1])
 
 

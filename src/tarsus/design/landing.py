@@ -92,8 +92,8 @@ def landing(
     Parameters
     ----------
     scene
-        Or the name of a device, or a scene file. Its drive has a periodic signal: its period, and the share of it
-        in which the foot stands, are kept.
+        A scene, or the name of a device, or a scene file. Its drive has a periodic signal: its period, and the share of
+        it in which the foot stands, are kept.
     foot
         Name of the foot.
     request

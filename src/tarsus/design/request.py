@@ -34,7 +34,7 @@ from tarsus.base.units import format_quantity
 from tarsus.design.grounds import Over, over_of
 from tarsus.design.judge import NOMINAL, WORST, Risk, risk_of
 from tarsus.design.problems import Problems
-from tarsus.files.tables import read_table
+from tarsus.files.tables import FileKind, read_table
 from tarsus.model.scene import Scene
 
 T = TypeVar("T")
@@ -88,7 +88,7 @@ def settings_of(kind: type[S], request: Given = None, **given: Any) -> S:
     """
     folder = None
     if isinstance(request, (str, PathLike)):
-        folder, request = Path(request).parent, read_table(request)
+        folder, request = Path(request).parent, read_table(request, FileKind.REQUEST)
     found: dict[str, Any] = {}
     for name, value in (request or {}).items():
         if name in FORMER:

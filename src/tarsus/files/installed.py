@@ -13,6 +13,7 @@ from pathlib import Path
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
+from tarsus.files import kinds
 from tarsus.files.kinds import folder_sentence, kind_of_path
 from tarsus.files.tables import PYTHON, FileKind, kind_of_table, read_table
 
@@ -23,8 +24,12 @@ _DATA = Path(__file__).parents[1] / "data"
 _OWN = {DEVICES: _DATA / "devices", STUDIES: _DATA / "studies"}
 """Folders of the library's own files, by group: machines of other sources than any package's."""
 
-_WORDS = {DEVICES: ("device", "scene"), STUDIES: ("study", "study")}
-"""What one of a group is called, and a file of the kind that is not packaged."""
+_WORDS = {
+    DEVICES: ("device", "scene", ".toml", kinds.SCENES),
+    STUDIES: ("study", "study", ".toml", kinds.STUDIES),
+    FileKind.CALIBRATION: ("calibration", "study", PYTHON, kinds.STUDIES),
+}
+"""What one of a group is called, a file of the kind that is not packaged and its ending, and such files in folders."""
 
 
 def device_names() -> list[str]:
@@ -66,10 +71,10 @@ def study_path(name: str | os.PathLike[str], kind: FileKind) -> Path:
     if is_path(text):
         return Path(text)
     if text in _files(STUDIES) or Path(text).exists():
-        return _named(STUDIES, text)
+        return _named(STUDIES, text, _WORDS.get(kind))
     known = [one for one in _files(STUDIES) if (_kind(one) is FileKind.CALIBRATION) is (kind is FileKind.CALIBRATION)]
     device = ", which is a device" * (text in _files(DEVICES))
-    ending = PYTHON if kind is FileKind.CALIBRATION else ".toml"
+    ending = _WORDS.get(kind, _WORDS[STUDIES])[2]
     raise InputError(
         f"no {kind.word} is called '{text}'{device}{nearest(text, known)} (a file of your own ends in {ending})"
     )
@@ -129,8 +134,8 @@ def _loaded(entry: EntryPoint) -> Path | InputError:
         return InputError(f"'{entry.name}' of package {entry.value} cannot be loaded: {error}")
 
 
-def _named(group: str, name: str) -> Path:
-    files, (what, kind) = _files(group), _WORDS[group]
+def _named(group: str, name: str, words: tuple[str, str, str, tuple[str, ...]] | None = None) -> Path:
+    files, (what, kind, ending, inside) = _files(group), words or _WORDS[group]
     found = files.get(name)
     if isinstance(found, InputError):
         raise InputError([f"{what} {problem}" for problem in found.problems])
@@ -138,9 +143,9 @@ def _named(group: str, name: str) -> Path:
         return found
     path = Path(name)
     if name and path.exists():
-        is_ = "a folder" if path.is_dir() else "a file whose name does not end in .toml"
-        hint = folder_sentence(path) if path.is_dir() else ""
-        raise InputError(f"'{name}' is {is_}: expected a {what} by name, or a {kind} file (TOML){hint}")
+        is_ = "a folder" if path.is_dir() else f"a file whose name does not end in {ending}"
+        hint = folder_sentence(path, inside) if path.is_dir() else ""
+        raise InputError(f"'{name}' is {is_}: expected a {what} by name, or a {kind} file ({ending}){hint}")
     raise InputError(
         f"no {what} is called '{name}'{nearest(name, files)} (a {kind} file is given by its path, ending in .toml)"
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ MARKS = {
     "branch.json": FileKind.BRANCH,
     "attractors.json": FileKind.ATTRACTORS,
     "atlas.json": FileKind.ATLAS,
+    "modes.json": FileKind.MODES,
     "identification.json": FileKind.IDENTIFICATION,
     "track.json": FileKind.TRACKING,
     "landing.json": FileKind.LANDING,
@@ -34,7 +36,7 @@ MARKS = {
 }
 """The file of a folder that shows what it holds; the first one that is there counts: many keep their runs by a plan."""
 
-DESCRIPTIONS = ("scene.toml", "identified.toml", "study.toml", "study.py")
+SCENES, STUDIES = ("scene.toml", "identified.toml"), ("study.toml", "study.py")
 """Files of such folders that a verb takes where a device or a study is wanted."""
 
 
@@ -82,9 +84,9 @@ def mark_of(folder: Path) -> str | None:
     return next((name for name in MARKS if (folder / name).is_file()), None)
 
 
-def folder_sentence(folder: Path) -> str:
-    """What a folder holds instead of what was asked for, and the descriptions in it."""
+def folder_sentence(folder: Path, wanted: Sequence[str] = (*SCENES, *STUDIES)) -> str:
+    """What a folder holds instead of what was asked for, and the first of the wanted descriptions that is in it."""
     kind = _kind_of_folder(folder)
-    inside = next((name for name in DESCRIPTIONS if (folder / name).is_file()), None)
+    inside = next((name for name in wanted if (folder / name).is_file()), None)
     said = "" if kind is None else f"; it holds {kind.value[1]} ({kind.value[2]})"
     return said + (f"; it holds {inside}: give '{folder / inside}'" if inside else "")

@@ -85,9 +85,9 @@ def number_of(cell: str) -> float | None:
 def parse_rows(text: str, where: str, cells: Mapping[str, Cell] | None = None) -> TableRows:
     """Rows of a table; ``where`` names it in sentences.
 
-    Lines that begin with `#` and empty lines are skipped; cells are separated by commas, or by tabs where the first
-    line has one. That line names the columns: any, or those of `cells`, whose order holds where it names none. Empty
-    cells at the end of a line may be left out.
+    Lines that begin with `#` and empty lines are skipped; cells are separated by commas, or by tabs or semicolons where
+    the first line has one, and then numbers may have a decimal comma. That line names the columns: any, or those of
+    `cells`, whose order holds where it names none. Empty cells at the end of a line may be left out.
 
     Raises
     ------
@@ -101,8 +101,8 @@ def parse_rows(text: str, where: str, cells: Mapping[str, Cell] | None = None) -
     ]
     if not written:
         raise InputError(f"{where} holds no rows")
-    apart = "\t" if "\t" in written[0][1] else ","
-    lines = [(number, [one.strip() for one in next(csv.reader([line], delimiter=apart))]) for number, line in written]
+    apart = next((one for one in "\t;" if one in written[0][1]), ",")
+    lines = [(number, [_cell(one) for one in next(csv.reader([line], delimiter=apart))]) for number, line in written]
     first, head = lines[0]
     if cells is None or _names_columns(head, cells):
         lines = lines[1:]
@@ -120,6 +120,12 @@ def parse_rows(text: str, where: str, cells: Mapping[str, Cell] | None = None) -
         raise InputError(problems)
     rows = tuple(dict.fromkeys(head, "") | dict(zip(head, found, strict=False)) for _, found in lines)
     return TableRows(tuple(head), rows, tuple(number for number, _ in lines))
+
+
+def _cell(text: str) -> str:
+    """A cell, with a point for a decimal comma."""
+    plain = text.strip()
+    return plain.replace(",", ".") if is_number(plain.replace(",", ".", 1)) else plain
 
 
 def _names_columns(first: Sequence[str], cells: Mapping[str, Cell]) -> bool:

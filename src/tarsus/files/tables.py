@@ -43,6 +43,7 @@ class FileKind(Enum):
     YIELD = ("yield", "a yield", "`tarsus yield` wrote it")
     BRANCH = ("branch", "a branch of periodic motions", "`tarsus branch` wrote it")
     ATTRACTORS = ("attractors", "attractors of a robot", "`tarsus attractors` wrote it")
+    MODES = ("set of modes", "modes of a structure", "`tarsus modes` wrote them")
     ATLAS = ("atlas", "an atlas of a robot", "`tarsus atlas` wrote it")
     FITTED = ("fitted calibration", "a fitted calibration", "`tarsus calibrate` wrote it")
     IDENTIFICATION = ("identification", "an identification", "`tarsus identify` wrote it")
@@ -141,7 +142,7 @@ def kind_of_table(table: Mapping[str, Any]) -> FileKind | None:
         return FileKind.CAMPAIGN
     if "table" in table:
         return FileKind.CALIBRATION
-    if "free" in table and "objective" in table:
+    if "free" in table or "objective" in table:
         return FileKind.REQUEST
     if "vary" in table or isinstance(table.get("scene"), str):
         return FileKind.SWEEP

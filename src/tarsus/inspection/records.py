@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,7 @@ import numpy as np
 from tarsus.base.errors import Fault, InputError
 from tarsus.base.units import format_quantity
 from tarsus.formats.content import content_of
-from tarsus.records.readers import read_measurement, read_response
+from tarsus.records.readers import choices_of, read_measurement, read_response
 from tarsus.tables.table import ROW, Column, Table
 from tarsus.tables.view import View
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from tarsus.records.measurement import Channel, FrequencyResponse, Measurement
 
-UNIT = "give it with --channel NAME=UNIT"
+UNIT = "give it with --read NAME=UNIT"
 """What to do about a channel whose unit the file does not say."""
 
 
@@ -28,21 +28,18 @@ SERIES = "series"
 """Kind of what is shown of a file that no verb can read as it is."""
 
 
-def record_view(file: Path, channel: Sequence[str] = (), **choices: str | int | None) -> View:
+def record_view(file: Path, read: Mapping[str, Any]) -> View:
     """The channels of a record, or else of frequency responses; where the file is neither, the series it holds, with
     what is missing as remarks.
 
-    channel: names, or name=unit; choices: axis, axis_unit, step, drive and record, as the readers take them.
+    read: as `tarsus.records.readers.choices_of` takes it.
 
     Raises
     ------
     InputError
         Where nothing of the file can be read, or nothing by the choices that were given.
     """
-    given: dict[str, Any] = {key: value for key, value in choices.items() if value is not None}
-    if channel:
-        named = (one.partition("=") for one in channel)
-        given["channels"] = {name: {"unit": unit} if unit else {} for name, _, unit in named}
+    given = choices_of(read)
     try:
         data = _of_record(read_measurement(file, **given))
     except InputError as error:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from tarsus.base.arguments import Values
 from tarsus.base.errors import InputError
 from tarsus.base.messages import together
 from tarsus.files.installed import kind_of
@@ -27,12 +28,8 @@ def show(
     name: Name,
     other: Name | None = None,
     *,
-    channel: Sequence[str] = (),
-    axis: str | None = None,
-    axis_unit: str | None = None,
-    step: str | None = None,
     drive: str | None = None,
-    record: int | None = None,
+    read: Values | None = None,
     law: Sequence[Name] = (),
 ) -> View:
     """Show what a device, study, file or folder holds; of two runs, devices or scene files, how they differ.
@@ -44,18 +41,11 @@ def show(
         55/58, MATLAB, HDF5, NetCDF, TDMS, LVM, CSV or ASCII.
     other
         What it is compared with: runs with runs, devices or scene files with such.
-    channel
-        Of a record: name=unit of a channel whose unit the file does not say, or its name alone; may be repeated.
-    axis
-        Of a record: series of the times or frequencies, where the file does not say.
-    axis_unit
-        Its unit.
-    step
-        Of a record: time between samples, e.g. "50 us", where the file has no times.
     drive
-        Of a record: channel that recorded the drive.
-    record
-        Of a file with several records: which, from 1; 0 joins them.
+        Of a record: channel that recorded the drive, where the file does not say it.
+    read
+        Of a record, what the file does not say: units of channels by name, such as Ch1 in m/s, a name alone, and
+        choices of `tarsus.read_measurement`: step, frequency_step, axis, axis_unit, input_unit, record.
     law
         Python files with laws of your own.
 
@@ -76,9 +66,7 @@ def show(
         case FileKind.DEVICE | FileKind.SCENE:
             return scene_view(load_scene(name, laws=laws))
         case FileKind.RECORD:
-            return records.record_view(
-                Path(name), channel, axis=axis, axis_unit=axis_unit, step=step, drive=drive, record=record
-            )
+            return records.record_view(Path(name), {**(read or {}), **({} if drive is None else {"drive": drive})})
         case FileKind.RUN:
             from tarsus.solve import load_run
 
@@ -157,7 +145,7 @@ def check(name: Name, *, law: Sequence[Name] = ()) -> View:
                 raise InputError(list(found.remarks))
             contents, noted = found.shown.text().splitlines()[0].removeprefix(f"{name}: "), found.remarks
     data = {"name": name, "is": kind.word, "contents": contents, "remarks": list(noted)}
-    return View(data, Table(f"{name} is a good {kind.word}: {contents}.", (), ()), tuple(noted))
+    return View(data, Table(f"{name} is a good {kind.word}: {contents.rstrip('.')}.", (), ()), tuple(noted))
 
 
 def _campaign(name: str) -> tuple[str, list[str]]:

@@ -216,8 +216,8 @@ def _with_drives(records: Sequence[Measurement], drive: str | None) -> list[Meas
     with_drive = [one for one in known if one.drive is not None]
     if not with_drive:
         raise InputError(
-            f"{', '.join(one.source for one in records)}: no channel is known to be the drive: name it with drive, or "
-            "say that these are free decays"
+            f"{', '.join(one.source for one in records)}: no channel is known to be the drive: name it (drive), or "
+            "say that these are free decays (decay)"
         )
     return [one if one.drive is not None else _with_drive_of(with_drive, one) for one in known]
 

@@ -13,7 +13,7 @@ from tarsus.base.units import quantity_of
 from tarsus.modes.gather import decays, merged, responses_of
 from tarsus.modes.modal import ModalFit, identify_modes
 from tarsus.records.measurement import FrequencyResponse, Measurement
-from tarsus.records.readers import read_measurement, read_response
+from tarsus.records.readers import choices_of, read_measurement, read_response
 from tarsus.tables.numbers import amount
 
 Source = str | os.PathLike[str] | Measurement | FrequencyResponse
@@ -67,7 +67,7 @@ def modes(
     length = None if segment is None else quantity_of("segment", segment, "s")
     if length is not None and not length > 0.0:
         raise InputError(f"segment: expected a time above 0 s, got {amount(length, 's')}")
-    reading = _reading(read or {})
+    reading = choices_of(read or {})
     found = [_read(one, reading, decay) for one in sources]
     names = [one.source for one in found]
     found = [
@@ -97,14 +97,6 @@ def _band(band: Range) -> tuple[float, float]:
         ends = f"{amount(low, 'Hz')} and {amount(high, 'Hz')}"
         raise InputError(f"band: expected a lower and a higher frequency, got {ends}")
     return low, high
-
-
-def _reading(read: Mapping[str, Any]) -> dict[str, Any]:
-    """Choices of a reader: what has a field of its own there, and units of channels by their names."""
-    fields = ("channels", "step", "frequency_step", "axis", "axis_unit", "input_unit", "inputs", "record")
-    channels = {name: unit for name, unit in read.items() if name not in fields}
-    own = {name: value for name, value in read.items() if name in fields}
-    return own | ({"channels": {**own.get("channels", {}), **channels}} if channels else {})
 
 
 def _read(source: Source, reading: Mapping[str, Any], decay: bool) -> Measurement | FrequencyResponse:

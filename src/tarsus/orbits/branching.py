@@ -68,7 +68,7 @@ def branch(
     Parameters
     ----------
     scene
-        Or a device's name, or a scene file's path.
+        A scene whose drives are periodic, or a device's name or a scene file's path.
     along
         The path of the number, or ``volts`` or ``hz``, with its two values, in SI or texts with a unit:
         ``{"signals.pzt.amplitude": ("8 V", "7.5 V")}``.

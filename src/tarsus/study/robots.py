@@ -99,7 +99,7 @@ class Robots:
                         break
                     legs |= _leg(pattern, path)
         parts = ()
-        if max(dead[1], weak[1]) > 0:
+        if any((*dead, *weak)):
             parts = tuple(path for path in known if fnmatch.fnmatchcase(path, GAINS))
         for path in parts:
             axes.setdefault(path, Normal(mean=known[path].value, deviation=0.0))

@@ -372,6 +372,7 @@ def _required(scene: Scene, require: Values) -> dict[str, float | None]:
 
 _FIELDS = (
     ("Scattered.count", "robots"),
+    ("Scattered.weakness", "weakness"),
     ("Saltelli.count", "draws"),
     ("Sweep.measures", "require"),
     ("Sweep.starts", "starts"),

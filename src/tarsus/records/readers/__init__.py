@@ -12,13 +12,13 @@ from tarsus.base.spec import validate
 from tarsus.formats.content import content_of
 from tarsus.formats.raw import RawFile
 from tarsus.records.measurement import FrequencyResponse, Measurement
-from tarsus.records.readers.choices import ChannelChoice, Choices
+from tarsus.records.readers.choices import ChannelChoice, Choices, choices_of
 from tarsus.records.readers.record import measurement_of
 from tarsus.records.readers.response import response_of
 
 Read = TypeVar("Read")
 
-__all__ = ["ChannelChoice", "Choices", "read_measurement", "read_response"]
+__all__ = ["ChannelChoice", "Choices", "choices_of", "read_measurement", "read_response"]
 
 
 def read_measurement(path: str | os.PathLike[str], **choices: Any) -> Measurement:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Field
@@ -69,3 +70,13 @@ class Choices(Description):
     def groups(self) -> set[str]:
         """Groups of the file that the chosen channels are in, by their names."""
         return {name.rpartition("/")[0] for name in self.channels}
+
+
+def choices_of(read: Mapping[str, Any]) -> dict[str, Any]:
+    """Choices by name as they are typed: fields of `Choices`, and units of channels by name (None: as the file has it).
+
+    ``choices_of({"Ch1": "mm/s", "axis": "t"})`` is ``{"axis": "t", "channels": {"Ch1": "mm/s"}}``.
+    """
+    own = {name: value for name, value in read.items() if name in Choices.model_fields}
+    channels = {name: {} if unit is None else unit for name, unit in read.items() if name not in own}
+    return own | ({"channels": {**own.get("channels", {}), **channels}} if channels else {})
