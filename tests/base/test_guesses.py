@@ -87,9 +87,24 @@ def test_measures_of_runs_and_batches_are_asked_alike(run: ts.Run, batch: ts.Bat
         batch.measures["peek"]
 
 
+def test_a_measure_says_no_spread_that_is_rounding(beam: ts.Scene) -> None:
+    assert "(spread 0 s, n = 6)" in str(ts.simulate(beam).measures["contact duration"])
+
+
 ATTRIBUTES = {
-    "run": [("to_dataframe", "to_dataset"), ("measurs", "'measures'"), ("nothing_alike", "valid names are")],
-    "batch": [("results", "'measured'"), ("measur", "'measure'"), ("gap", r"run\(i\).gap")],
+    "run": [
+        ("to_dataframe", "to_dataset"),
+        ("measurs", "'measures'"),
+        ("nothing_alike", "valid names are"),
+        ("volts", r"series\['volts'\]"),
+        ("peak", r"measures\['peak'\]"),
+    ],
+    "batch": [
+        ("results", "'measured'"),
+        ("measur", "'measure'"),
+        ("gap", r"run\(i\).gap"),
+        ("peak", r"measures\['peak'\]"),
+    ],
     "tarsus": [("open", "load_scene"), ("simulat", "'simulate'")],
     "scene": [("robt", "'robot'")],
     "feet": [("tp", "'tip'")],

@@ -59,7 +59,12 @@ class Hinted:
         def __getattr__(self, name: str) -> Any:
             if hasattr(type(self), name):  # a property of its own that raised: ask again for the error that says why
                 return object.__getattribute__(self, name)
-            raise AttributeError(no_attribute(f"'{type(self).__name__}' object", name, self._guesses, dir(type(self))))
+            guesses = {} if name.startswith("_") else self._guessed()
+            raise AttributeError(no_attribute(f"'{type(self).__name__}' object", name, guesses, dir(type(self))))
+
+    def _guessed(self) -> Mapping[str, str]:
+        """The right spelling by names that an object does not have."""
+        return self._guesses
 
 
 def no_attribute(owner: str, name: str, guesses: Mapping[str, str], known: Iterable[str]) -> str:

@@ -14,7 +14,7 @@ from tarsus.base.messages import nearest
 from tarsus.core import _native
 from tarsus.files.ledger import read_number
 from tarsus.files.series import Variable
-from tarsus.files.summary import measures_summary
+from tarsus.files.summary import deviation, measures_summary
 from tarsus.measure.history import Counting
 from tarsus.measure.segments import Floats, Rows
 from tarsus.tables.numbers import amount
@@ -71,7 +71,7 @@ class Measure:
     dwell: float | None = None
 
     def __str__(self) -> str:
-        shown, spread = amount(self.value, self.unit), amount(self.spread, self.unit)
+        shown, spread = amount(self.value, self.unit), amount(deviation(self), self.unit, 2)
         return f"{shown} (spread {spread}, n = {self.n}), {self.scope}: {self.definition}"
 
     @classmethod

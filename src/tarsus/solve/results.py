@@ -83,6 +83,13 @@ class Batch(Hinted):
     def __len__(self) -> int:
         return len(self.periods)
 
+    def __getitem__(self, name: object) -> Any:
+        raise TypeError(f"a batch has no [{name!r}]: its runs are run(i), its measures measures[...]")
+
+    def _guessed(self) -> Mapping[str, str]:
+        known = Run.offered(self.scene, self.duration)
+        return {**{name: f"measures['{name}']" for name in known}, **self._guesses}
+
     def __repr__(self) -> str:
         over = f" over {', '.join(self.vary)}" if self.vary else ""
         ended = ", ".join(f"{count} {code}" for code, count in self.outcomes.items())

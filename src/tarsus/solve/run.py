@@ -102,8 +102,6 @@ class Run(Hinted):
         "times": "'time'",
         "gaps": "'gap'",
         "x": "'states(times).x', or 'to_dataset()'",
-        "displacement": "to_dataset()['displacement']",
-        "velocity": "to_dataset()['velocity']",
         "energy": "'ledger'",
         "energies": "'ledger'",
         "write": "'save'",
@@ -115,6 +113,12 @@ class Run(Hinted):
         "success": "'ok'",
         "done": "'ok'",
     }
+
+    def _guessed(self) -> Mapping[str, str]:
+        from tarsus.solve.channels import CHANNELS
+
+        measures = {name: f"measures['{name}']" for name in self.offered(self.base, self.duration)}
+        return {**measures, **{one.name: f"series['{one.name}']" for one in CHANNELS}, **self._guesses}
 
     @classmethod
     def of(cls, arrays: RunArrays) -> Run:
