@@ -31,7 +31,7 @@ struct Parting {
 };
 
 // The state is the modal one, and those that leave have no sense of sliding. Returns whether one of them is pressed down without its own friction:
-// then that friction alone pulls it off, and no motion is consistent (see modal/friction.hpp).
+// then that friction alone pulls it off, and no motion is consistent (see modal/friction.hpp): the run ends, and nothing has left.
 inline bool friction_pulls_off(Modal& m, const Parting& parting) {
   if (m.sizes.ways == 0) return false;
   bool alone = false;
@@ -72,8 +72,12 @@ TARSUS_APART inline void part(Modal& m, Parting parting) {
   }
   for (const Slipping& one : parting.slipping) m.feet[one.foot].sense = one.sense;
   leave_those_that_rise(m, parting);
-  m.jammed = m.jammed || friction_pulls_off(m, parting);
+  const bool none_follows = friction_pulls_off(m, parting);
   for (const auto& [i, sense] : senses) m.feet[i].sense = sense;  // of those that stay
+  if (none_follows) {
+    m.jammed = true;
+    return remove_film_momenta(m);
+  }
   const ContactMode& to = parting.rest_of(m);
   for (int i : parting.leaving) {
     const double strength = m.laws.has(i, HAS_LATCH) ? m.strength_now(i) : 0.0;
