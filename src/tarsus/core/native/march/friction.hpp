@@ -6,6 +6,7 @@
 #pragma once
 #include "base/nodes.hpp"
 #include "march/rules.hpp"
+#include "march/together.hpp"
 
 namespace tarsus {
 
@@ -148,12 +149,13 @@ struct Braking {
 // Of all impulses that Coulomb's law allows, |p_t| <= ratio p_n, the one that leaves the least kinetic energy where the foot
 // departs with the speed ``after``. It stops what the foot has along the ground when restitution begins, or brakes that as much
 // as it may. So no impact ever adds energy, however the two ways are coupled (Kane's paradox); where they are not, as under a
-// point mass, the foot stops or is braked by ratio times the change of its normal rate.
+// point mass, the foot stops or is braked by ratio times the change of its normal rate. Where what is held leaves it no way along
+// the ground but with its normal, that slip and its mobility are rounding, and there is no impulse.
 inline Braking braking(const Mobilities& by, double speed, double after, double along, double ratio) {
   const double coupling = by.across / by.normal, slip = along + speed * coupling, mobility = by.along - by.across * coupling;
   Braking out{0.0, 0.0, slip};
   const double size = std::fabs(slip);
-  if ((size == 0.0 && ratio == 0.0) || !(mobility > 0.0)) return out;
+  if ((size == 0.0 && ratio == 0.0) || !(mobility > NO_PART * by.along)) return out;
   const bool forward = slip > 0.0;
   out.impulse = -slip / mobility;
   out.left = 0.0;
