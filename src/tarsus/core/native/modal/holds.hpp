@@ -151,7 +151,7 @@ inline void stick(Modal& m, int foot, double along, double most) {
 inline bool cannot_slide(const Modal& m, int foot) { return m.feet[foot].slide == FROM_REST; }
 
 // Of several feet that stop at one moment, and that friction does not hold all by the forces as the contact mode has them: those that slide on do so against
-// their friction (see modal/stops.hpp). One that cannot slide so, to rounding, sticks. Where other shares of a load that lies on several hold all of them, the first
+// their friction (see modal/stops.hpp), one on which there is none with its pull. One that cannot slide so, to rounding, sticks. Where other shares of a load that lies on several hold all of them, the first
 // that bear all they can, on the way from those shares to the contact mode's, are let go, and go on to bear it.
 inline Parting those_that_slide_on(Modal& m, const Moment& at) {
   std::vector<double> holding, senses;
@@ -160,7 +160,7 @@ inline Parting those_that_slide_on(Modal& m, const Moment& at) {
   double first = 2.0;
   for (size_t k = 0; k < found.size(); k++) {
     const int i = m.stopping[k];
-    const double sense = sense_of_slip(found[k].force != 0.0 ? -found[k].force : at.along[i]);
+    const double sense = sense_of_slip(std::fabs(found[k].force) > NO_PART * std::fabs(holding[k]) ? -found[k].force : at.along[i]);
     senses.push_back(found[k].sticks() || (cannot_slide(m, i) && sense == m.feet[i].sense) ? 0.0 : sense);
     first = std::min(first, found[k].first_share());
   }
@@ -179,8 +179,8 @@ inline Parting those_that_slide_on(Modal& m, const Moment& at) {
   return parting;
 }
 
-// Feet that stop stick where friction bears the pulls along the ground on all of them; where one could not slide, as they can only move together, the pulls may be
-// as much as friction bears, to rounding. Else one that stops alone slides on in the direction of its pull. Feet that slide beside it may make it move against
+// Feet that stop stick where friction bears the pulls along the ground on all of them, or where these are as much as friction bears, to rounding, as of feet that can
+// only move together. Else one that stops alone slides on in the direction of its pull. Feet that slide beside it may make it move against
 // the pull, as their friction goes by what it takes of their push: then it slides so, if that lasts.
 TARSUS_APART inline void stick_or_turn(Modal& m) {
   add_film_momenta(m);
@@ -188,17 +188,19 @@ TARSUS_APART inline void stick_or_turn(Modal& m) {
   const bool again = std::any_of(m.stopping.begin(), m.stopping.end(), [&](int i) { return cannot_slide(m, i); });
   Parting parting;
   std::vector<Bearing> bearings;
-  bool all = true;
+  bool all = true, at_bound = again;
   for (int i : m.stopping) {
     const Bearing bears = bearing_at(m, at, i);
     const double none = m.settings.force_zero + ROUNDING * m.force_parts(m.sizes.feet + i);
-    all = all && (bears.holds(none) || (again && is_close(std::fabs(bears.along), bears.most)));
+    const bool as_much = is_close(std::fabs(bears.along), bears.most);
+    all = all && (bears.holds(none) || as_much);
+    at_bound = at_bound || as_much;
     bearings.push_back(bears);
   }
   if (all) {
     for (size_t k = 0; k < bearings.size(); k++) {
       stick(m, m.stopping[k], bearings[k].along, bearings[k].most);
-      if (again) m.feet[m.stopping[k]].slide = FROM_REST;
+      if (at_bound) m.feet[m.stopping[k]].slide = FROM_REST;
     }
   } else if (bearings.size() > 1) {
     parting = those_that_slide_on(m, at);
