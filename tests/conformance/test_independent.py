@@ -132,8 +132,26 @@ def test_feet_that_nothing_pulls_along_leave_and_friction_jams_as_there(seed: in
     assert found.wrong is None and found.compared == found.events > 1, found
     code = ts.simulate(scene).code.name
     assert code == ("JAMMED" if seed in (64, 117) else "DONE")
+    assert by_last_bits(scene) == {found.events}
+
+
+def by_last_bits(scene: ts.Scene) -> set[int]:
+    """Numbers of events of gaps that differ by rounding."""
     length = 1e-15 * max(foot.gap for foot in scene.robot.feet.values())
-    assert {len(ts.simulate(nudged(scene, k * length), accuracy=TIGHT).events) for k in range(-4, 5)} == {found.events}
+    return {len(ts.simulate(nudged(scene, k * length), accuracy=TIGHT).events) for k in range(-4, 5)}
+
+
+def test_rounding_brakes_no_foot_and_makes_none_slide() -> None:
+    """Of 108 an impact hits a foot whose only way is along its normal; of 191 feet stop at the bound of their friction;
+    of 291 one stops on which friction bears nothing."""
+    for seed, events in ((108, 55), (191, 96), (291, 23)):
+        assert by_last_bits(on_falling_friction(seed)) == {events}
+
+
+@pytest.mark.parametrize("seed", [108, pytest.param(191, marks=pytest.mark.slow)])
+def test_feet_that_rounding_braked_or_let_slide_go_as_there(seed: int) -> None:
+    found = compare(on_falling_friction(seed), TIGHT, 1e-7, 1e-6)
+    assert found.wrong is None and found.compared == found.events > 50, found
 
 
 def test_feet_that_share_one_way_come_to_rest_together() -> None:
