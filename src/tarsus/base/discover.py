@@ -3,13 +3,33 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 import pkgutil
 import sys
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
-from typing import TypeVar
+from collections.abc import Callable, Iterator, Mapping
+from types import MappingProxyType, ModuleType
+from typing import Any, TypeVar
 
 T = TypeVar("T")
+
+
+def modules_of(package: str) -> Iterator[ModuleType]:
+    """The files of a package in their order, loaded. Raises ImportError that names the one that cannot be."""
+    for name in sorted(one.name for one in pkgutil.iter_modules(sys.modules[package].__path__)):
+        try:
+            module = importlib.import_module(f"{package}.{name}")
+        except Exception as error:
+            raise ImportError(f"{package}.{name} cannot be loaded: {type(error).__name__}: {error}") from error
+        yield module
+
+
+def kind_of_class(one: type[Any]) -> str | None:
+    """The default of its field ``kind``, None of a class without one. Raises TypeError where methods are missing."""
+    if (field := one.model_fields.get("kind")) is None:
+        return None
+    if inspect.isabstract(one):
+        raise TypeError(f"{one.__module__}: '{field.default}' lacks {', '.join(sorted(one.__abstractmethods__))}")
+    return field.default
 
 
 def classes_beside(package: str, base: type[T], name: Callable[[type[T]], str | None]) -> Mapping[str, type[T]]:
@@ -18,8 +38,7 @@ def classes_beside(package: str, base: type[T], name: Callable[[type[T]], str | 
     name: what a class is called, None for one that is only a base of others.  Raises TypeError for two of one name.
     """
     found: dict[str, type[T]] = {}
-    for file in sorted(pkgutil.iter_modules(sys.modules[package].__path__), key=lambda one: one.name):
-        module = importlib.import_module(f"{package}.{file.name}")
+    for module in modules_of(package):
         for one in vars(module).values():
             if not isinstance(one, type) or not issubclass(one, base) or one.__module__ != module.__name__:
                 continue

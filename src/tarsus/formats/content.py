@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
-import tarsus.formats
+from tarsus.base.discover import modules_of
 from tarsus.base.errors import InputError
 from tarsus.formats.format import HEAD, Format
 from tarsus.formats.raw import RawFile, read_bytes
@@ -31,9 +29,7 @@ _ELSEWHERE: Mapping[str, str] = {
 @cache
 def formats() -> tuple[Format, ...]:
     """Formats that the files of this folder define as ``FORMATS``, in the order of the files."""
-    names = sorted(one.name for one in pkgutil.iter_modules(tarsus.formats.__path__))
-    modules = [importlib.import_module(f"tarsus.formats.{name}") for name in names]
-    return tuple(one for module in modules for one in getattr(module, "FORMATS", ()))
+    return tuple(one for module in modules_of(__package__ or "") for one in getattr(module, "FORMATS", ()))
 
 
 def _format_of(path: Path, head: bytes) -> Format | None:

@@ -47,7 +47,7 @@ def _about(fit: ModalFit, sources: Sequence[str]) -> str:
     determined = sum(mode.verdict is ModeVerdict.DETERMINED for mode in fit.modes)
     points, drives = how_many(len(fit.frf.outputs), "point"), how_many(len(fit.frf.inputs), "drive")
     return (
-        f"{determined} of {len(fit.modes)} modes determined, from {points} and {drives}"
+        f"{determined} of {how_many(len(fit.modes), 'mode')} determined, from {points} and {drives}"
         f"{' in ' if sources else ''}{', '.join(sources)}."
     )
 
@@ -126,8 +126,8 @@ def synthesis(fit: ModalFit) -> Plate:
     return panel(
         1.6,
         draw,
-        f"All responses together: measured, synthesised from {len(fit.modes)} modes and a smooth background, and their "
-        f"difference, {100.0 * fit.misfit:.2g} % of the measured ones in root mean square.",
+        f"All responses together: measured, synthesised from {how_many(len(fit.modes), 'mode')} and a smooth "
+        f"background, and their difference, {100.0 * fit.misfit:.2g} % of the measured ones in root mean square.",
     )
 
 

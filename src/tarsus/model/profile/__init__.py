@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import inspect
 from functools import reduce
 from operator import or_
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from tarsus.base.discover import classes_beside
+from tarsus.base.discover import classes_beside, kind_of_class
 from tarsus.model.profile.base import GroundLine, Profile, Relief, gaps_above, heights_of, line_between
 from tarsus.model.profile.each_foot import EachFoot
 
@@ -26,16 +25,11 @@ __all__ = [
 ]
 
 
-def _kind(shape: type[Profile]) -> str | None:
-    field = shape.model_fields.get("kind")
-    return None if field is None or inspect.isabstract(shape) else field.default
-
-
 if TYPE_CHECKING:
     AnyLine = Profile
     AnyProfile = Relief
 else:
-    _shapes = tuple(classes_beside(__package__, Profile, _kind).values())
+    _shapes = tuple(classes_beside(__package__, Profile, kind_of_class).values())
     AnyLine = Annotated[reduce(or_, _shapes), Field(discriminator="kind")]
     """Any shape; `kind` says which."""
     EachFoot.model_rebuild(_types_namespace={"AnyLine": AnyLine})

@@ -5,7 +5,6 @@ That come with the library: linear, the printed two branches (2.9), and the clos
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Mapping
 from functools import lru_cache, reduce
 from operator import or_
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from tarsus.base.discover import classes_beside
+from tarsus.base.discover import classes_beside, kind_of_class
 from tarsus.model.drive.law import Cubic, VoltageLaw
 from tarsus.model.drive.laws.creeping import Creeping, fit_rates
 from tarsus.model.drive.laws.linear import LinearForce
@@ -36,12 +35,7 @@ __all__ = [
 @lru_cache(maxsize=1)
 def built_in() -> Mapping[str, type[VoltageLaw]]:
     """Laws by kind, in the order of their files: every one with a field ``kind``."""
-    return classes_beside(__name__, VoltageLaw, _kind)
-
-
-def _kind(law: type[VoltageLaw]) -> str | None:
-    field = law.model_fields.get("kind")
-    return None if field is None or inspect.isabstract(law) else field.default
+    return classes_beside(__name__, VoltageLaw, kind_of_class)
 
 
 if TYPE_CHECKING:
