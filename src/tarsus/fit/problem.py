@@ -90,7 +90,7 @@ class Problem(Residuals):
 
     @property
     def records(self) -> list[slice]:
-        """Rows of the residuals that are in order of time: those of each record, and of each function."""
+        """Rows of the residuals that are in order of time, of each record and of each function."""
         ends = np.cumsum([0, *self._counts]).tolist()
         return [slice(a, b) for a, b, one in zip(ends, ends[1:], self._terms, strict=False) if one.ordered]
 
