@@ -3,8 +3,8 @@
 A row is a `record_case.Case`: a name (which names the file, so that it ends in the format's suffix), a function that
 writes the file at a path and returns what it holds (`record_case.Held`: channels by name with SI unit and SI values,
 step, start), and the choices that the reader needs. The function writes by hand or by the format's library with one
-option of the format set, and reads back by that library: npTDMS, lvm_read, csv, h5py, xarray, scipy or pyuff. What it
-returns is what the library says, brought to SI by a factor written there by hand.
+option of the format set, and reads back by that library: npTDMS, lvm_read, csv, h5py, xarray, scipy, pyuff or wave.
+What it returns is what the library says, brought to SI by a factor written there by hand.
 
 Each format has its rows in a module of its own beside `tests/record_case.py`, as a list CASES; to add a format, add
 its module to the list below.
@@ -22,13 +22,15 @@ import array_files
 import lvm_files
 import matlab_files
 import octave_files
+import sound_files
 import tdms_files
 import text_files
 import universal_files
 from record_case import Case
+from tarsus.formats.content import formats
 from tarsus.records.readers import read_measurement, read_response
 
-_FORMATS = (text_files, lvm_files, tdms_files, octave_files, universal_files, array_files, matlab_files)
+_FORMATS = (text_files, lvm_files, tdms_files, octave_files, universal_files, array_files, matlab_files, sound_files)
 CASES = [case for one in _FORMATS for case in one.CASES]
 
 
@@ -67,6 +69,12 @@ def test_frequency_responses_of_universal_files(
     assert read.unit == (("m/s / N",),)
     np.testing.assert_allclose(read.values[0, 0], 1e-3 * held["data"], rtol=1e-12)
     np.testing.assert_allclose(read.frequency, held["x"], rtol=1e-12, atol=1e-15)
+
+
+def test_every_format_has_a_row() -> None:
+    """By the first of its suffixes, one that has any."""
+    written = {Path(case.name).suffix for case in CASES}
+    assert {one.suffixes[0] for one in formats() if one.suffixes} <= written
 
 
 def test_no_two_rows_have_one_name() -> None:
