@@ -96,6 +96,7 @@ def test_what_does_not_go_together_is_said(hexapod, free, said):
 
 def test_designed_numbers_have_six_digits_and_say_who_set_them(hexapod):
     free = free_of(hexapod, ["gait.frequency", "gait.duty", "gait.phases"])
+    assert free_of(hexapod, "gait.frequency, gait.duty,gait.phases").names == free.names
     values = changes(free, np.random.default_rng(1).random((50, len(free))))
     assert max(len(repr(float(one)).strip("0.").replace(".", "")) for own in values.values() for one in own) <= 6
     first = {path: float(own[0]) for path, own in values.items()}

@@ -181,9 +181,9 @@ def free_of(scene: Scene, given: Mapping[str, Any] | Iterable[str], symmetry: Sy
     scene
         With the numbers that may change.
     given
-        Paths with their ranges (low, high), or None for the usual one: phases a whole period, duty 0.1 to 0.9,
-        frequency and durations half to twice what they are, the upper voltage half of what it is to that. `PHASES`
-        stands for all legs, with a `Symmetry` that ties them; ``signals.DRIVE`` takes `Pulses`.
+        Paths, also as one text with commas, with their ranges (low, high), or None for the usual one: phases a whole
+        period, duty 0.1 to 0.9, frequency and durations half to twice what they are, the upper voltage half of what it
+        is to that. `PHASES` stands for all legs, with a `Symmetry` that ties them; ``signals.DRIVE`` takes `Pulses`.
     symmetry
         Of the phases that `PHASES` stands for, unless it is given there.
 
@@ -192,6 +192,7 @@ def free_of(scene: Scene, given: Mapping[str, Any] | Iterable[str], symmetry: Sy
     InputError
         With every problem: paths that are no numbers of the scene, ranges that are empty or have to be given.
     """
+    given = [word.strip() for word in given.split(",")] if isinstance(given, str) else given
     wanted = {path: _kind(one) for path, one in (given if isinstance(given, Mapping) else dict.fromkeys(given)).items()}
     trains = {path: one for path, one in wanted.items() if isinstance(one, Pulses)}
     wanted = by_path(scene, {path: one for path, one in wanted.items() if path not in trains})
