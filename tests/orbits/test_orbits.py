@@ -14,6 +14,7 @@ from sliding_scenes import cantilever
 from tarsus.base.events import EventKind
 from tarsus.orbits.follow import Follower
 from tarsus.orbits.orbit import Orbit, converge
+from tarsus.orbits.sequence import sequence_of
 from tarsus.solve.run import Shared
 
 TURN = 2.0 * math.pi
@@ -197,3 +198,11 @@ def test_a_gait_goes_on_at_a_higher_voltage_and_at_a_later_section(gait):
     assert again is not None and list(later.contacts.held) != list(gait.map.contacts.held)
     assert again.travel == pytest.approx(gait.travel, rel=1e-8)
     np.testing.assert_allclose(np.abs(again.multipliers[0]), np.abs(gait.multipliers[0]), rtol=1e-6)
+
+
+def test_bounces_that_end_in_a_rest_are_none_of_their_own():
+    """Of foot 0 the bounce before its capture stays; foot 1 rests after bounces alone, which lie between those of 0."""
+    bounce, capture, release, rest = EventKind.BOUNCE, EventKind.CAPTURE, EventKind.RELEASE, EventKind.REST
+    happened = [(0, bounce), (1, bounce), (0, capture), (0, release), (0, bounce), (1, bounce), (0, rest), (1, rest)]
+    found = sequence_of(np.array(happened, dtype=[("foot", int), ("kind", int)]))
+    assert found == ((0, bounce), (0, capture), (0, release), (0, rest), (1, rest))
