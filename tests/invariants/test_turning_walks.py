@@ -36,7 +36,8 @@ def test_a_velocity_that_passes_by_zero_is_not_stopped() -> None:
 
 
 def test_stops_are_known_as_well_as_other_events() -> None:
-    """Close to a stop a slip turns faster than the nodes of a step tell: by these alone it was known to 1e-10 s."""
+    """Close to a stop a slip turns faster than the nodes of a step tell: by these alone it was known to 1e-10 s. Here
+    it is to 5e-16 s, and to 1.2e-15 s on processors that round each product."""
     volts = {"signals.leg1.offset": 7.0 * (1.0 + 1e-6 * np.arange(-20, 21))}
     scene = turning_walk(13)
     runs = [
@@ -44,7 +45,7 @@ def test_stops_are_known_as_well_as_other_events() -> None:
         for gap in (1e-10, 1e-13)
     ]
     times = [np.array([one.events(i)["time"] for i in range(len(one))]) for one in runs]
-    assert times[0].shape == (41, 6) and np.abs(times[0] - times[1]).max() < 1e-15
+    assert times[0].shape == (41, 6) and np.abs(times[0] - times[1]).max() < 1e-14
 
 
 @pytest.mark.slow
