@@ -28,6 +28,10 @@ class PathErrors(InputError):
         return type(self), (self.faults,)
 
 
+_SHOWN = 12
+"""Names of a list that are shown: some two lines of a terminal."""
+
+
 def nearest(name: str, valid: Iterable[str]) -> str:
     """``"; did you mean 'x'?"`` for the closest valid name, or a path that ends in the name; else a list of the valid
     ones, else nothing."""
@@ -38,14 +42,14 @@ def nearest(name: str, valid: Iterable[str]) -> str:
         return f"; did you mean '{close[0]}'?"
     if not names:
         return ""
-    shown = ", ".join(f"'{n}'" for n in names[:12])
-    return f"; valid names are {shown}{', ...' if len(names) > 12 else ''}"
+    shown = ", ".join(f"'{n}'" for n in names[:_SHOWN])
+    return f"; valid names are {shown}{', ...' if len(names) > _SHOWN else ''}"
 
 
-def some_of(names: Iterable[str], most: int = 12) -> str:
+def some_of(names: Iterable[str]) -> str:
     """``"'a', 'b'"``: the first of some names in quotes, and how many more there are."""
     quoted = [f"'{name}'" for name in names]
-    return ", ".join(quoted[:most]) + (f" and {len(quoted) - most} more" if len(quoted) > most else "")
+    return ", ".join(quoted[:_SHOWN]) + (f" and {len(quoted) - _SHOWN} more" if len(quoted) > _SHOWN else "")
 
 
 class Hinted:

@@ -125,7 +125,8 @@ def parse_rows(text: str, where: str, cells: Mapping[str, Cell] | None = None) -
 def _cell(text: str) -> str:
     """A cell, with a point for a decimal comma."""
     plain = text.strip()
-    return plain.replace(",", ".") if is_number(plain.replace(",", ".", 1)) else plain
+    pointed = plain.replace(",", ".", 1)
+    return pointed if is_number(pointed) else plain
 
 
 def _names_columns(first: Sequence[str], cells: Mapping[str, Cell]) -> bool:

@@ -114,21 +114,20 @@ def _with_units(raw: RawFile, choices: Choices, candidates: Sequence[RawSeries])
             continue
         unknown.setdefault(choice.unit or series.unit, []).append(series.name)
     cure = "give its unit under channels"
-    problems = [
-        InputProblem(
-            f"{raw.source}: nothing says what "
-            + (f"channel {some_of(names)} measures" if len(names) == 1 else f"channels {some_of(names)} measure")
-            + (f" ('{said}' is no unit of a known quantity)" if said else "")
-            + f"; {cure}",
-            channels=names,
-            fault=Fault.NO_UNIT,
-            cure=cure,
-        )
+    texts = {
+        f"{raw.source}: nothing says what "
+        + (f"channel {some_of(names)} measures" if len(names) == 1 else f"channels {some_of(names)} measure")
+        + (f" ('{said}' is no unit of a known quantity)" if said else ""): names
         for said, names in unknown.items()
-    ]
-    if problems and (choices.channels or not selected):
-        raise InputError(problems)
-    return selected, [*notes, *(f"{one.removesuffix(f'; {cure}')}: not used" for one in problems)]
+    }
+    if texts and (choices.channels or not selected):
+        raise InputError(
+            [
+                InputProblem(f"{text}; {cure}", channels=names, fault=Fault.NO_UNIT, cure=cure)
+                for text, names in texts.items()
+            ]
+        )
+    return selected, [*notes, *(f"{text}: not used" for text in texts)]
 
 
 def _left_out(raw: RawFile, candidates: Sequence[RawSeries], column: RawSeries | None) -> list[str]:

@@ -151,8 +151,8 @@ inline void stick(Modal& m, int foot, double along, double most) {
 inline bool cannot_slide(const Modal& m, int foot) { return m.feet[foot].slide == FROM_REST; }
 
 // Of several feet that stop at one moment, and that friction does not hold all by the forces as the contact mode has them: those that slide on do so against
-// their friction (see modal/stops.hpp), one on which there is none with its pull. One that cannot slide so, to rounding, sticks. Where other shares of a load that lies on several hold all of them, the first
-// that bear all they can, on the way from those shares to the contact mode's, are let go, and go on to bear it.
+// their friction (see modal/stops.hpp), one on which there is none with its pull. One that cannot slide so, to rounding, sticks. Where other shares of a load that
+// lies on several hold all of them, the first that bear all they can, on the way from those shares to the contact mode's, are let go, and go on to bear it.
 inline Parting those_that_slide_on(Modal& m, const Moment& at) {
   std::vector<double> holding, senses;
   for (int i : m.stopping) holding.push_back(-at.along[i]);
