@@ -87,11 +87,59 @@ def test_a_long_run_hears_an_interrupt():
     assert run.returncode == 130
 
 
+HELD = """
+import signal, sys, time
+from importlib import import_module
+from tarsus.cli import main
+module, name, *words = sys.argv[1:]
+module, begun = import_module(module), []
+whole = getattr(module, name)
+def held(*given):
+    begun.append(1)
+    found = whole(*given)
+    if len(begun) > 2:
+        print("under way", flush=True)
+        time.sleep(600)
+    return found
+setattr(module, name, held)
+signal.signal(signal.SIGINT, signal.default_int_handler)
+main(words)
+"""
+"""A command line whose third part takes for ever."""
+
+MAP = "--x robot.feet.tip.gap=50um:80um --y volts=4:10 --depth 4 --coarse 4 --threads 2"
+
+
 @pytest.mark.slow
-def test_a_reader_that_stops_reading_is_no_error():
+@pytest.mark.parametrize(
+    ("parts", "words"),
+    [
+        ("tarsus.study.sweeping work_unit", "sweep cantilever-adhesion"),
+        ("tarsus.atlas.cells _cells", f"atlas cantilever {MAP}"),
+    ],
+)
+def test_a_second_interrupt_ends_work_now_and_loses_nothing_finished(tmp_path, parts, words):
+    words = [*words.split(), "-o", str(tmp_path / "out")]
+    run = subprocess.Popen(
+        [sys.executable, "-c", HELD, *parts.split(), *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert run.stdout is not None and run.stderr is not None and run.stdout.readline() == "under way\n"
+    time.sleep(1.0)
+    run.send_signal(signal.SIGINT)
+    said = next(line for line in run.stderr if "under way" in line)
+    assert said.endswith("Ctrl-C again ends it now, and finished parts are kept\n")
+    kept = sorted((tmp_path / "out").glob("units/*/*.npz"))
+    run.send_signal(signal.SIGINT)
+    assert run.communicate(timeout=20)[1].endswith("--resume`\n") and run.returncode == 130
+    assert kept and sorted((tmp_path / "out").glob("units/*/*.npz")) == kept
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("words", ["show cantilever --json", "simulate --help"])
+def test_a_reader_that_stops_reading_is_no_error(words):
     code = "import os, sys; sys.stdin.close(); os._exit(0)"
     show = subprocess.Popen(
-        [sys.executable, "-m", "tarsus", "show", "cantilever", "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        [sys.executable, "-m", "tarsus", *words.split()], stdout=subprocess.PIPE, stderr=subprocess.PIPE
     )
     reader = subprocess.Popen([sys.executable, "-c", code], stdin=show.stdout)
     assert show.stdout is not None and show.stderr is not None

@@ -67,11 +67,15 @@ class CellRuns:
         left = set() if isinstance(self.scene.robot.structure, Walker) else {"travel", "slip"}
         return tuple(name for name in MEASURES if name not in (left if self.starts > 1 else left | {"motions"}))
 
+    @property
+    def together(self) -> int:
+        """Points that are done together."""
+        return max(MOST_RUNS // self.starts, 1)
+
     def of(self, points: Floats, workers: Workers = 1) -> Arrays:
         """Of points (k, 2): code (k,) of the class that most starts lead to; codes (k, starts) of each start; measures
         (k, nm) in the order of `names`, of the motion that most starts of that class lead to."""
-        size = max(MOST_RUNS // self.starts, 1)
-        jobs = [points[first : first + size] for first in range(0, len(points), size)]
+        jobs = [points[first : first + self.together] for first in range(0, len(points), self.together)]
         parts = list(spread(partial(_cells, self), jobs, workers))
         return {name: np.concatenate([one[name] for one in parts]) for name in parts[0]}
 

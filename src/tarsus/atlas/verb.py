@@ -22,7 +22,7 @@ from tarsus.base.arguments import Axis
 from tarsus.base.errors import InputError
 from tarsus.base.progress import Progress
 from tarsus.base.spec import with_values
-from tarsus.base.workers import Workers
+from tarsus.base.workers import Workers, is_executor
 from tarsus.files.jsontext import read_json
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.files.runstore import PLAN_FILE, UNIT_FILES, RunStore
@@ -51,7 +51,8 @@ FINER, COARSEST = 2, 7
 region of more than 16; and at most of 129 points each way, a third of the runs of a map of 1025."""
 
 UNIT = 2048
-"""Runs in a file of the store: at 1 ms a run of a beam and 20 ms of a walker, seconds to a minute that a kill costs."""
+"""Runs that a process takes at a time: at 1 ms a run of a beam and 20 ms of a walker, seconds to a minute. A kill costs
+those that its threads are at."""
 
 
 def atlas(
@@ -215,11 +216,19 @@ class _Asked:
         units = [values[first : first + size] for first in range(0, len(values), size)]
         planned = self._done + len(values)
         for unit in random.sample(units, len(units)):
-            self._store.evaluate(unit, lambda rows: self._plan.cells.of(rows, self._threads))
+            self._evaluate(unit)
             self._done += len(unit)
             if self._progress is not None:
                 self._progress(self._done, planned, "")
         return self.kept(points)["code"]
+
+    def _evaluate(self, unit: NDArray[np.float64]) -> None:
+        """Have the runs of a unit made and kept: of threads each keeps what it has finished."""
+        cells, threads = self._plan.cells, self._threads
+        if is_executor(threads):
+            self._store.evaluate(unit, lambda rows: cells.of(rows, threads))
+        else:
+            self._store.evaluate(unit, cells.of, chunk=cells.together, threads=threads)
 
 
 def read_atlas(folder: Path, laws: Mapping[str, type[Law]] | None = None) -> Atlas:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-import shlex
 import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from tarsus.cli import console, former, front
+from tarsus.cli import console, former, front, interrupts
 from tarsus.cli.declared import Declaration
+from tarsus.cli.interrupts import INTERRUPTED
 from tarsus.cli.verbs import VERBS, declared, line_of
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ T = TypeVar("T")
 GROUP = "tarsus.commands"
 """Entry point group of further verbs: name = a function that cyclopts takes."""
 
-DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+DONE, FAILED, BAD_INPUT = 0, 1, 2
 
 VOICES = {
     "-q": console.Voice.QUIET,
@@ -132,12 +132,15 @@ def exit_code(do: Callable[[], object], argv: Sequence[str] = ()) -> int:
     bad input, 130 when interrupted. A reader that closes the pipe early (`tarsus show ... | head`) is no error.
     """
     try:
-        code = do()
+        with interrupts.heard(argv):
+            code = do()
         sys.stdout.flush()
     except KeyboardInterrupt as stop:
-        console.complain([_interruption(stop, argv)])
+        console.complain([interrupts.sentence(stop, argv)])
         return INTERRUPTED
-    except BrokenPipeError:
+    except (BrokenPipeError, SystemExit) as stop:
+        if isinstance(stop, SystemExit) and not isinstance(stop.__context__, BrokenPipeError):
+            raise  # else it is how rich ends a page of help that nobody reads on
         console.unread(sys.stdout)
         return DONE
     except MemoryError:
@@ -147,7 +150,7 @@ def exit_code(do: Callable[[], object], argv: Sequence[str] = ()) -> int:
         from tarsus.base.errors import InputError
 
         if isinstance(error.__cause__, KeyboardInterrupt):  # numpy answers one in its own words
-            console.complain([_interruption(error.__cause__, argv)])
+            console.complain([interrupts.sentence(error.__cause__, argv)])
             return INTERRUPTED
         if isinstance(error, InputError):
             console.complain(error.problems)
@@ -169,14 +172,6 @@ def exit_code(do: Callable[[], object], argv: Sequence[str] = ()) -> int:
         )
         return FAILED
     return code if isinstance(code, int) else DONE
-
-
-def _interruption(stop: KeyboardInterrupt, argv: Sequence[str]) -> str:
-    """What to say of an interruption: of a verb that keeps what is finished, the line that goes on."""
-    if stop.args != (console.KEPT,):
-        return "interrupted, nothing further was written"
-    again = [*(word for word in argv if word not in ("--overwrite", "--resume")), "--resume"]
-    return f"interrupted; {console.KEPT}, continue with `{shlex.join(['tarsus', *again])}`"
 
 
 def _spent() -> str:

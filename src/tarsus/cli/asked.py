@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tarsus.base.errors import InputError
-from tarsus.cli import console, requests
+from tarsus.cli import console, interrupts, requests
 from tarsus.cli.options import check_new_file
 from tarsus.cli.verb import MADE, SCENES, Verb
 from tarsus.cli.words import is_given, kind_of
@@ -149,7 +149,7 @@ class Asked:
             elif self.words.get("threads") is not None:
                 given["threads"] = self.words["threads"]
             if "resume" in self.words:
-                stack.enter_context(console.resumable())
+                stack.enter_context(interrupts.resumable())
                 given.setdefault("resume", self.flag("resume"))
             if bar is not None and bar.type in PROGRESS:
                 title = command.title or "runs"

@@ -87,18 +87,6 @@ def os_sentence(error: OSError) -> str:
     return f"Cannot use {where}: {reason}."
 
 
-@contextmanager
-def resumable() -> Iterator[None]:
-    """Of work whose finished parts are kept: an interruption in the block says so, and how to go on."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        raise KeyboardInterrupt(KEPT) from None
-
-
-KEPT = "finished parts are kept"
-
-
 def print_json(value: Any) -> None:
     """One JSON object on stdout; a number that is not finite becomes null."""
     print(json_text(value))

@@ -11,8 +11,9 @@ from pathlib import Path
 
 from tarsus.base.errors import InputError
 from tarsus.cli import console
-from tarsus.cli.app import INTERRUPTED, exit_code
+from tarsus.cli.app import exit_code
 from tarsus.cli.entry import alone
+from tarsus.cli.interrupts import INTERRUPTED
 
 
 def task(folder: Path, number: int, submission: int) -> int:
