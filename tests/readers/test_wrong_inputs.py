@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import h5py
 import numpy as np
@@ -17,6 +18,8 @@ from readers.test_arrays import TIME, TIP, hdf, matlab_7_3
 from readers.test_response_layouts import LINES, UNIT, H
 from readers.test_text import POLYTEC, REAL
 from readers.test_uff import TIMES, function, units, write
+from tarsus.formats import wav
+from tarsus.formats.content import formats
 from tarsus.records.readers import read_measurement, read_response
 from wrong_inputs import Ask, Said, written
 
@@ -317,6 +320,15 @@ UNKNOWN_FORMATS: Rows = {
     for name, (content, said) in UNREAD.items()
     for then in ((read_measurement, read_response) if name in ("leg.bin", "leg.csv") else (read_measurement,))
 }
+
+
+def no_formats(folder: Path) -> object:
+    """A file of the folder of formats whose ``FORMATS`` are none."""
+    with mock.patch.object(wav, "FORMATS", ("WAV",)):
+        return formats.__wrapped__()
+
+
+UNKNOWN_FORMATS["a file that lists none"] = (no_formats, "wav.py: FORMATS: expected a tuple of Format(...), got ('WAV'")
 ROOM = {
     f"{of}: {name}": row
     for of, rows in {

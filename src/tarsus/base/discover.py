@@ -7,35 +7,42 @@ import inspect
 import pkgutil
 import sys
 from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Any, TypeVar
+
+from tarsus.base.errors import InputError
+from tarsus.base.pythonfile import line_of, said
 
 T = TypeVar("T")
 
 
 def modules_of(package: str) -> Iterator[ModuleType]:
-    """The files of a package in their order, loaded. Raises ImportError that names the one that cannot be."""
-    for name in sorted(one.name for one in pkgutil.iter_modules(sys.modules[package].__path__)):
+    """The files of a package in their order, loaded. Raises InputError with the line at which one cannot be."""
+    (folder,) = sys.modules[package].__path__
+    for name in sorted(one.name for one in pkgutil.iter_modules([folder])):
         try:
             module = importlib.import_module(f"{package}.{name}")
         except Exception as error:
-            raise ImportError(f"{package}.{name} cannot be loaded: {type(error).__name__}: {error}") from error
+            file = Path(folder, f"{name}.py")
+            raise InputError(f"{file}{line_of(error, file)}: {said(error)}") from error
         yield module
 
 
 def kind_of_class(one: type[Any]) -> str | None:
-    """The default of its field ``kind``, None of a class without one. Raises TypeError where methods are missing."""
+    """The default of its field ``kind``, None of a class without one. Raises InputError where methods are missing."""
     if (field := one.model_fields.get("kind")) is None:
         return None
     if inspect.isabstract(one):
-        raise TypeError(f"{one.__module__}: '{field.default}' lacks {', '.join(sorted(one.__abstractmethods__))}")
+        lacking = ", ".join(sorted(one.__abstractmethods__))
+        raise InputError(f"{inspect.getfile(one)}: '{field.default}' lacks {lacking}")
     return field.default
 
 
 def classes_beside(package: str, base: type[T], name: Callable[[type[T]], str | None]) -> Mapping[str, type[T]]:
     """Classes derived from a base in the files of a package, in the order of the files.
 
-    name: what a class is called, None for one that is only a base of others.  Raises TypeError for two of one name.
+    name: what a class is called, None for one that is only a base of others.  Raises InputError for two of one name.
     """
     found: dict[str, type[T]] = {}
     for module in modules_of(package):
@@ -44,7 +51,7 @@ def classes_beside(package: str, base: type[T], name: Callable[[type[T]], str | 
                 continue
             called = name(one)
             if called in found:
-                raise TypeError(f"{one.__module__}: '{called}' is in {found[called].__module__} already")
+                raise InputError(f"{module.__file__}: '{called}' is in {found[called].__module__} already")
             if called is not None:
                 found[called] = one
     return MappingProxyType(found)

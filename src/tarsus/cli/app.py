@@ -164,14 +164,26 @@ def exit_code(do: Callable[[], object], argv: Sequence[str] = ()) -> int:
             import traceback
 
             traceback.print_exc()
-        console.complain(
-            [
-                f"something went wrong inside tarsus ({type(error).__name__}: {error}); this is a defect, "
-                "please report it (-v shows where it happened)"
-            ]
-        )
+        console.complain([f"{_defect(error)} (-v shows where it happened)"])
         return FAILED
     return code if isinstance(code, int) else DONE
+
+
+def _defect(error: Exception) -> str:
+    """What nobody foresaw, with the last line of this library or of a user's file that it went through."""
+    import sysconfig
+    import traceback
+
+    from tarsus.base.pythonfile import said
+
+    others = tuple({sysconfig.get_path(name) for name in ("stdlib", "purelib", "platlib")})
+    own = os.path.dirname(os.path.dirname(__file__))
+    lines = traceback.extract_tb(error.__traceback__)
+    last = [one for one in lines if one.filename.startswith(own) or not one.filename.startswith(others)][-1]
+    return (
+        f"{last.filename}, line {last.lineno}: {said(error)}; unless that file is yours, this is a defect of tarsus, "
+        "please report it"
+    )
 
 
 def _spent() -> str:

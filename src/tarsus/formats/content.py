@@ -28,8 +28,15 @@ _ELSEWHERE: Mapping[str, str] = {
 
 @cache
 def formats() -> tuple[Format, ...]:
-    """Formats that the files of this folder define as ``FORMATS``, in the order of the files."""
-    return tuple(one for module in modules_of(__package__ or "") for one in getattr(module, "FORMATS", ()))
+    """Formats that the files of this folder define as ``FORMATS``, in the order of the files. Raises InputError where
+    that is anything else."""
+    found: list[Format] = []
+    for module in modules_of(__package__ or ""):
+        given = getattr(module, "FORMATS", ())
+        if not isinstance(given, tuple) or not all(isinstance(one, Format) for one in given):
+            raise InputError(f"{module.__file__}: FORMATS: expected a tuple of Format(...), got {given!r}")
+        found += given
+    return tuple(found)
 
 
 def _format_of(path: Path, head: bytes) -> Format | None:
