@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
+from tarsus.base.verb import verb
 from tarsus.files.library import load_scene
 from tarsus_reproduce.packaged import PAGE_FILES, Experiment, experiments
 
@@ -27,6 +28,7 @@ FILES = ("index.html", *PAGE_FILES, *(f"*/{name}" for name in PAGE_FILES))
 """What the output folder may hold of one experiment or several, as glob patterns."""
 
 
+@verb
 def reproduce(
     *experiment: str,
     all: bool = False,

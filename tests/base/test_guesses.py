@@ -181,6 +181,14 @@ WRONG: dict[str, tuple[wrong_inputs.Ask, wrong_inputs.Said]] = {
         lambda at: stepped(6),
         "drive: expected volts by the drives' names, such as {'pzt': 6}, got 6",
     ),
+    "batch of nothing that varies": (
+        lambda at: ts.simulate_batch("cantilever", volts=[5, 6]),
+        "vary: missing; expected values by path, as ts.simulate_batch(scene, {'volts': [...]})",
+    ),
+    "sweep of a mapping": (
+        lambda at: ts.sweep({"scene": "x"}, output=at),  # type: ignore[arg-type]
+        ("got a dict", "ts.Sweep("),
+    ),
     "sweep of a device": (lambda at: ts.sweep("cantilever", {"volts": [4, 6, 8]}), ("ts.Sweep(", "ts.simulate_batch(")),
 }
 
@@ -188,6 +196,12 @@ WRONG: dict[str, tuple[wrong_inputs.Ask, wrong_inputs.Said]] = {
 @wrong_inputs.cases(WRONG)
 def test_wrong_input_is_a_sentence(ask: wrong_inputs.Ask, said: wrong_inputs.Said, tmp_path) -> None:
     wrong_inputs.is_refused(ask, said, tmp_path)
+
+
+@pytest.mark.parametrize("ask", [ts.atlas, ts.yield_, ts.sweep, ts.calibrate])
+def test_a_word_that_a_verb_does_not_take_is_answered_with_the_right_one(ask: Any) -> None:
+    with pytest.raises(TypeError, match=r"unexpected keyword argument 'outptu'; did you mean 'output'\?"):
+        ask("cantilever", outptu="x")
 
 
 def test_a_path_of_a_message_is_python_too(beam: ts.Scene) -> None:

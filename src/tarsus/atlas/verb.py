@@ -22,7 +22,7 @@ from tarsus.base.arguments import Axis
 from tarsus.base.errors import InputError
 from tarsus.base.progress import Progress
 from tarsus.base.spec import with_values
-from tarsus.base.workers import Workers, is_executor
+from tarsus.base.workers import Workers, is_executor, workers
 from tarsus.files.jsontext import read_json
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.files.runstore import PLAN_FILE, UNIT_FILES, RunStore
@@ -228,7 +228,7 @@ class _Asked:
         if is_executor(threads):
             self._store.evaluate(unit, lambda rows: cells.of(rows, threads))
         else:
-            self._store.evaluate(unit, cells.of, chunk=cells.together, threads=threads)
+            self._store.evaluate(unit, cells.of, chunk=cells.together, threads=workers(threads))
 
 
 def read_atlas(folder: Path, laws: Mapping[str, type[Law]] | None = None) -> Atlas:

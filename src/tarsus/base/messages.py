@@ -242,6 +242,8 @@ def fault_sentences(cls: Any, error: Any) -> list[tuple[str, str]]:
     wanted = expected_text(field) if field is not None else ""
     if field is not None and "(" in wanted and code in ("float_type", "float_parsing", "finite_number"):
         return [(path, f"{wanted}, got {_shown(given)}{about}")]
+    if bounds := bounds_text(error.get("ctx", {})):
+        return [(path, f"expected a {'whole ' if isinstance(given, int) else ''}number{bounds}, got {given!r}{about}")]
     if code in _WANTED:
         return [(path, f"expected {_WANTED[code]}, got {_shown(given)}{about}")]
     return [(path, f"{error['msg'][:1].lower()}{error['msg'][1:]}, got {_shown(given)}{about}")]

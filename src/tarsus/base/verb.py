@@ -1,11 +1,39 @@
-"""Packages that are verbs too: `tarsus.calibrate` holds names, and `tarsus.calibrate(study)` calls its verb."""
+"""Verbs: what a wrong word is answered with, and packages that are verbs too: `tarsus.calibrate` holds names, and
+`tarsus.calibrate(study)` calls its verb."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
+from functools import wraps
 from importlib import import_module
 from types import ModuleType
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def verb(function: Callable[P, R]) -> Callable[P, R]:
+    """The function, which answers a word that it does not take with the nearest one that it does."""
+
+    @wraps(function)
+    def asked(*args: P.args, **options: P.kwargs) -> R:
+        try:
+            return function(*args, **options)
+        except TypeError as error:
+            from inspect import signature
+
+            from tarsus.base.messages import nearest
+
+            taken = signature(function).parameters
+            unknown = [word for word in options if word not in taken]
+            within = error.__traceback__ is None or error.__traceback__.tb_next is not None
+            if within or not unknown:
+                raise
+            raise TypeError(f"{error}{nearest(unknown[0], taken)}") from None
+
+    return asked
 
 
 class _Callable(ModuleType):
@@ -14,7 +42,7 @@ class _Callable(ModuleType):
     _called = ""
 
     def __call__(self, *args: Any, **options: Any) -> Any:
-        return self._function(*args, **options)
+        return verb(self._function)(*args, **options)
 
     @property
     def _function(self) -> Any:

@@ -7,6 +7,7 @@ shown.
 from __future__ import annotations
 
 import contextlib
+import re
 import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -29,6 +30,10 @@ PROGRESS = ("Progress", "OnProgress")
 """Types of what is told how far the work has come."""
 
 Written = list[Path]
+
+
+def _option(name: re.Match[str]) -> str:
+    return f"--{name[1].replace('_', '-')}"
 
 
 def loaded(home: str) -> Any:
@@ -158,7 +163,16 @@ class Asked:
                 stack.enter_context(console.spinner(command.title))
             many = next((one.name for one in command.taken.values() if one.many), None)
             words = given.pop(many, ()) if many else ()
-            yield lambda: loaded(command.function)(*words, **given)
+            try:
+                yield lambda: loaded(command.function)(*words, **given)
+            except InputError as error:
+                raise InputError(map(self._spelled, error.problems)) from error
+
+    def _spelled(self, problem: str) -> str:
+        """A sentence with the options of the line for the function's arguments of several words."""
+        several = [name for name in self.command.taken if "_" in name]
+        said = re.sub(rf"\b({'|'.join(several)})\b( =)?" if several else "$^", _option, problem)
+        return problem if said == problem else said  # with all that is known of it
 
     def carry_out(self, **more: Any) -> int:
         """Call the function, with more arguments than were written, write what it returns, and show it."""

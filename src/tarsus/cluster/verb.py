@@ -9,6 +9,7 @@ from pathlib import Path
 from tarsus.base.arguments import ProgramOptions
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
+from tarsus.base.verb import verb
 from tarsus.base.workers import Workers
 from tarsus.cluster.array import Submission, prepare
 from tarsus.cluster.dask import executor_of
@@ -25,6 +26,7 @@ from tarsus.study.sweeping import SweepResult, run_sweep
 Study = Sweep | str | os.PathLike[str]
 
 
+@verb
 def sweep(
     study: Study,
     output: str | os.PathLike[str] | None = None,
@@ -115,13 +117,15 @@ def _check_study(study: object, output: object) -> None:
     scene = study if isinstance(study, Scene) else None
     if scene is None and isinstance(study, str) and study in device_names():
         scene = load_scene(study)
-    if scene is None and not isinstance(output, Mapping):
+    known = isinstance(study, (Sweep, str, os.PathLike))
+    if scene is None and known and not isinstance(output, Mapping):
         return
     name = f'"{study}"' if isinstance(study, str) else "scene"
+    got = name if known or scene is not None else f"a {type(study).__name__}"
     base = name if scene is None or scene is study else f"ts.load_scene({name})"
     raise InputError(
         [
-            f"expected a Sweep, a study's name or a study file, got {name}: a sweep into a folder is ts.sweep("
+            f"expected a Sweep, a study's name or a study file, got {got}: a sweep into a folder is ts.sweep("
             f'ts.Sweep(name="mine", scene={base}, vary={{...}}, '
             f'measures=("peak",)), "mine.sweep"); runs in memory are ts.simulate_batch({name}, {{...}})'
         ]

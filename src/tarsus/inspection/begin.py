@@ -10,6 +10,7 @@ from typing import Literal
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import together
+from tarsus.base.verb import verb
 from tarsus.files.installed import device_title
 from tarsus.files.library import load_scene
 from tarsus.files.toml import scene_text
@@ -31,6 +32,7 @@ KINDS = {
 """Kinds of files: a name of one, which of a device and a law is that of its template, and what to do with it."""
 
 
+@verb
 def new(
     kind: Literal["device", "law", "study", "design", "campaign"],
     path: str | os.PathLike[str],

@@ -10,6 +10,7 @@ from typing import Any
 from tarsus.base.arguments import Values
 from tarsus.base.errors import InputError
 from tarsus.base.messages import together
+from tarsus.base.verb import verb
 from tarsus.files.installed import kind_of
 from tarsus.files.library import load_scene
 from tarsus.files.tables import FileKind
@@ -24,6 +25,7 @@ from tarsus.tables.view import View
 Name = str | os.PathLike[str]
 
 
+@verb
 def show(
     name: Name,
     other: Name | None = None,
@@ -111,6 +113,7 @@ def _compared(first: str, second: str, laws: dict[str, Any]) -> View:
     return comparison.of_scenes((first, second), load_scene(first, laws=laws), load_scene(second, laws=laws))
 
 
+@verb
 def check(name: Name, *, law: Sequence[Name] = ()) -> View:
     """Check a device, a scene, a study, a design, a calibration or a campaign; name all errors at once, of records too.
 

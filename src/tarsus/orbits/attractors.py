@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from tarsus.base.arguments import Ranges
 from tarsus.base.errors import InputError
 from tarsus.base.progress import Progress
+from tarsus.base.verb import verb
 from tarsus.base.workers import Workers
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.measure.shares import share_of
@@ -334,6 +335,7 @@ MORE = "multipliers, energies, edges of basins, and pages that play:"
 MIXTURE = "a mean over starts is one over this mixture: what one robot does is one of its attractors"
 
 
+@verb
 def attractors(
     scene: SceneLike,
     *,

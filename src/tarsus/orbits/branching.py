@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from tarsus.base.arguments import Ranges
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths, get_value, one_number, with_values
+from tarsus.base.verb import verb
 from tarsus.base.workers import Workers
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.orbits.attractors import attractors
@@ -54,6 +55,7 @@ LEFT = "end of the range"
 HALVED = "it meets a motion of half its period in a flip"
 
 
+@verb
 def branch(
     scene: SceneLike,
     along: Ranges,

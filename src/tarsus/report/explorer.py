@@ -20,6 +20,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.events import EVENT_WORDS, IMPACTS, EventKind
 from tarsus.base.spec import by_path, float_paths, paths_of, with_values
 from tarsus.base.units import parse_quantity
+from tarsus.base.verb import verb
 from tarsus.files.draws import read_draws
 from tarsus.files.library import SceneLike, as_scene, load_scene
 from tarsus.measure import Counting
@@ -49,6 +50,7 @@ ENDINGS = (".html",)
 """Of the file of a page."""
 
 
+@verb
 def explore(
     scene: SceneLike,
     output: str | os.PathLike[str] | None = None,

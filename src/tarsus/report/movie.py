@@ -19,6 +19,7 @@ from PIL import Image
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.units import format_quantity
+from tarsus.base.verb import verb
 from tarsus.files.library import SceneLike, load_scene
 from tarsus.files.whole import written_whole
 from tarsus.model.laws.userfile import laws_of
@@ -66,6 +67,7 @@ WIDEST = 4096
 """Largest width [pixels]: of a large screen. The frames are in memory together."""
 
 
+@verb
 def movie(
     walk: Run | SceneLike,
     output: str | Path,

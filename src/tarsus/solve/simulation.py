@@ -205,7 +205,7 @@ def _moves_drive(path: str) -> bool:
 
 def simulate_batch(
     scene: SceneLike,
-    vary: Mapping[str, ArrayLike],
+    vary: Mapping[str, ArrayLike] | None = None,
     duration: float | str | None = None,
     *,
     grid: bool = False,
@@ -272,6 +272,9 @@ def simulate_batch(
     >>> bool(batch.done.all())
     True
     """
+    if vary is None:
+        word = next(iter(values), "volts")
+        raise InputError(f"vary: missing; expected values by path, as ts.simulate_batch(scene, {{'{word}': [...]}})")
     scene = as_scene(scene, **values)
     seconds = seconds_of(scene, duration)
     given = columns(scene, vary, grid=grid)

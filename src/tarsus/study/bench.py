@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from tarsus.base.arrays import Floats
 from tarsus.base.events import IMPACTS
 from tarsus.base.progress import Progress, silent
+from tarsus.base.verb import verb
 from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.waveforms import Square
 from tarsus.model.laws import Adhesion, Film, Restitution
@@ -201,6 +202,7 @@ def run_bench(progress: Progress | None = None, repeats: int = 25) -> dict[str, 
     return result | {"accuracy_gap": ACCURACY.gap, "python": platform.python_version(), **versions}
 
 
+@verb
 def bench(progress: Progress | None = None) -> View:
     """Time the engine on the reference problems; whole event sequences are checked before a time is printed.
 

@@ -18,6 +18,7 @@ from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError, InputProblem
 from tarsus.base.progress import Progress
 from tarsus.base.units import parse_quantity, quantity_of
+from tarsus.base.verb import verb
 from tarsus.base.workers import Workers
 from tarsus.files.jsontext import json_text
 from tarsus.files.library import SceneLike, as_scene
@@ -244,6 +245,7 @@ class Yield(Tabled):
         }
 
 
+@verb
 def yield_(
     scene: SceneLike,
     scatter: Quantities | None = None,

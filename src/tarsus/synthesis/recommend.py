@@ -17,6 +17,7 @@ from tarsus.base.progress import Progress
 from tarsus.base.spec import get_value
 from tarsus.base.threads import single_threaded
 from tarsus.base.units import parse_quantity
+from tarsus.base.verb import verb
 from tarsus.base.workers import Workers
 from tarsus.files.draws import read_draws
 from tarsus.files.library import SceneLike, as_scene
@@ -180,6 +181,7 @@ def _within(std: float) -> str:
 
 
 @single_threaded
+@verb
 def recommend(
     device: SceneLike,
     *,

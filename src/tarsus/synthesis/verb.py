@@ -10,6 +10,7 @@ from pathlib import Path
 from tarsus.base.errors import InputError
 from tarsus.base.progress import Progress
 from tarsus.base.units import quantity_of
+from tarsus.base.verb import verb
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.plan.lowering import still_only
 from tarsus.synthesis.campaign_folder import write_campaign
@@ -22,6 +23,7 @@ SLOWEST, FASTEST = 1e3, 1e7
 """Sampling rates [Hz]: below, no impact of such a robot is seen; above, no recorder of the field goes."""
 
 
+@verb
 def synthesize(
     device: SceneLike,
     output: str | os.PathLike[str],

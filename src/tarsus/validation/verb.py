@@ -7,6 +7,7 @@ from typing import overload
 
 from tarsus.base.progress import Progress
 from tarsus.base.progress import silent as nobody
+from tarsus.base.verb import verb
 from tarsus.validation.experiment import PublishedExperiment, experiment_names, load_experiment
 from tarsus.validation.result import Suite, Validation
 from tarsus.validation.running import compare_rows
@@ -20,6 +21,7 @@ def validate(
 ) -> Validation: ...
 @overload
 def validate(name: None = None, *, threads: int | None = None, progress: Progress | None = None) -> Suite: ...
+@verb
 def validate(
     name: str | os.PathLike[str] | None = None, *, threads: int | None = None, progress: Progress | None = None
 ) -> Validation | Suite:
