@@ -147,6 +147,7 @@ def test_every_fault_of_a_study_is_told_at_once(tmp_path):
     [
         ("robot.feet.ball.gap", "robot.feet.ball.gab", "did you mean 'robot.feet.ball.gap'"),
         ('"1 mm"', '"1 mm/s"', "measures.height.absolute: expected a length"),
+        ('"unit": "cm"', '"unit": "V"', "measures.height.unit: expected a length (m), got '1 V', which is a voltage"),
         ('{"height": "mean_height"}', '{"hight": "mean_height"}', "did you mean 'height'"),
         ('"low": 0.5', '"low": 0.5, "size": 0', "unknowns.e: size: expected a value above 0"),
         ("unknowns.push]", "unknowns.pusch]", "there is no unknown 'pusch'; did you mean 'push'"),
@@ -161,8 +162,8 @@ def test_every_fault_of_a_study_is_told_at_once(tmp_path):
 def test_a_fault_is_told_with_its_place(tmp_path, old, new, said):
     assert old in BALL
     with pytest.raises(InputError) as error:
-        lower_study(load_study(ball_study(tmp_path, "50,1,1\n", BALL.replace(old, new))))
-    assert said in str(error.value)
+        ts.check(ball_study(tmp_path, "50,1,1\n60,1,1\n", BALL.replace(old, new)))
+    assert said in str(error.value) and str(error.value).count("measures.height.unit") < 2
 
 
 def test_structure_and_whole_numbers_may_depend_on_unknowns(tmp_path):

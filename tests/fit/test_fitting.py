@@ -35,7 +35,7 @@ def test_a_record_is_fitted_from_anywhere_and_its_ranges_are_of_the_stated_error
 
 def test_a_function_of_runs_finds_the_same_and_what_it_does_not_see_is_not_determined(record):
     def early(run):
-        return (run.states(TIMES[:3]).gap[0] - record[:3]) / 1e-3
+        return (run.states(TIMES[:3]).gap - record[:3]) / 1e-3  # (1, 3), feet by times
 
     found = ts.fit(BALL, UNKNOWNS, early, 1.0)
     assert found.values[G] == pytest.approx(9.5, rel=1e-5)
@@ -45,9 +45,12 @@ def test_a_function_of_runs_finds_the_same_and_what_it_does_not_see_is_not_deter
         ts.fit(BALL, UNKNOWNS, lambda run: run.events["time"], 1.0)
 
 
-def test_residuals_that_are_no_number_are_reported():
-    with pytest.raises(InputError, match="number 2 is NaN in all of 16 runs"):
-        ts.fit(BALL, UNKNOWNS[:1], lambda run: [0.0, np.nan], 1.0)
+@pytest.mark.parametrize(
+    ("given", "said"), [([0.0, np.nan], "number 2 is NaN in all of 16 runs"), (None, "needs a `return` of numbers")]
+)
+def test_residuals_that_are_no_number_are_reported(given, said):
+    with pytest.raises(InputError, match=said):
+        ts.fit(BALL, UNKNOWNS[:1], lambda run: given, 1.0)
 
 
 def test_runs_that_do_not_reach_their_end_are_counted_and_a_fit_without_any_is_refused(record):

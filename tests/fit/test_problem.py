@@ -128,6 +128,7 @@ def test_functions_of_runs_stand_beside_other_terms(ball):
         ([Unknown(E, 0.0, 0.4, "log")], [Reading("peak", 1.0, 1.0)], "above 0 on a logarithmic scale"),
         ([Unknown(E, 0.5, 0.9, prior=Prior(0.6, -0.1))], [Reading("peak", 1.0, 1.0)], "expected a positive spread"),
         ([Unknown(E, 0.5, 1.4)], [Reading("peek", 1.0, 1.0)], "did you mean 'peak'"),
+        ([Unknown(E, 0.5, 0.9)], [0.1], "term 1 (float): expected a reading, samples"),
         ([Unknown(E, 0.5, 0.9)], [], "terms: expected at least one"),
         ([Unknown(E, 0.5, 0.9)], [Reading("peak", "1 V", 1.0)], "expected a length"),
         ([Unknown(E, 0.5, 0.9)], [Reading("peak", 1.0, 0.0)], "error: expected a number above 0"),

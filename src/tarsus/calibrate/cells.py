@@ -26,6 +26,7 @@ def cells_of(
 ) -> Cells:
     """Cells of the table's rows of these numbers; rows of the variant are in that order."""
     measures = list(study.measures.items())
+    ones = [faults.quantity(_with(one.unit, 1), unit_of(one.measure), f"measures.{name}.unit") for name, one in measures]
     observed = np.full((len(numbers), len(measures)), np.nan)
     absolute = np.zeros(observed.shape)
     for place, number in enumerate(numbers):
@@ -38,11 +39,9 @@ def cells_of(
             value, fault = Cell(ranges=True).read(table.rows[number][column], column)
             if fault is not None:
                 faults.add(f"{where}: {fault}")
-            if value is None:
+            if value is None or np.isnan(ones[k]):
                 continue
-            observed[place, k] = faults.quantity(
-                f"{value!r} {one.unit}".removesuffix(" 1"), unit, f"measures.{name}.unit"
-            )
+            observed[place, k] = parse_quantity(_with(one.unit, value), unit)
             if observed[place, k] == 0.0 and absolute[place, k] == 0.0:
                 faults.add(f"measures.{name}: a value of zero needs an absolute tolerance ({where})")
             elif absolute[place, k] == 0.0 and one.relative == 0.0:
@@ -56,6 +55,10 @@ def cells_of(
         np.array([one.weight for _, one in measures]),
         np.array([one.existence for _, one in measures]),
     )
+
+
+def _with(unit: str, value: float | str) -> str:
+    return f"{value!r} {unit}".removesuffix(" 1")
 
 
 def absolute_of(sampling: TableSampling, one: MeasureColumn, period: float, where: str, faults: Faults) -> float:

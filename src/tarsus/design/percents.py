@@ -137,7 +137,8 @@ def percents_of(runs: Runs, row: Floats, starts: Grounds, *, periodic: bool) -> 
     names = costly(worst, own, one.most) if np.isfinite(own) else []
     box = own
     if names:
-        box = bad(all_at_once(numbers, names, lambda ground: each(ground).mean(axis=1), BOX[periodic]))
+        together = all_at_once(numbers, names, lambda ground: each(ground).mean(axis=1), BOX[periodic])
+        box = bad(np.append(together, [worst[name] for name in names]))  # it holds those of one number too
     far = PERCENT / float(steps[1])
     made = tuple(Percent(name, *_slope(seen[name][:2], middle, far), worst[name]) for name in names)
     return Percents(one.name, one.unit, one.most, own, box, made)

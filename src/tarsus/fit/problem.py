@@ -121,13 +121,20 @@ class Problem(Residuals):
             if isinstance(one.read, str):
                 numbers = measures[one.read][runs.start : runs.stop, None]
             else:
-                made = {i: np.atleast_1d(np.asarray(one.read(batch.run(i)), float)) for i in runs if batch.done[i]}
+                made = {i: _numbers(one.read(batch.run(i))) for i in runs if batch.done[i]}
                 if made:
                     self._counts[k] = _count(one.level is None, list(made.values()))
                 numbers = np.array([made.get(i, np.full(self._counts[k], np.nan)) for i in runs])
             rows = one.rows(numbers)
             parts.append(np.where(np.isfinite(rows), rows, FAILED))
         return np.concatenate([*parts, self.unknowns.prior_residuals(points)[:, self._priors]], axis=1)
+
+
+def _numbers(given: ArrayLike) -> Floats:
+    """What a function gives of a run, as one row. Raises InputError where it gives nothing."""
+    if given is None:
+        raise InputError("residuals: the function returns nothing; it needs a `return` of numbers")
+    return np.ravel(np.asarray(given, dtype=float))
 
 
 def _count(own: bool, made: Sequence[Floats]) -> int:

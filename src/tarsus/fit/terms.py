@@ -111,6 +111,8 @@ def term_rows_of(scene: Scene, terms: Sequence[Term], seconds: float) -> list[Te
 def _one(scene: Scene, term: Term, units: Mapping[str, str], seconds: float) -> TermRows:
     if callable(term):
         return TermRows(term, {}, ordered=True)
+    if not isinstance(term, Reading | Samples | Limit):
+        raise InputError(f"expected a reading, samples, a limit or a function of a run, got {term!r:.60}")
     under = _under(scene, term.under)
     if isinstance(term, Samples):
         return _samples(scene, term, under, seconds)

@@ -229,6 +229,8 @@ class Unknowns:
                     hint = nearest(path, [*words, *known])
                     problems.append(f"{one.label}: the scene has no number '{path}'{hint}")
             unit = next((known[path].unit for path in targets if path in known), one.unit or "1")
+            if targets and known.keys().isdisjoint(targets):
+                continue  # what its bounds should be is not known either
             try:
                 columns.append((one.label, unit, *_in_si(one, unit), one.circular, targets))
             except InputError as error:

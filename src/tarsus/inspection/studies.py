@@ -37,7 +37,11 @@ def study_view(study: Sweep) -> View:
 
 
 def calibration_view(described: Described) -> View:
-    """The unknowns of a calibration and their bounds, as the study writes them."""
+    """The unknowns of a calibration and their bounds, as the study writes them. Raises InputError with all that is
+    wrong with it."""
+    from tarsus.calibrate.lowering import lower_study
+
+    lower_study(described)
     study = described.study
     rows = [(name, str(one.low), str(one.high)) for name, one in study.unknowns.items()]
     data = {"unknowns": {name: {"low": low, "high": high} for name, low, high in rows}}
