@@ -120,8 +120,8 @@ def percents_of(runs: Runs, row: Floats, starts: Grounds, *, periodic: bool) -> 
     def each(ground: Ground) -> Floats:
         """Measures (n, starts), by which means are taken."""
         size = len(next(iter(ground.values()), [0]))
-        own = {path: np.repeat(value, count) for path, value in ground.items()}
-        own |= starts.rows(np.tile(np.arange(count), size))
+        own = starts.rows(np.tile(np.arange(count), size))  # with what the design is to bear as the scene has it
+        own |= {path: np.repeat(value, count) for path, value in ground.items()}
         rows = np.tile(row, (size * count, 1))
         return runs.measured(rows, own, [one.measure])[one.measure].reshape(size, count)
 
