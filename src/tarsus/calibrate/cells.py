@@ -26,13 +26,16 @@ def cells_of(
 ) -> Cells:
     """Cells of the table's rows of these numbers; rows of the variant are in that order."""
     measures = list(study.measures.items())
-    ones = [faults.quantity(_with(one.unit, 1), unit_of(one.measure), f"measures.{name}.unit") for name, one in measures]
+    units = [unit_of(one.measure) for _, one in measures]
+    ones = [
+        faults.quantity(_with(one.unit, 1), unit, f"measures.{name}.unit")
+        for (name, one), unit in zip(measures, units, strict=True)
+    ]
     observed = np.full((len(numbers), len(measures)), np.nan)
     absolute = np.zeros(observed.shape)
     for place, number in enumerate(numbers):
         period = scene_period(variant.scene_of(middle, variant.rows[place]), np.inf)
         for k, (name, one) in enumerate(measures):
-            unit = unit_of(one.measure)
             absolute[place, k] = absolute_of(study.sampling, one, period, f"measures.{name}", faults)
             column = one.column or name
             where = f"line {table.lines[number]} of the table"
@@ -41,7 +44,7 @@ def cells_of(
                 faults.add(f"{where}: {fault}")
             if value is None or np.isnan(ones[k]):
                 continue
-            observed[place, k] = parse_quantity(_with(one.unit, value), unit)
+            observed[place, k] = parse_quantity(_with(one.unit, value), units[k])
             if observed[place, k] == 0.0 and absolute[place, k] == 0.0:
                 faults.add(f"measures.{name}: a value of zero needs an absolute tolerance ({where})")
             elif absolute[place, k] == 0.0 and one.relative == 0.0:
