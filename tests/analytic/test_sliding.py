@@ -144,11 +144,13 @@ def test_a_block_on_a_plane_that_shakes_up_and_along_follows_its_equation(drive)
     assert end == pytest.approx(brentq(speed, 1.5 * begin, 1.2 / 80.0, xtol=1e-15), rel=1e-8)
 
 
-def test_a_walker_that_leaves_small_angles_says_so():
+def test_a_walker_that_leaves_the_range_of_its_model_says_so():
     scene = trotter(legs=3, ground=sticky(adhesion=None))
     assert ts.simulate(scene).remarks == ()
     velocity = np.zeros(scene.robot.structure.size)
     velocity[3] = 1000.0  # rad/s
     spun = scene.model_copy(update={"initial": Initial(velocity=tuple(velocity))})
     remark = ts.simulate(spun, duration=0.01).remarks[-1]
-    assert remark.startswith("The body's pitch reached") and "small angles" in remark
+    assert remark.startswith("The run leaves its model's range: tilt") and "small angles" in remark
+    (heaved,) = ts.simulate("millipede", volts=40).remarks  # its body cannot tilt
+    assert "heave span 896.4 µm, and the model holds for a heave span below 600 µm (hips 2 mm apart" in heaved

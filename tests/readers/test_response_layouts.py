@@ -74,6 +74,13 @@ def test_headers_in_other_words(tmp_path, names):
     assert read.outputs[0].name in ("Realteil", "Partie r\N{LATIN SMALL LETTER E WITH ACUTE}elle", "H1", "H1 Velocity")
 
 
+def test_a_response_that_nothing_is_said_of_is_left_out_with_a_note(tmp_path):
+    names = "Frequency (Hz),Re(H1) (m/s^2/N),Im(H1) (m/s^2/N),Re(H2),Im(H2)"
+    read = read_response(csv(tmp_path, names, LINES, H[0].real, H[0].imag, H[1].real, H[1].imag))
+    assert read.values.shape == (1, 1, 60)
+    assert "response.csv: nothing says of the response 'H2' its input: not used" in read.notes
+
+
 def test_a_response_that_is_there_in_two_forms_counts_once(tmp_path):
     size, angle = 20.0 * np.log10(np.abs(H[0, 1:])), np.angle(H[0, 1:], deg=True)
     path = csv(tmp_path, "f_Hz,H1_re,H1_im,H1_dB,H1_phase_deg", LINES[1:], H[0, 1:].real, H[0, 1:].imag, size, angle)

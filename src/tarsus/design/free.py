@@ -15,7 +15,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.spec import by_path, float_paths, with_values
 from tarsus.base.units import format_quantity
-from tarsus.design.problems import Problems
+from tarsus.design.problems import Problems, listed
 from tarsus.design.pulse_train import Pulses, PulseTrain, pulse_train, pulses_of
 from tarsus.fit.unknowns import Unknown, Unknowns
 from tarsus.model.drive.gait import CustomGait, Layout
@@ -192,8 +192,8 @@ def free_of(scene: Scene, given: Mapping[str, Any] | Iterable[str], symmetry: Sy
     InputError
         With every problem: paths that are no numbers of the scene, ranges that are empty or have to be given.
     """
-    given = [word.strip() for word in given.split(",")] if isinstance(given, str) else given
-    wanted = {path: _kind(one) for path, one in (given if isinstance(given, Mapping) else dict.fromkeys(given)).items()}
+    ranges = given if isinstance(given, Mapping) else dict.fromkeys(listed(given))
+    wanted = {path: _kind(one) for path, one in ranges.items()}
     trains = {path: one for path, one in wanted.items() if isinstance(one, Pulses)}
     wanted = by_path(scene, {path: one for path, one in wanted.items() if path not in trains})
     problems, found = Problems(), list[Shared]()

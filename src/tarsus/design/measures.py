@@ -17,13 +17,14 @@ from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.units import parse_quantity
+from tarsus.design.problems import listed
+from tarsus.measure.limits import model_range
 from tarsus.measure.measure import Definition, measure_name, no_measure
 from tarsus.measure.periods import PER_WINDOW
 from tarsus.measure.walking import OF_EPISODES, WALK
 from tarsus.measure.whole import WHOLE_RUN
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
-from tarsus.model.structure.walker import SMALL, TILTS
 from tarsus.tables.numbers import amount
 
 DEFINITIONS: Mapping[str, Definition] = ChainMap[str, Any](WALK, PER_WINDOW, WHOLE_RUN)
@@ -99,11 +100,11 @@ OBJECTIVES = {
 
 def objectives_of(given: str | DesignObjective | Sequence[str | DesignObjective]) -> tuple[DesignObjective, ...]:
     """Objectives of words, or of one text with commas; raises InputError for unknown, repeated and too many ones."""
-    given = given.split(",") if isinstance(given, str) else [given] if isinstance(given, DesignObjective) else given
+    given = [given] if isinstance(given, DesignObjective) else listed(given)
     problems, found = list[str](), list[DesignObjective]()
     for word in given:
         try:
-            found.append(word if isinstance(word, DesignObjective) else _objective(word.strip()))
+            found.append(word if isinstance(word, DesignObjective) else _objective(word))
         except InputError as error:
             problems += [f"objective: {one}" for one in error.problems]
     names = [one.name for one in found]
@@ -179,17 +180,16 @@ def limits_of(scene: Scene, given: Any) -> tuple[DesignLimit, ...]:
             problems += [f"limits: {one}" for one in error.problems]
     if problems:
         raise InputError(problems)
-    own = model_limit(scene)
+    own = model_range(scene)
     if own is not None and all(one.measure != own.measure for one in found):
-        found.append(own)
+        found.append(DesignLimit(own.measure, True, own.most, own.reason))
     return tuple(one for one in found if np.isfinite(one.value))
 
 
 def _texts(given: Any) -> list[str | DesignLimit]:
     if isinstance(given, Mapping):
         return [f"{name} {one if isinstance(one, str) else ' '.join(map(str, one))}" for name, one in given.items()]
-    words = given.split(",") if isinstance(given, str) else given if isinstance(given, Sequence) else ()
-    return [word if isinstance(word, DesignLimit) else str(word) for word in words if str(word).strip()]
+    return [word if isinstance(word, DesignLimit) else str(word) for word in listed(given or ())]
 
 
 def _limit(text: str) -> DesignLimit:
@@ -206,30 +206,6 @@ def _number(text: str) -> str | float:
         return float(text)
     except ValueError:
         return text
-
-
-def model_limit(scene: Scene) -> DesignLimit | None:
-    """The bound of the model that a walker is simulated by, with its reason; None of a robot that has none.
-
-    A walker is linear in small angles. Where its body tilts the angle is bounded. Where it cannot, hips that rise one
-    after the other by a height h would turn it by h over the distance between them, and that is bounded by the height.
-    """
-    structure = scene.robot.structure
-    if not isinstance(structure, Walker):
-        return None
-    moves, legs = structure.body_coordinates, structure.legs.values()
-    if set(TILTS) & set(moves):
-        return DesignLimit("tilt", True, SMALL, f"a walker is linear in small angles, up to {SMALL:g} rad")
-    wide = max(np.ptp([leg.x for leg in legs]), np.ptp([leg.y for leg in legs]))
-    if not wide > 0.0:
-        return None
-    return DesignLimit(
-        "heave_span",
-        True,
-        float(SMALL * wide),
-        f"hips {amount(float(wide), 'm')} apart that rise one after the other would turn the body by {SMALL:g} rad, "
-        "and here it cannot turn",
-    )
 
 
 def unmeasured(scene: Scene, measures: Collection[str], episodes: bool) -> list[str]:

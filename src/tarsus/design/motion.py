@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tarsus.base.arrays import Floats, Ints
-from tarsus.design.measures import DesignLimit, definition_of, model_limit
+from tarsus.base.arrays import Ints
+from tarsus.design.measures import definition_of
 from tarsus.files.settled import repetition
+from tarsus.measure.limits import model_range
 from tarsus.model.structure import Walker
-from tarsus.tables.numbers import amount, percent
+from tarsus.tables.numbers import percent
 from tarsus.tables.table import Column
 
 if TYPE_CHECKING:
@@ -111,7 +112,7 @@ UNSEEN = DesignMotion({}, *[np.nan] * 3, outside="")
 
 def motions_of(runs: Runs, points: Sequence[Candidate], starts: Grounds) -> list[Candidate]:
     """Candidates with what their motions are, on the scene's own ground from these starts."""
-    limit = model_limit(runs.scene)
+    limit = model_range(runs.scene)
     walks = isinstance(runs.scene.robot.structure, Walker)
     means, varying = (OF_WALKERS, "stride") if walks else (OF_OTHERS, "hardest_impact")
     names = [*means, varying]
@@ -132,7 +133,7 @@ def motions_of(runs: Runs, points: Sequence[Candidate], starts: Grounds) -> list
             float(values["heave_span"][done].max(initial=0.0)) if walks else np.nan,
             _repeating(batch, done),
             varies,
-            _outside(values, done, limit),
+            "" if limit is None else limit.left(np.fmax.reduce(values[limit.measure][done], initial=0.0)),
             VARYING[varying],
         )
         found.append(replace(one, motion=motion))
@@ -144,12 +145,3 @@ def _repeating(batch: Batch, done: Ints) -> float:
     each = [repetition(batch.events(i), float(batch.periods[i]), batch.duration) for i in done.tolist()]
     told = [bool(one.multiple) for one in each if one is not None]
     return float(np.mean(told)) if told else np.nan
-
-
-def _outside(values: Mapping[str, Floats], done: Ints, limit: DesignLimit | None) -> str:
-    """A sentence where a run leaves the range of its model."""
-    if limit is None or not (limit.beyond(values[limit.measure][done]) > 0.0).any():
-        return ""
-    most = amount(float(values[limit.measure][done].max()), definition_of(limit.measure).unit)
-    named = limit.measure.replace("_", " ")
-    return f"leaves its model's range: {named} {most}, and the model holds for a {limit} ({limit.reason})"

@@ -12,12 +12,13 @@ from tarsus.base.workers import Workers
 from tarsus.design.free import Symmetry
 from tarsus.design.front import Design
 from tarsus.design.judge import Risk
-from tarsus.design.measures import DesignObjective, model_limit
+from tarsus.design.measures import DesignObjective
 from tarsus.design.problem import DesignSettings
 from tarsus.design.request import Given, setting, settings_of
 from tarsus.design.verb import found_for
 from tarsus.design.walker_problem import DEAD, TIED, gait_problem
 from tarsus.files.library import SceneLike, as_scene
+from tarsus.measure.limits import model_range
 
 
 class GaitSettings(DesignSettings):
@@ -88,7 +89,7 @@ def hold(scene: SceneLike, free: Any, seconds: float | str, **settings: Any) -> 
     limit of the model is lifted unless ``limits`` say otherwise, and gaits that leave it are named. ``settings`` are
     those of `tarsus.design.gait`. Raises InputError as it does.
     """
-    own = model_limit(as_scene(scene))
+    own = model_range(as_scene(scene))
     kept = ({} if own is None else {own.measure: "< inf"}) | dict(settings.pop("limits", None) or {})
     wanted = "most longest_hold, least foot_slip"
     return gait(scene, free, wanted, limits=kept, from_rest=parse_quantity(seconds, "s"), **settings)

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TypeVar
 
 from tarsus.base.errors import InputError
 
 T = TypeVar("T")
+
+
+def listed(given: str | Iterable[T]) -> list[T | str]:
+    """What is given one by one: of a text its words between commas, else as it is."""
+    return [word for one in given.split(",") if (word := one.strip())] if isinstance(given, str) else list(given)
 
 
 class Problems(list[str]):

@@ -14,7 +14,7 @@ from tarsus.base.messages import nearest
 from tarsus.base.spec import float_paths, with_values
 from tarsus.base.units import format_quantity, parse_quantity
 from tarsus.design.headers import in_ticks, neighbours
-from tarsus.design.problems import Problems
+from tarsus.design.problems import Problems, listed
 from tarsus.design.pulses import Family, Levels, OwnStep, Step, families
 from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.waveforms import Constant, OnOff
@@ -186,13 +186,9 @@ def levels_of(given: Any, drive: Drive | None) -> Levels:
         found = given
     else:
         free = isinstance(given, str) and given.strip().startswith("free=")
-        words: Sequence[Any] = (
-            given
-            if not isinstance(given, str)
-            else (given.strip().removeprefix("free=").split(":") if free else given.split(","))
-        )
+        words = listed(given.strip().removeprefix("free=").replace(":", ",") if free else given)
         try:
-            volts = tuple(parse_quantity(word.strip() if isinstance(word, str) else float(word), "V") for word in words)
+            volts = tuple(parse_quantity(word if isinstance(word, str) else float(word), "V") for word in words)
         except InputError as error:
             raise InputError([f"levels: {one}" for one in error.problems]) from None
         if free and len(volts) != 2:

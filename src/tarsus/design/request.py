@@ -33,7 +33,7 @@ from tarsus.base.spec import Description, quantity_units, validate
 from tarsus.base.units import format_quantity
 from tarsus.design.grounds import Over, over_of
 from tarsus.design.judge import NOMINAL, WORST, Risk, risk_of
-from tarsus.design.problems import Problems
+from tarsus.design.problems import Problems, listed
 from tarsus.files.tables import FileKind, read_table
 from tarsus.model.scene import Scene
 
@@ -104,7 +104,7 @@ def settings_of(kind: type[S], request: Given = None, **given: Any) -> S:
     found |= {name: value for name, value in given.items() if value is not None}
     for name, field in kind.model_fields.items():
         if isinstance(found.get(name), str) and get_origin(field.annotation) is tuple:
-            found[name] = tuple(word.strip() for word in found[name].split(","))
+            found[name] = tuple(listed(found[name]))
     return validate(kind, found)
 
 

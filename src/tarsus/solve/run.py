@@ -22,10 +22,11 @@ from tarsus.base.messages import Hinted
 from tarsus.base.spec import by_path, get_value, with_values
 from tarsus.base.units import parse_quantity
 from tarsus.files.summary import run_summary
+from tarsus.measure.limits import model_range
 from tarsus.measure.measure import Measure, Measures
 from tarsus.measure.periods import scene_period
 from tarsus.measure.walking import measures_of
-from tarsus.model.structure.walker import SMALL, TILTS
+from tarsus.model.structure.walker import TILTS
 from tarsus.plan.lowering import lower_scene
 from tarsus.plan.moving import refuse_jumps
 from tarsus.plan.rows import Rows, marked_rows
@@ -273,10 +274,9 @@ class Run(Hinted):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Sentences on what the run left that its model assumes: feet in averaged contact, and for each turn of a
-        walker's body, seen at the marks, beyond small angles; and on signals that are played otherwise than their files
-        say."""
-        return (*self._averaged(), *self._turned(), *self.scene.signal_remarks)
+        """Sentences on what the run left that its model assumes: feet in averaged contact, and the range in which the
+        model holds; and on signals that are played otherwise than their files say."""
+        return (*self._averaged(), *self._outside(), *self.scene.signal_remarks)
 
     def _averaged(self) -> tuple[str, ...]:
         """What is counted as contact though the foot bounces on, foot by foot."""
@@ -290,20 +290,24 @@ class Run(Hinted):
             if len(own)
         )
 
-    def _turned(self) -> tuple[str, ...]:
+    def _outside(self) -> tuple[str, ...]:
+        """What is said where the motion leaves the model's range: by tilt in the whole run, by heave once settled."""
+        limit = model_range(self.scene)
+        if limit is None:
+            return ()
+        said = limit.left(self._tilt() if limit.measure == "tilt" else self.measures[limit.measure].value)
+        return (f"The run {said}.",) if said else ()
+
+    def _tilt(self) -> float:
+        """Largest tilt [rad] of the body at the marks, NaN where none are known."""
         if self.marks is not None:
             seen = self.marks["body"]
         elif self.stored is not None and "body" in self.stored.variables:
             seen = self.stored.variables["body"].values.T
         else:
-            return ()
-        angles = np.abs(seen).max(axis=0)
-        names = self.scene.robot.structure.body_coordinates
-        return tuple(
-            f"The body's {name} reached {angle:.2g} rad: a walker is linear in small angles, and this is none."
-            for name, angle in zip(names, angles, strict=True)
-            if name in TILTS and angle > SMALL
-        )
+            return math.nan
+        tilts = [name in TILTS for name in self.scene.robot.structure.body_coordinates]
+        return float(np.abs(seen[:, tilts]).max())
 
     @property
     def end_time(self) -> float:

@@ -160,7 +160,7 @@ def _with_units(raw: RawFile, choices: Choices, candidates: Sequence[RawSeries])
     ]
     if problems and (choices.channels or not found):
         raise InputError(problems)
-    return found, [*notes, *(f"{text}: not used" for text in problems)]
+    return found, [*notes, *(f"{one.removesuffix(f'; {one.cure}')}: not used" for one in problems)]
 
 
 def _quantities(series: RawSeries, choice: ChannelChoice, choices: Choices) -> tuple[Scaled | None, Scaled | None]:
