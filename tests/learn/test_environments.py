@@ -15,10 +15,10 @@ from tarsus.files.draws import write_draws
 
 GROUND = learn.GroundBox({"ground.friction.coefficient": (0.2, 0.6), "ground.adhesion.initial": (1e-7, 1e-6)})
 ACTIONS = {
-    "volts": learn.VoltageAction(0.0, 14.0),
+    "volts": learn.VoltageAction("0 V", 14.0),
     "ramps": learn.VoltageAction(0.0, 14.0, ramp=True),
     "switching": learn.SwitchingAction(0.0, 14.0),
-    "phases": learn.PhaseAction(frequency=(60.0, 120.0), duty=(0.3, 0.7)),
+    "phases": learn.PhaseAction(frequency=("60 Hz", 120.0), duty=(0.3, 0.7)),
 }
 
 
@@ -135,6 +135,11 @@ def test_what_does_not_fit_is_said_in_a_sentence():
         _make(scene="cantilever", actions=learn.PhaseAction())
     with pytest.raises(ts.InputError, match="two bounds in order"):
         learn.GroundBox({"ground.friction.coefficient": (0.6, 0.2)})
+    with pytest.raises(ts.InputError, match="low: expected a voltage"):
+        learn.VoltageAction("0 Hz", "14 V")
+    for name, given in (("actions", "phases"), ("sensors", "body"), ("ground", "draws.npz"), ("reward", 3)):
+        with pytest.raises(ts.InputError, match=f"{name}: expected .*, got {given!r}"):
+            _make(**{name: given})
     with pytest.raises(ts.InputError, match="makes a plan of its own"):
         _make(ground=learn.GroundBox({"robot.structure.body.mass": (1e-7, 2e-7)})).reset()
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
+from tarsus.base.units import parse_quantity
 from tarsus.model.drive.gait import CustomGait
 from tarsus.model.drive.waveforms.on_off import OnOff
 
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from tarsus.model.scene import Scene
 
 Floats = NDArray[np.float64]
+Value = float | str
+"""SI, or a text with a unit."""
 
 
 class Action(ABC):
@@ -42,10 +45,13 @@ class VoltageAction(Action):
     """Volts of the drives, held for the step, or reached by a ramp: -1 is ``low``, 1 is ``high`` [V]; drives: by name,
     all unless given."""
 
-    low: float
-    high: float
+    low: Value
+    high: Value
     drives: Sequence[str] | None = None
     ramp: bool = False
+
+    def __post_init__(self) -> None:
+        _read(self, low="V", high="V")
 
     def size(self, scene: Scene) -> int:
         return len(_drives(scene, self.drives))
@@ -60,9 +66,12 @@ class SwitchingAction(Action):
     """When each drive is switched on and off within the step: two numbers a drive, of which the smaller is when it goes
     to ``high`` and the larger when it goes back to ``low`` [V]; -1 is the begin of the step, 1 its end."""
 
-    low: float
-    high: float
+    low: Value
+    high: Value
     drives: Sequence[str] | None = None
+
+    def __post_init__(self) -> None:
+        _read(self, low="V", high="V")
 
     def size(self, scene: Scene) -> int:
         return 2 * len(_drives(scene, self.drives))
@@ -72,7 +81,7 @@ class SwitchingAction(Action):
         shares = np.sort(_between(0.0, 1.0, action).reshape(len(action), len(names), 2), axis=2)
         lasts = np.diff(shares, axis=2, prepend=0.0, append=1.0) * seconds
         lasts = np.maximum(lasts, SHORTEST * seconds)
-        levels = (self.low, self.high, self.low)
+        levels = (float(self.low), float(self.high), float(self.low))
         out = {}
         for k, name in enumerate(names):
             out[name] = [OnOff(levels=levels, durations=tuple(own)) for own in lasts[:, k].tolist()]
@@ -88,8 +97,11 @@ class PhaseAction(Action):
     """Phases of the legs' gait, in periods: 0 and 1, which are the same, at -1 and 1; frequency [Hz] and duty: between
     two bounds as well, where they are given."""
 
-    frequency: tuple[float, float] | None = None
-    duty: tuple[float, float] | None = None
+    frequency: tuple[Value, Value] | None = None
+    duty: tuple[Value, Value] | None = None
+
+    def __post_init__(self) -> None:
+        _read(self, frequency="Hz", duty="1")
 
     def prepared(self, scene: Scene) -> Scene:
         layout = scene.robot.layout()
@@ -123,8 +135,22 @@ class PhaseAction(Action):
         return {"gait": out}
 
 
-def _between(low: float, high: float, action: Floats) -> Floats:
-    return low + (high - low) * 0.5 * (np.clip(action, -1.0, 1.0) + 1.0)
+def _read(action: Action, **units: str) -> None:
+    """Values of an action, or pairs of them, in SI, by the units of their names."""
+    for name, unit in units.items():
+        given = getattr(action, name)
+        try:
+            if isinstance(given, tuple | list):
+                low, high = given
+                object.__setattr__(action, name, (parse_quantity(low, unit), parse_quantity(high, unit)))
+            elif given is not None:
+                object.__setattr__(action, name, parse_quantity(given, unit))
+        except InputError as error:
+            raise InputError([f"{name}: {text}" for text in error.problems]) from None
+
+
+def _between(low: Value, high: Value, action: Floats) -> Floats:
+    return float(low) + (float(high) - float(low)) * 0.5 * (np.clip(action, -1.0, 1.0) + 1.0)
 
 
 def _drives(scene: Scene, names: Sequence[str] | None) -> list[str]:

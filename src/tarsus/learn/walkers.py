@@ -38,6 +38,14 @@ class _Robots:
         steps: int,
         threads: int | None,
     ) -> None:
+        for name, given, kind, wanted in (
+            ("actions", actions, Action, "one such as PhaseAction()"),
+            ("sensors", sensors, Sensors, "one such as Sensors()"),
+            ("ground", ground, Mapping | Callable, "a GroundBox, Draws.of(file), or values by path"),
+            ("reward", reward, str, "arithmetic as a text"),
+        ):
+            if given is not None and not isinstance(given, kind):
+                raise InputError(f"{name}: expected {wanted}, got {given!r:.60}")
         own = as_scene(scene)
         self.actions = _volts_of(own) if actions is None else actions
         self.scene: Scene = self.actions.prepared(own)
