@@ -80,7 +80,7 @@ def test_rows_of_a_file_and_of_a_frame_are_predicted_and_values_of_the_scene_pre
     told = whole.predict(file)
     frame = pd.DataFrame({"drop": [40, 80], "rate": [7.0, np.nan], "ground.restitution.coefficient": [0.1, 0.1]})
     dull = whole.predict(frame)
-    plain = whole.predict([{"drop": 40}, {"drop": 80}])
+    plain = whole.predict([{"drop": 40}]) + whole.predict({"drop": 80})
     assert [one["rate"].median for one in told] == [one["rate"].median for one in plain]
     assert all(one["height"].median < other["height"].median for one, other in zip(dull, told, strict=True))
 

@@ -46,6 +46,7 @@ WRONG = [
     ("show run", "it holds scene.toml: give 'run/scene.toml'"),
     ("show none.csv", "no such file"),
     ("show taken", "holds no rows of numbers"),
+    ("show mixture.json", "'mixture.json' is a part of a result at most: give its folder"),
     ("show cantilever taken", "compare two runs, or two devices or scene files"),
     ("show cantilever cantilver", "did you mean 'cantilever'?"),
     ("check bytes.toml", "bytes.toml: is no text file"),
@@ -160,6 +161,7 @@ OF_A_KIND = {
 }
 FILES = {
     "taken": "x",
+    "mixture.json": "{}",
     "empty.csv": "",
     "driven.csv": "t [s],volts [V],tip [m/s]\n" + "".join(f"{k / 1e3},{k % 7 % 3},{k % 5}\n" for k in range(400)),
     "bare.csv": "a,b\n0,1\n1,2\n2,3\n",

@@ -37,7 +37,7 @@ class SupportsRecords(Protocol):
     def to_dict(self, orient: str, /) -> Any: ...
 
 
-RowsGiven = Sequence[Mapping[str, Any]] | str | os.PathLike[str] | SupportsRecords
+RowsGiven = Mapping[str, Any] | Sequence[Mapping[str, Any]] | str | os.PathLike[str] | SupportsRecords
 """Rows of a table: mappings by column, a CSV file, or a DataFrame."""
 
 
@@ -58,9 +58,9 @@ class WeightedEnsemble:
         Parameters
         ----------
         rows
-            Mappings, a CSV file or a DataFrame: cells of the conditions by column of the study's table, as they stand
-            there, and values of the scene by path, which prevail. An absent column takes the cell of the first fitted
-            row; measured columns are not read.
+            A mapping or several, a CSV file or a DataFrame: cells of the conditions by column of the study's table, as
+            they stand there, and values of the scene by path, which prevail. An absent column takes the cell of the
+            first fitted row; measured columns are not read.
         sampling
             Windows and initial states of the runs, instead of the study's own.
         threads
@@ -134,6 +134,8 @@ def _mappings(rows: RowsGiven) -> Sequence[Mapping[str, Any]]:
     """Rows as mappings by column."""
     if isinstance(rows, str | os.PathLike):
         return parse_rows(read_text(rows), str(rows)).rows
+    if isinstance(rows, Mapping):
+        return [rows]
     return rows if isinstance(rows, Sequence) else rows.to_dict("records")
 
 

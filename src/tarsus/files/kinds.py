@@ -43,7 +43,7 @@ SCENES, STUDIES = ("scene.toml", "identified.toml"), ("study.toml", "study.py")
 def kind_of_path(path: Path) -> FileKind | None:
     """The kind of a file or folder; None of a folder that holds nothing of tarsus, and of a file that is not there.
 
-    Raises InputError for a TOML file that cannot be read.
+    Raises InputError for a TOML file that cannot be read, and for a page or data that stand for no whole result.
     """
     if path.is_dir():
         return _kind_of_folder(path)
@@ -57,6 +57,8 @@ def kind_of_path(path: Path) -> FileKind | None:
         return FileKind.DRAWS
     if path.suffix == ".nc" and is_ours(path):
         return FileKind.SERIES
+    if path.suffix in (".json", ".html") and path.name not in MARKS:
+        raise InputError(f"'{path}' is a part of a result at most: give its folder")
     return MARKS.get(path.name, FileKind.RECORD)
 
 
