@@ -35,7 +35,7 @@ def made(folder: Path, codes: list[str]) -> tuple[Sweep, Path]:
     )
     points = sweep.points()
     code = np.array([CODES.index(one) for one in codes], dtype=np.int8)
-    value = np.column_stack([1e6 * points[GAP] / 10.0, 1e-3 * np.log10(points[FILM] / 1e-23)])
+    value = np.column_stack([np.rint(1e5 * points[GAP]), 1e-3 * np.log10(points[FILM] / 1e-23)])
     value[code != CODES.index("DONE")] = np.nan
     arrays = {"code": code, "value": value, "spread": 0.0 * value, "per_foot": value[:, :, None]}
     file = folder / "sweep.nc"
@@ -53,6 +53,7 @@ def test_measures_come_with_their_range_and_where_it_ends(tmp_path: Path) -> Non
     assert page.tags.count("figure") == 4, "two measures, each a map and against the swept values"
     assert "3 values from 50 µm to 70 µm" in page.text and "The line joins the median run of each value." in page.text
     assert "Runs that failed" not in page.text
+    assert ">5.5</text>" not in text and text.count(">6</text>") == 3, "bounces are whole"
     assert text.count(">robot.feet.tip.gap (µm)</text>") == 4, "axes of maps have prefixes as all others"
 
 

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.files.whole import written_whole
-from tarsus.report.sheet import name_axes
+from tarsus.report.sheet import name_axes, whole_ticks
 from tarsus.report.style import CYCLE, MOST_LINES, level_limits, scale_of
 from tarsus.tables.numbers import amount, spaced
 
@@ -167,13 +167,15 @@ def _lines(axes: Axes, one: xarray.DataArray, over: str) -> None:
     name_axes(axes, (over, _unit(one[over])), (spaced(str(one.name)), _unit(one)))
     if limits := level_limits(one.values):
         axes.set_ylim(*limits)
+    whole_ticks(axes.yaxis, one.values)
 
 
 def _map(axes: Axes, one: xarray.DataArray) -> None:
     rows, columns = (str(dim) for dim in one.dims)
     size, scales = scale_of(_unit(one), one.values), (_spread(one[columns].values), _spread(one[rows].values))
     look = {"xscale": scales[0], "yscale": scales[1], "cbar_kwargs": {"label": size.axis(spaced(str(one.name)))}}
-    (one.sortby([rows, columns]) / size.step).plot.pcolormesh(ax=axes, x=columns, y=rows, **look)
+    drawn = (one.sortby([rows, columns]) / size.step).plot.pcolormesh(ax=axes, x=columns, y=rows, **look)
+    whole_ticks(drawn.colorbar.ax.yaxis, one.values)
     name_axes(axes, (columns, _unit(one[columns])), (rows, _unit(one[rows])))
 
 

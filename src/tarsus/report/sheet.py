@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 from markupsafe import Markup
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter, MaxNLocator, NullFormatter
@@ -118,6 +119,14 @@ def few_ticks(axes: Axes, x: int | None = None, y: int | None = None) -> None:
         axes.xaxis.set_major_locator(MaxNLocator(x))
     if y is not None:
         axes.yaxis.set_major_locator(MaxNLocator(y))
+
+
+def whole_ticks(axis: Axis, values: npt.ArrayLike) -> None:
+    """Ticks at whole numbers alone where all values (n,) of an axis are whole: there is no half impact."""
+    known, ticks = np.ravel(np.asarray(values, dtype=float)), axis.get_major_locator()
+    known = known[np.isfinite(known)]
+    if isinstance(ticks, MaxNLocator) and len(known) and np.array_equal(known, np.rint(known)):
+        ticks.set_params(integer=True, min_n_ticks=1)
 
 
 def line(axes: Axes, x: npt.ArrayLike, y: npt.ArrayLike, **look: Any) -> None:

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from tarsus.report.pages import Fold, Markup, Plate, Section, marked, said, sections_page, terms
 from tarsus.report.saved import draw_measure
-from tarsus.report.sheet import few_ticks, name_axes, panel, panels
+from tarsus.report.sheet import few_ticks, name_axes, panel, panels, whole_ticks
 from tarsus.report.style import BLUE, MUTED, level_limits
 from tarsus.solve import Run
 from tarsus.study.axes import Logspace
@@ -110,6 +110,7 @@ def _figures(sweep: Sweep, found: SweepValues, measure: str, units: Mapping[str,
         name_axes(axes, (name, units[name]), (spaced(measure), unit))
         if limits := level_limits(y):
             axes.set_ylim(*limits)
+        whole_ticks(axes.yaxis, y)
 
     caption = f"{spaced(measure).capitalize()} against every swept value."
     caption += " The line joins the median run of each value." if middles else ""

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from tarsus.base.spec import float_paths
 from tarsus.report.pages import Plate, Section, noted, sections_page
-from tarsus.report.sheet import intervals, name_axes, panels
+from tarsus.report.sheet import intervals, name_axes, panels, whole_ticks
 from tarsus.report.style import BLUE, MUTED, ORANGE
 from tarsus.study.yields import Yield
 from tarsus.tables.numbers import path_end, spaced
@@ -51,6 +51,8 @@ def _distributions(found: Yield) -> Plate:
     def drawn(axes: Axes, name: str) -> None:
         axes.hist(found.values[name][np.isfinite(found.values[name])], bins=BINS, color=BLUE)
         name_axes(axes, (spaced(name), found.units[name]), ("robots", ""))
+        whole_ticks(axes.xaxis, found.values[name])
+        whole_ticks(axes.yaxis, len(found.values[name]))
 
     caption = "How the measures are distributed over the robots whose runs reached their end."
     return panels(found.measures, HEIGHT, drawn, caption)
@@ -64,6 +66,7 @@ def _curves(found: Yield) -> Plate:
         axes.plot(curve.requirement, share, color=BLUE)
         across = f"{spaced(name)} {'at most' if curve.less else 'at least'}"
         name_axes(axes, (across, curve.unit), ("robots that meet it (%)", ""))
+        whole_ticks(axes.xaxis, found.values[name])
         axes.set_ylim(0.0, 101.0)
 
     caption = "Share of the robots that meet a requirement, with its 95 % interval; failed runs meet none."
