@@ -251,7 +251,7 @@ def cantilever() -> str:
     )
     held = [None if one is None else one["held"] for one in map(found["summary"].get, ("training", "left_out"))]
     rows.append(["values in the 80 % interval", "", *map(whole, held)])
-    head = ["against the measurement", "source's model", "`cantilever`, calibrated on", "left out"]
+    head = ["against the measurement", "dissertation's model", "`cantilever`, calibrated on", "left out"]
     choice = sentence_of_choice("which landing rule holds", found["choices"]["landing"], LANDINGS)
     return f"{lines(head, rows)}\n\n{choice}."
 
@@ -295,7 +295,7 @@ def hexapod() -> str:
     if best is not None:
         size = sum(one["mean_relative_error"] for one in best.values()) / len(best)
         text += f"; of the best device {whole(size)} over all {count * len(best)} numbers"
-    text += f" (source's model: {whole(source)} over all {count * len(fitted)} numbers)."
+    text += f" (dissertation's model: {whole(source)} over all {count * len(fitted)} numbers)."
     if left is not None:
         text += f" Errors of each row left out: {each(left)}; of the other row alone, taken for it: {by_other_row()}."
     return text

@@ -19,8 +19,8 @@ FOOTER = (
     "began; peak is the height above contact level after break-off, contact the time per drive period on the ground."
 )
 NOTE = (
-    "Tarsus is the median over drive periods after transients, with the interval that holds 80 % of them; for an "
-    "ensemble also over its members, and over what the model misses of rows that were excluded."
+    "This model gives the median over drive periods after transients, with the interval that holds 80 % of them; for "
+    "an ensemble also over its members, and over what the model misses of rows that were excluded."
 )
 CAPTION = (
     "Bounces per period, peak after break-off and contact duration per period of every case, bars are our 80 % "

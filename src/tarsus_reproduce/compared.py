@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from tarsus.calibrate.compared import NOTABLE, NumberRow, numbers_table
+from tarsus.calibrate.compared import MODELS, NOTABLE, NumberRow, numbers_table
 from tarsus.calibrate.description import TableSampling
 from tarsus.calibrate.results import errors_table, naive_by_measure
 from tarsus.calibrate.skill import naive_predictions, skill_of
@@ -28,8 +28,9 @@ from tarsus_reproduce.rows import PrintedQuantity, PrintedRow, PrintedTable
 HALF = 0.5
 """A number of bounces is right when it is less than half a bounce off; half a bounce a period is one that exists."""
 
-SOURCE, MINE, SOURCE_COLUMN = MODELS = ("source's model", "Tarsus", "Tarsus, against the source's model")
-"""Models of a row; the last is ours against the source's model instead of the measurement."""
+SOURCE, MINE = MODELS[:2]
+SOURCE_COLUMN = f"{MINE}, against the {SOURCE}"
+"""Ours against the other model instead of the measurement."""
 
 
 @dataclass(frozen=True)
@@ -209,7 +210,7 @@ def merits_table(table: PrintedTable, numbers: Sequence[NumberRow]) -> Table:
         part = [row for row in numbers if words in ("all rows", row.role)]
         if words != "all rows" and len(part) == len(numbers):
             continue
-        for model in MODELS:
+        for model in (SOURCE, MINE, SOURCE_COLUMN):
             for one in table.quantities:
                 every, own = ([row for row in some if row.quantity == one.words] for some in (numbers, part))
                 found = merits_of(one, [_pair(row, model) for row in own])

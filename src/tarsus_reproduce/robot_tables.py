@@ -72,9 +72,9 @@ def _heights(robot: str, found: ComparedTable) -> Section:
         f"windows. {SETTLE:g} s are dropped and {OBSERVED:g} s observed. Mean height is taken as {MEAN_HEIGHT}."
     ]
     caption = (
-        "Bounces, peak and mean height of the bouncing foot: measured, by the source's model, and simulated. Marks are "
-        "medians over the windows of all seeds, lines hold 80 % of the windows; where a mark is missing nothing was "
-        "measured."
+        "Bounces, peak and mean height of the bouncing foot: measured, by the dissertation's model, and by this one. "
+        "Marks are medians over the windows of all seeds, lines hold 80 % of the windows; where a mark is missing "
+        "nothing was measured."
     )
     return found.section("Table 3.2", notes, caption)
 

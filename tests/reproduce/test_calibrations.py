@@ -90,7 +90,7 @@ def test_the_device_of_the_model_s_column_repeats_it_better_than_that_of_the_mea
         {
             row["quantity"]: row
             for row in reproduce_cantilever(name).to_dict()["Figures of merit, as in Table 2.3"]
-            if row["model"] == "Tarsus, against the source's model"
+            if row["model"] == "this model, against the dissertation"
         }
         for name in ("cantilever-1", "cantilever")
     )

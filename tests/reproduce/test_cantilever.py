@@ -97,12 +97,14 @@ def test_rows_of_a_file_are_predicted_and_a_changed_number_changes_what_is_said(
     peaks = rows_of(found, PEAKS)
     assert found.ok and [row["role"] for row in peaks] == ["calibrated on"] * 12 + ["predicted"] * 2
     first, mine, bare = peaks[0], peaks[12], peaks[13]
-    assert (mine["Tarsus"], mine["80 % interval"]) == (first["Tarsus"], first["80 % interval"]), "the same drive"
-    assert mine["our error"] == pytest.approx(1.0 - first["Tarsus"] / 100e-6)
+    assert (mine["this model"], mine["80 % interval"]) == (first["this model"], first["80 % interval"]), (
+        "the same drive"
+    )
+    assert mine["our error"] == pytest.approx(1.0 - first["this model"] / 100e-6)
     assert mine["measured"] == pytest.approx(100e-6) and mine["in the interval"] is False
     assert bare["measured"] is bare["our error"] is bare["in the interval"] is None
     assert mine["case"] == "5 Hz, 6 V, square *"
-    fitted, own = (merits(found, rows, "Tarsus", CONTACTS) for rows in ("calibrated on", "predicted"))
+    fitted, own = (merits(found, rows, "this model", CONTACTS) for rows in ("calibrated on", "predicted"))
     assert (fitted["rows"], own["rows"]) == ("calibrated on (12)", "predicted (2)")
     assert (fitted["cases"], own["cases"]) == (12, 1)
 
@@ -114,10 +116,10 @@ def test_skill_is_that_against_predictors_that_know_the_other_rows_alone(found):
     printed = [*packaged_rows(CANTILEVER), PrintedRow("square", 6.0, 5.0)]
     least = min(naive_errors(peaks, [one.conditions for one in printed]).values())
     found_error = np.mean([abs(row["our error"]) for row in rows])
-    assert merits(found, "all rows", "Tarsus", PEAKS)["skill"] == pytest.approx(1.0 - found_error / least)
-    alone = merits(found, "predicted", "Tarsus", PEAKS)["skill"]
-    assert alone < merits(found, "calibrated on", "Tarsus", PEAKS)["skill"]
-    assert merits(found, "predicted", "source's model", CONTACTS)["skill"] is None, "the nearest row's is the same"
+    assert merits(found, "all rows", "this model", PEAKS)["skill"] == pytest.approx(1.0 - found_error / least)
+    alone = merits(found, "predicted", "this model", PEAKS)["skill"]
+    assert alone < merits(found, "calibrated on", "this model", PEAKS)["skill"]
+    assert merits(found, "predicted", "dissertation", CONTACTS)["skill"] is None, "the nearest row's is the same"
 
 
 def test_the_file_has_a_line_for_every_number_with_ends_of_the_intervals(found):
@@ -125,8 +127,8 @@ def test_the_file_has_a_line_for_every_number_with_ends_of_the_intervals(found):
     assert len(rows) == 14 * 4
     peaks = [row for row in rows if row["quantity"] == "peak after break-off"]
     for row, plain in zip(peaks, rows_of(found, PEAKS), strict=True):
-        ends = [float(row[name]) for name in ("Tarsus", "80 % interval from", "80 % interval to")]
-        assert ends == [plain["Tarsus"], *plain["80 % interval"]]
+        ends = [float(row[name]) for name in ("this model", "80 % interval from", "80 % interval to")]
+        assert ends == [plain["this model"], *plain["80 % interval"]]
     assert peaks[13]["measured"] == "" and peaks[13]["case"] and peaks[13]["unit"] == "m"
 
 
@@ -170,5 +172,5 @@ def test_the_packaged_ensemble_agrees_by_drive_periods_as_its_calibration_says_b
     found = reproduce_cantilever()
     told = packaged_errors("cantilever")["training"]["measures"]
     for one in CANTILEVER.quantities[1:]:
-        error = merits(found, "all rows", "Tarsus", one.words)["its size"]
+        error = merits(found, "all rows", "this model", one.words)["its size"]
         assert error == pytest.approx(told[one.studied]["mean_relative_error"], abs=0.03)

@@ -29,7 +29,7 @@ def merits(found, rows: str, model: str) -> dict[str, float]:
 
 
 def test_like_is_compared_with_like(found):
-    source = merits(found, CALIBRATED, "source's model")
+    source = merits(found, CALIBRATED, "dissertation")
     # the source's model against its own measurement, from the four printed pairs
     assert source["bounces in a second"] == pytest.approx((80 / 260 + 40 / 160) / 2)
     assert source["peak height"] == pytest.approx((0.5 / 23.5 + 7.7 / 36.2) / 2)
@@ -42,9 +42,9 @@ def test_like_is_compared_with_like(found):
 def test_added_rows_are_summarised_apart(found):
     peak = next(row for row in found.numbers[12:] if row.quantity == "peak height")
     assert 55.0 <= float(peak.case.split(" Hz")[0]) <= 135.0  # that of the device: the table has none
-    added = merits(found, PREDICTED, "Tarsus")
+    added = merits(found, PREDICTED, "this model")
     assert added["peak height"] == pytest.approx(abs(1e6 * peak.ours[0] - 30) / 30)
-    assert merits(found, PREDICTED, "source's model") == {}
+    assert merits(found, PREDICTED, "dissertation") == {}
 
 
 def test_a_frequency_that_would_take_hours_is_refused(tmp_path):

@@ -12,8 +12,8 @@ from tarsus.tables.table import Column, Table
 NOTABLE = 0.30
 """Relative error beyond which a cell is coloured: Table 2.3 counts cases below it as good."""
 
-MODELS = ("source's model", "Tarsus", "source's error", "our error")
-"""Columns of `numbers_table`: both models, and the error of each."""
+MODELS = ("dissertation", "this model", "their error", "our error")
+"""Columns of `numbers_table`: both models, and the error of each; of a reproduction unless others are named."""
 
 
 @dataclass(frozen=True)
