@@ -16,6 +16,7 @@ from calibrate.toys import BALL, ball_study, true_rows
 from tarsus.base.errors import InputError
 from tarsus.calibrate.calibrating import calibrate
 from tarsus.calibrate.lowering import lower_study
+from tarsus.calibrate.results import calibration_table
 from tarsus.calibrate.skill import naive_errors
 from tarsus.calibrate.studyfile import STUDY_FILE, load_study
 from tarsus.calibrate.weighted_ensemble import load_ensemble
@@ -98,6 +99,13 @@ def test_every_hypothesis_is_a_device_with_provenance_and_intervals(finished):
     assert ts.get_value(scene, "initial.velocity.0") == pytest.approx(2.0 * push.value)
     gap = scene.origin("robot.feet.ball.gap")
     assert gap is not None and gap.note == "Set by a study."
+
+
+def test_a_column_that_is_missed_by_far_has_a_sentence(finished):
+    numbers = finished[0].to_dict()
+    assert "tolerances: it does not hold" not in str(calibration_table(numbers))
+    numbers["discrepancy"]["height"]["sigma"] = 231.0  # as of a table in m whose unit is said to be um
+    assert "The model misses height by 230 tolerances" in " ".join(str(calibration_table(numbers)).split())
 
 
 def test_skill_is_against_predictors_that_take_numbers_of_conditions_as_such(finished):

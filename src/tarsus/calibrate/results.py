@@ -243,6 +243,10 @@ def _mean(values: Sequence[float] | Sequence[bool]) -> float | None:
     return float(np.mean(values)) if len(values) else None
 
 
+FOREIGN = 20.0
+"""Tolerances by which a model misses what it does not describe: three times those of the worst packaged study."""
+
+
 def calibration_table(numbers: Mapping[str, Any]) -> Table:
     """Hypotheses, what is said of the unknowns of each that is kept, and errors, from the numbers of
     `calibration_json`."""
@@ -269,7 +273,13 @@ def calibration_table(numbers: Mapping[str, Any]) -> Table:
     title = f"{numbers['study']}: {numbers['sets']} sets, {len(kept)} of {len(ranked)} hypotheses kept"
     sigmas = "; ".join(f"{name} {one['sigma']:.2f}" for name, one in numbers["discrepancy"].items())
     spread = f"Intervals are of unknowns, windows, draws and the model's discrepancy, in tolerances: {sigmas}."
-    parts = (*map(unknowns_table, kept), errors_table(numbers["summary"], notes=(spread,)))
+    missed = [
+        f"The model misses {name} by {number(one['sigma'], 2)} tolerances: it does not hold for this table, or the "
+        "unit or the measure of the column is another."
+        for name, one in numbers["discrepancy"].items()
+        if one["sigma"] > FOREIGN
+    ]
+    parts = (*map(unknowns_table, kept), errors_table(numbers["summary"], notes=(spread, *missed)))
     return Table(title, columns, rows, notes, parts)
 
 
