@@ -147,7 +147,9 @@ def test_every_fault_of_a_study_is_told_at_once(tmp_path):
     text = text.replace("devise =", "nothing =")
     with pytest.raises(InputError) as error:
         load_study(ball_study(tmp_path, "50,1,1\n", text))
-    assert "device: expected" in str(error.value) and "absolut" in str(error.value)
+    assert (
+        "device: expected" in str(error.value) and "absolut" in str(error.value) and "\nscene: " not in str(error.value)
+    )
 
 
 @pytest.mark.parametrize(
@@ -157,6 +159,12 @@ def test_every_fault_of_a_study_is_told_at_once(tmp_path):
         ('"1 mm"', '"1 mm/s"', "measures.height.absolute: expected a length"),
         ('"unit": "cm"', '"unit": "V"', "measures.height.unit: expected a length (m), got '1 V', which is a voltage"),
         ('{"height": "mean_height"}', '{"hight": "mean_height"}', "did you mean 'height'"),
+        (
+            '{"height": "mean_height"}',
+            '{"height": "impacts"}',
+            "average.height: 'impacts' has another unit than 'peak'",
+        ),
+        ("choices = {", 'choices = {"way": {"options": ["a", "a"]}, ', "choices.way.options: one is there twice"),
         ('"low": 0.5', '"low": 0.5, "size": 0', "unknowns.e: size: expected a value above 0"),
         ("unknowns.push]", "unknowns.pusch]", "there is no unknown 'pusch'; did you mean 'push'"),
         ("row['drop']", "row['dorp']", "line 20: KeyError: 'dorp'"),

@@ -28,7 +28,7 @@ from pydantic import (
 from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, core_schema
 
-from tarsus.base.errors import InputError
+from tarsus.base.errors import InputError, InputProblem
 from tarsus.base.messages import (
     PathErrors,
     alternatives,
@@ -339,7 +339,7 @@ def validate(
         if not faults:
             return found
     whole = ((".".join(filter(None, (prefix, path))), text) for path, text in faults)
-    raise InputError(f"{path}: {text}" if path else text for path, text in whole)
+    raise InputError(InputProblem.at(path, text) for path, text in whole)
 
 
 def _children(node: Any) -> Iterator[tuple[str, Any]]:

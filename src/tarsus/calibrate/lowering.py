@@ -122,17 +122,22 @@ def _split(study: Study, table: TableRows, faults: Faults) -> tuple[tuple[int, .
 
 def _channels(study: Study, faults: Faults) -> list[str]:
     """Measures of the run that are read, each checked."""
+    units = known_measures()
     wanted = [(f"measures.{name}.measure", one.measure, False) for name, one in study.measures.items()]
     for name, choice in study.choices.items():
+        if len(set(choice.options)) < len(choice.options):
+            faults.add(f"choices.{name}.options: one is there twice")
         for option in choice.options:
             for column, measure in choice.measures(option).items():
                 where = f"choices.{name}.options.{option}.{column}"
                 if column not in study.measures:
                     faults.add(f"{where}: there is no measure of that name{nearest(column, study.measures)}")
+                elif measure in units and units[measure] != units.get(own := study.measures[column].measure):
+                    faults.add(f"{where}: '{measure}' has another unit than '{own}'")
                 wanted.append((where, measure, False))
     wanted += [(f"constraints.{n}.measure", one.measure, True) for n, one in enumerate(study.constraints)]
     for where, measure, motion in wanted:
-        known = [*known_measures(), *MOTION] if motion else list(known_measures())
+        known = [*units, *MOTION] if motion else list(units)
         if measure not in known:
             faults.add(f"{where}: {no_measure(measure, known)}")
     return list(dict.fromkeys(measure for _, measure, _ in wanted))
