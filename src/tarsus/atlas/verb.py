@@ -74,10 +74,11 @@ def atlas(
     Parameters
     ----------
     scene
-        A scene whose drives are periodic, or a device's name or a scene file's path. Without axes a study of two
+        A scene, or a device's name or a scene file's path. Its drives are periodic. Without axes a study of two
         numbers, packaged or a file, which has the scene, both axes, and what is drawn.
     x, y
-        Both axes: (path, low, high), SI or texts with a unit, and "log" as a fourth where values go by equal factors.
+        An axis: path of a number, its least and its most, SI or texts with a unit, and "log" where values go by equal
+        factors.
     depth
         The grid has 2^depth + 1 points each way.
     starts

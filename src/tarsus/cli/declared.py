@@ -74,8 +74,9 @@ class Declaration:
 
     @property
     def purpose(self) -> str:
-        """What is said before the arguments."""
-        return self._doc.partition("\n\nParameters\n----------\n")[0].partition("\n\nRaises\n------\n")[0]
+        """What is said before the arguments, a line a paragraph."""
+        said = self._doc.partition("\n\nParameters\n----------\n")[0].partition("\n\nRaises\n------\n")[0]
+        return "\n\n".join(" ".join(one.split()) for one in said.split("\n\n")).replace("``", "`")
 
     @property
     def sentence(self) -> str:

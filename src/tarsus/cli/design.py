@@ -1,4 +1,4 @@
-"""`tarsus design`: what a description or a signal should be, given what it should do.
+"""`tarsus design`: what numbers or a signal of a scene should be, given what its robot should do.
 
 `tarsus design FILE` is the grammar, with the words of `tarsus.design(...)` in a file. Each verb under it is a design
 with a name of its own and its settings as a request: a TOML file in sections, single settings as
@@ -18,7 +18,7 @@ from tarsus.cli.line import line_of
 from tarsus.cli.options import Grounds, Many
 from tarsus.cli.verb import Verb
 
-design = App(name="design", help="What a description or a signal should be, given what it should do.")
+design = App(name="design", help="What numbers or a signal of a scene should be, given what its robot should do.")
 
 FILES, PAGE = "tarsus.design.search:DESIGN_FILES", "tarsus.report.gait_page:write_gait_report"
 GRAMMAR = Verb("tarsus.design.verb:design", files=FILES, page=PAGE, title="designs")

@@ -46,6 +46,9 @@ def line_of(command: Verb, verb: str, hook: Callable[..., int] | None = None) ->
     return call
 
 
+SCENE = "A device (see `tarsus devices`) or a scene file (TOML)."
+
+
 def _arguments(command: Verb, own: dict[str, inspect.Parameter]) -> list[inspect.Parameter]:
     """Arguments of the function that can be written, but those of one meaning everywhere."""
     found = []
@@ -55,7 +58,10 @@ def _arguments(command: Verb, own: dict[str, inspect.Parameter]) -> list[inspect
         if argument.type in SCENES and argument.default is None:  # which a file of settings names
             continue
         if argument.type in SCENES:
-            type_, default = Annotated[str, Parameter(help=argument.said)], argument.default
+            said = argument.said
+            if "Run" not in argument.type:  # a line has no scene of Python, which the first sentence names too
+                said = f"{SCENE} {said.partition('. ')[2]}".rstrip()
+            type_, default = Annotated[str, Parameter(help=said)], argument.default
         elif (how := kind_of(argument)) is not None:
             type_, default = option_of(argument, how)
         else:
@@ -79,7 +85,11 @@ def _shared(command: Verb) -> list[inspect.Parameter]:
         found.append(("threads", options.Threads, None))
         found += [("on", options.On, None)] * (taken["threads"].type == "Workers")
     if writes:
-        said = Parameter(help=command.declared.said.get("output", "Folder for what is found and its page."))
+        said = Parameter(
+            help=command.declared.said.get(
+                "output", "Folder for what is found and its page; without it nothing is written."
+            )
+        )
         needed = command.needs_output
         folder = Annotated[options.Folder if needed else options.MaybeFolder, said]
         found.append(("output", folder, NO_DEFAULT if needed else None))

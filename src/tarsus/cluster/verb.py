@@ -39,7 +39,7 @@ def sweep(
     threads: Workers = None,
     progress: OnProgress | None = None,
 ) -> SweepResult | Submission:
-    """Run a study: a scene over many values of its floats, every run scored.
+    """Run a study: a scene over many values of its numbers, with measures of every run.
 
     Parameters
     ----------

@@ -103,7 +103,7 @@ def adapt(
     Parameters
     ----------
     scene
-        A walker; or the name of a device, or a scene file.
+        A scene, or a device's name or a scene file's path. It is a walker.
     free
         As for `tarsus.design.gait`.
     over

@@ -50,7 +50,7 @@ def gait(
     Parameters
     ----------
     scene
-        Of a walker with a gait; or the name of a device, or a scene file.
+        A scene, or a device's name or a scene file's path. It is a walker with a gait.
     free, objective, over, risk, request, folder, resume, threads, progress
         As for `tarsus.design`; speed and energy unless an objective is given.
     settings

@@ -351,7 +351,7 @@ def attractors(
     Parameters
     ----------
     scene
-        A scene whose drives are periodic, or a device's name or a scene file's path.
+        A scene, or a device's name or a scene file's path. Its drives are periodic.
     starts
         Number of starts, spread evenly over the box.
     over

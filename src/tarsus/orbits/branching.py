@@ -70,10 +70,9 @@ def branch(
     Parameters
     ----------
     scene
-        A scene whose drives are periodic, or a device's name or a scene file's path.
+        A scene, or a device's name or a scene file's path. Its drives are periodic.
     along
-        The path of the number, or ``volts`` or ``hz``, with its two values, in SI or texts with a unit:
-        ``{"signals.pzt.amplitude": ("8 V", "7.5 V")}``.
+        The path of the number, or ``volts`` or ``hz``, with its two values, in SI or texts with a unit.
     starts
         Number of starts at each of both values, every settled motion of which (`tarsus.attractors`) is followed; 0: the
         scene's own motion at the first value alone, and what that settles to where it ends.

@@ -203,15 +203,15 @@ def recommend(
     Parameters
     ----------
     device
-        A device, a scene file, such as identified.toml, or a scene.
+        A device, a scene file or a scene. After an identification it is identified.toml.
     parameter
         Path of the number in question, such as ``ground.adhesion.rate``; all that are not known where left out.
     budget
         Time of recording [s].
     vary
         What the candidates differ in, every combination: ``hz``, ``volts``, ``ramp`` (lambda, the share of half a
-        period that each ramp of the ramped square takes), ``gap``, as ``{"hz": "5, 15, 50"}``. About the device's own
-        signal where left out, and never stronger. Of a walker ``hz`` and ``volts``, of its gait.
+        period that each ramp of the ramped square takes), ``gap``, with its values, such as "5, 15, 50". About the
+        device's own signal where left out, and never stronger. Of a walker ``hz`` and ``volts``, of its gait.
     unknown
         Paths of further numbers that are not known exactly; those that a campaign identifies are.
     spread
