@@ -47,6 +47,7 @@ def line_of(command: Verb, verb: str, hook: Callable[..., int] | None = None) ->
 
 
 SCENE = "A device (see `tarsus devices`) or a scene file (TOML)."
+FOLDER = "Folder for what is found and its page; without it nothing is written."
 
 
 def _arguments(command: Verb, own: dict[str, inspect.Parameter]) -> list[inspect.Parameter]:
@@ -85,11 +86,7 @@ def _shared(command: Verb) -> list[inspect.Parameter]:
         found.append(("threads", options.Threads, None))
         found += [("on", options.On, None)] * (taken["threads"].type == "Workers")
     if writes:
-        said = Parameter(
-            help=command.declared.said.get(
-                "output", "Folder for what is found and its page; without it nothing is written."
-            )
-        )
+        said = Parameter(help=command.declared.said.get("output", FOLDER))
         needed = command.needs_output
         folder = Annotated[options.Folder if needed else options.MaybeFolder, said]
         found.append(("output", folder, NO_DEFAULT if needed else None))
