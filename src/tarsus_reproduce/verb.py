@@ -45,7 +45,7 @@ def reproduce(
     experiment
         cantilever: the micro-cantilever under periodic drive (Table A.1); cantilever-1: with the device fitted to the
         dissertation's model. hexapod, quadruped: the bouncing foot of a bulk PZT robot (Table 3.2), its modes and
-        impact maps, and its motion in the air. millipede: the trends that are seen in its simulations of walking
+        impact laws, and its motion in the air. millipede: the trends that are seen in its simulations of walking
         (Figs. 4.7-4.11).
     all
         Every experiment into a folder of its own below the output folder, with an index.
