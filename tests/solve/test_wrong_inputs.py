@@ -86,6 +86,7 @@ WRONG: dict[str, tuple[wrong_inputs.Ask, wrong_inputs.Said]] = {
     ),
     "duration that is no number": (lambda at: ts.simulate("cantilever", math.nan), "expected a time above 0 s"),
     "time before the start": (lambda at: ts.simulate("cantilever", 0.01).at(np.array([-1e-3, 0.0])), "time"),
+    "time after the end": (lambda at: ts.simulate("cantilever", 0.01).states([0.0, 0.02]), "one of 0.01 s, got 0.02 s"),
     "one time": (lambda at: increasing(0.01), "a row of times"),
     "times out of order": (lambda at: increasing([0.01, 0.005]), "in order"),
     "rows of two lengths": (batch({FILM: [4e-21] * 3, VOLTS: [8.0, 10.0]}), (f"has 3, {VOLTS} has 2", "grid=True")),

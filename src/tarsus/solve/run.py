@@ -51,10 +51,10 @@ if TYPE_CHECKING:
     from tarsus.tables.table import Table
 
 
-def increasing(times: npt.ArrayLike) -> np.ndarray:
+def increasing(times: npt.ArrayLike, end: float = np.inf) -> np.ndarray:
     """Times (nt,) as seconds, of numbers [s] or texts with a unit.
 
-    Raises InputError where they are no row in order from 0 s on, which sampling a run needs.
+    Raises InputError where they are no row in order from 0 s on, which sampling a run needs, up to its end [s].
     """
     given = np.asarray(times)
     if given.dtype.kind == "U":
@@ -66,6 +66,8 @@ def increasing(times: npt.ArrayLike) -> np.ndarray:
         raise InputError("times: expected times in order, each at or after the one before; sort them first")
     if len(when) and when[0] < 0.0:
         raise InputError(f"times: a run begins at 0 s, got {when[0]:g} s")
+    if len(when) and when[-1] > end * (1.0 + SAME_EVENT):
+        raise InputError(f"times: the run is one of {end:g} s, got {when[-1]:g} s")
     return when
 
 
@@ -387,15 +389,15 @@ class Run(Hinted):
         """Series at the given times (nt,) [s] or ``["1 ms", "2 ms"]``, increasing: the engine's own solution, not an
         interpolation.
 
-        Raises InputError where the times are not in order.
+        Raises InputError where the times are not in order, or beyond the run's duration.
         """
         from tarsus.solve.series import Series
 
-        return Series(self, increasing(times))
+        return Series(self, increasing(times, self.duration))
 
     def states(self, times: npt.ArrayLike) -> SampledStates:
         """States and contact forces alone at the given times [s], increasing. At an event they are those after it."""
-        return self.motion.states(increasing(times))
+        return self.motion.states(increasing(times, self.duration))
 
     def outputs(self, outputs: Sequence[Output], times: npt.ArrayLike) -> np.ndarray:
         """What instruments see (nc, nt) at times (nt,) [s], increasing, in SI units.
@@ -407,7 +409,7 @@ class Run(Hinted):
         """
         from tarsus.solve.outputs import output_rows
 
-        when = increasing(times)
+        when = increasing(times, self.duration)
         rows = output_rows(self.scene, outputs, when)
         if self.scene.slides and rows.tangent.any():
             found = self.at(when)
