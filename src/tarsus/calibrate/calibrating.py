@@ -169,11 +169,11 @@ def calibrate(
     Parameters
     ----------
     study
-        A packaged study by name, a study file by path, or a study with its table.
+        A packaged study by name, or a study file by path; in Python also a study with its table.
     output
         Folder for the result: visited sets, `calibration.json`, `mixture.json`, a device file for every hypothesis;
-        `report.html` is added by the command. New or empty unless `resume`. By default nothing is written from Python,
-        and by the command into the study's name with `.calibration`.
+        `report.html` is added by the command. New or empty unless `resume`. By default the study's name with
+        `.calibration`; in Python nothing is written then.
     seed
         Seed of the search instead of the study's own.
     threads

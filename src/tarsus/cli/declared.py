@@ -14,6 +14,7 @@ from typing import Any
 NO_DEFAULT = object()
 """Of an argument that has to be given."""
 
+_OF_PYTHON = re.compile(r"; in Python .*?(?=\.(?: |$))")
 _PACKAGES = Path(__file__).parents[2]
 
 
@@ -86,13 +87,14 @@ class Declaration:
 
     @cached_property
     def said(self) -> dict[str, str]:
-        """What the docstring says of each argument."""
+        """What the docstring says of each argument, less what is said of Python."""
         part = self._doc.partition("\n\nParameters\n----------\n")[2]
         part = re.split(r"\n\n\w+\n-{4,}\n", part)[0]
         found = {}
         for names, text in re.findall(r"^(\*?\w[\w, *]*)\n((?:    .*(?:\n|\Z)|\n)+)", part, re.MULTILINE):
             for name in names.split(","):
-                found[name.strip(" *")] = " ".join(dedent(text).split()).replace("``", "`")
+                words = " ".join(dedent(text).split()).replace("``", "`")
+                found[name.strip(" *")] = _OF_PYTHON.sub("", words)
         return found
 
     @property

@@ -44,7 +44,7 @@ def sweep(
     Parameters
     ----------
     study
-        A packaged study, a study file (TOML), the folder of a sweep, which is continued, or a `Sweep`.
+        A packaged study, a study file (TOML), or the folder of a sweep, which is continued; in Python also a `Sweep`.
     output
         Folder for the study, its finished parts and sweep.nc; by default the study's name with `.sweep`.
     seed

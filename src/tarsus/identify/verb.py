@@ -31,7 +31,8 @@ def identify(
     Parameters
     ----------
     campaign
-        Its file (campaign.toml) or the folder that holds it, or what `tarsus.identify.campaign.read_campaign` gave.
+        Its file (campaign.toml) or the folder that holds it; in Python also what
+        `tarsus.identify.campaign.read_campaign` gave.
     seed
         Of the draws.
     progress

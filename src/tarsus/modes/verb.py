@@ -35,7 +35,7 @@ def modes(
     Parameters
     ----------
     sources
-        Files, or what was read from them; all frequency responses, or all time records.
+        Files, all of frequency responses or all of time records; in Python also what was read from them.
     band
         Lowest and highest frequency, e.g. 100Hz and 1500Hz; by default all lines of responses, or what the drive
         excites within 40 dB.

@@ -67,7 +67,7 @@ def explore(
     scene
         A device's name, a scene file's path, or a `Scene`.
     output
-        The file, ending in .html; from Python nothing is written without it.
+        The file, ending in .html; in Python nothing is written without it.
     duration
         How long each run is [s], or a text with a unit; the scene's own when left out.
     over

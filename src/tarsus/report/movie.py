@@ -82,7 +82,7 @@ def movie(
     Parameters
     ----------
     walk
-        A run, a run's folder, or a device, scene file or scene that is simulated now.
+        A run's folder, or a device or scene file that is simulated now; in Python also a run or a scene.
     output
         The file, ending in .gif, or in .webm: about an eighth of the size, by ffmpeg.
     periods

@@ -56,7 +56,8 @@ def plot(
     Parameters
     ----------
     saved
-        A folder that `simulate` or `sweep` wrote, or a .nc file of a run, a batch or a sweep; or a `Run` or `Batch`.
+        A folder that `simulate` or `sweep` wrote, or a .nc file of a run, a batch or a sweep; in Python
+        also a `Run` or `Batch`.
     name
         Of a run: motion, impacts, ledger, or a series such as gap; of a batch or sweep: a measure. The motion, or the
         first measure, when left out.
