@@ -164,6 +164,7 @@ def test_every_fault_of_a_study_is_told_at_once(tmp_path):
             '{"height": "impacts"}',
             "average.height: 'impacts' has another unit than 'peak'",
         ),
+        ('"settle"', '"foot": "bal", "settle"', "sampling.foot: the robot has no foot 'bal'; did you mean 'ball'"),
         ("choices = {", 'choices = {"way": {"options": ["a", "a"]}, ', "choices.way.options: one is there twice"),
         ('"low": 0.5', '"low": 0.5, "size": 0', "unknowns.e: size: expected a value above 0"),
         ("unknowns.push]", "unknowns.pusch]", "there is no unknown 'pusch'; did you mean 'push'"),

@@ -390,7 +390,10 @@ def test_what_the_verb_did_not_write_is_not_replaced(tmp_path, by):
 def test_what_an_interrupted_writing_left_is_the_verbs_own(tmp_path):
     with pytest.raises(KeyboardInterrupt), output(tmp_path).writing() as folder:
         (folder / "a.txt").write_text("half", encoding="utf-8")
+        (folder / "units").mkdir()  # before there is anything in it
         raise KeyboardInterrupt
+    with output(tmp_path, overwrite=True).writing() as folder:
+        assert not (folder / "units").exists()
     write(output(tmp_path, overwrite=True), "units/1.npz")
     assert names(tmp_path) == {"units/1.npz"}
 

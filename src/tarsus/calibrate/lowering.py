@@ -122,7 +122,9 @@ def _split(study: Study, table: TableRows, faults: Faults) -> tuple[tuple[int, .
 
 def _channels(study: Study, faults: Faults) -> list[str]:
     """Measures of the run that are read, each checked."""
-    units = known_measures()
+    units, foot, feet = known_measures(), study.sampling.foot, study.scene.robot.feet
+    if foot is not None and foot not in feet:
+        faults.add(f"sampling.foot: the robot has no foot '{foot}'{nearest(foot, feet)}")
     wanted = [(f"measures.{name}.measure", one.measure, False) for name, one in study.measures.items()]
     for name, choice in study.choices.items():
         if len(set(choice.options)) < len(choice.options):

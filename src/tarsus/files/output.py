@@ -130,8 +130,8 @@ class OutputFolder:
 
     @contextlib.contextmanager
     def _set_aside(self) -> Iterator[Path | None]:
-        """What the verb wrote before lies elsewhere for the length of a block, and is removed then; folders that this
-        leaves empty are gone. None where there is nothing."""
+        """What the verb wrote before lies elsewhere for the length of a block, and is removed then; folders of the verb
+        that are empty, of a verb that was killed too, are gone. None where there is nothing."""
         own = self._own() if self.overwrite else set()
         if not own:
             yield None
@@ -140,10 +140,11 @@ class OutputFolder:
             for name in own:
                 (Path(place) / name).parent.mkdir(parents=True, exist_ok=True)
                 shutil.move(self.folder / name, Path(place) / name)
-            emptied = {parent for name in own for parent in Path(name).parents} - {Path(".")}
-            for parent in sorted(emptied, key=lambda one: -len(one.parts)):
+            parents = {str(parent) for name in (*own, *self.files) for parent in Path(name).parents} - {"."}
+            emptied = {found for parent in parents for found in self.folder.glob(parent)}
+            for found in sorted(emptied, key=lambda one: -len(one.parts)):
                 with contextlib.suppress(OSError):
-                    (self.folder / parent).rmdir()
+                    found.rmdir()
             yield Path(place)
 
     def _restore(self, aside: Path | None, known: Mapping[str, list[str] | None], made: Sequence[Path]) -> None:
