@@ -165,6 +165,8 @@ def test_every_fault_of_a_study_is_told_at_once(tmp_path):
             "average.height: 'impacts' has another unit than 'peak'",
         ),
         ('"settle"', '"foot": "bal", "settle"', "sampling.foot: the robot has no foot 'bal'; did you mean 'ball'"),
+        ('"1 s", "window": "2 s"', '"1 s"', "sampling.window: row 1 has no drive period; say how long a window is"),
+        ('"settle": "1 s"', '"settle": "1e13 s"', "sampling: row 1: a run would take about"),
         ("choices = {", 'choices = {"way": {"options": ["a", "a"]}, ', "choices.way.options: one is there twice"),
         ('"low": 0.5', '"low": 0.5, "size": 0', "unknowns.e: size: expected a value above 0"),
         ("unknowns.push]", "unknowns.pusch]", "there is no unknown 'pusch'; did you mean 'push'"),

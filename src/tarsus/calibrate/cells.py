@@ -14,6 +14,7 @@ from tarsus.calibrate.readings import unit_of
 from tarsus.calibrate.scenes import Variant
 from tarsus.files.rows import Cell, TableRows
 from tarsus.measure.periods import scene_period
+from tarsus.solve import too_long
 
 
 def cells_of(
@@ -34,7 +35,13 @@ def cells_of(
     observed = np.full((len(numbers), len(measures)), np.nan)
     absolute = np.zeros(observed.shape)
     for place, number in enumerate(numbers):
-        period = scene_period(variant.scene_of(middle, variant.rows[place]), np.inf)
+        scene = variant.scene_of(middle, variant.rows[place])
+        period = scene_period(scene, np.inf)
+        window = study.sampling.window or period
+        if not np.isfinite(window):
+            faults.add(f"sampling.window: row {number + 1} has no drive period; say how long a window is")
+        elif said := too_long(scene, study.sampling.settle + study.sampling.windows * window):
+            faults.add(f"sampling: row {number + 1}: {said}")
         for k, (name, one) in enumerate(measures):
             absolute[place, k] = absolute_of(study.sampling, one, period, f"measures.{name}", faults)
             column = one.column or name
