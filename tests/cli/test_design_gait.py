@@ -23,7 +23,7 @@ def test_a_front_is_written_and_read_again(tarsus, tmp_path, opened):
     rows = list(csv.reader((tmp_path / "front.csv").open()))
     assert len(rows) == len(table["front"]) + 3 and {len(row) for row in rows} == {len(rows[0])}
     assert "#define GAIT_COUNT 2u" in (tmp_path / "gait.h").read_text()
-    assert opened(tmp_path, "gait design", "gait.duty")["front"] == table["front"]
+    assert opened(tmp_path, "gait design", "gait.duty", "without a unit are in SI")["front"] == table["front"]
     again = tarsus("design", "gait", *GAIT, *words, "--resume")
     assert again.code == 0, again.err
     resumed = again.json()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -65,15 +66,13 @@ def result_view(kind: FileKind, path: Path) -> View:
         case FileKind.UNFINISHED | FileKind.SWEEP_RUNS:
             return _plan_view(kind, folder)
     data = read_json(path / mark if (mark := mark_of(path)) else path)
+    lines = [*_page(folder), "Numbers without a unit are in SI."]
+    tables = data_tables(data, KEYS.get(kind, ()))
     if kind is FileKind.FITTED:
-        try:
-            tables = [calibration_table(data)]
-        except (KeyError, TypeError, ValueError, IndexError):  # of another version
-            tables = data_tables(data)
-    else:
-        tables = data_tables(data, KEYS.get(kind, ()))
+        with suppress(KeyError, TypeError, ValueError, IndexError):  # of another version
+            lines, tables = _page(folder), [calibration_table(data)]
     title = _title(kind, path, data.get("version") or data.get("tarsus"))
-    return View(data | {"is": kind.word}, Table(title, (), (), _page(folder), tables))
+    return View(data | {"is": kind.word}, Table(title, (), (), lines, tables))
 
 
 def _title(kind: FileKind, path: Path, version: Any = None) -> str:
