@@ -173,10 +173,11 @@ class Stage {
   /** What a length and an arrow of the picture stand for. */
   drawScales() {
     const { pen, look: { colors, ink }, walk: { drawing, incline: tilt }, choices } = this, y = this.height - 8;
+    const apart = this.width < 420 ? 10 : 26; // three scales on a phone
     let x = 4;
     const say = (text, from) => {
       words(pen, text, from, y, colors.muted);
-      x = from + pen.measureText(text).width + 26;
+      x = from + pen.measureText(text).width + apart;
     };
     if (drawing.true) {
       const real = roundBelow((0.14 * this.width) / this.scale), long = real * this.scale;
