@@ -212,6 +212,7 @@ def test_what_is_no_command_moves_nothing():
         ({"gait": {"frequenzy": 3.0}}, "frequenzy"),
         ({"gait": {"frequency": -3.0}}, "frequency"),
         ({"gait": {"high": np.inf}}, "finite"),
+        ({"gait": {"duty": [0.3, 0.4]}}, "gait.duty: expected one or 1 finite numbers"),
         ({"drive": {"L1": 1.0}, "gradients": ["signals.L1.amplitude"]}, "no"),
     ]
     for asked, said in wrong:

@@ -48,6 +48,12 @@ def seed(at: Path) -> object:
     return ts.simulate(scene, 1e-3, gradients=["ground.profile.seed"])
 
 
+def masked(at: Path) -> object:
+    sim = ts.Session("cantilever", 3)
+    sim.reset()
+    return sim.reset(robots=[True, False])
+
+
 def restored(at: Path, content: bytes | None) -> object:
     """A session that goes on from a file: of these bytes, or of another robot's."""
     sim, other, file = ts.Session("cantilever"), ts.Session("hexapod"), at / "some.npz"
@@ -138,6 +144,8 @@ WRONG: dict[str, tuple[wrong_inputs.Ask, wrong_inputs.Said]] = {
         ),
     ),
     "step before a reset": (lambda at: ts.Session("cantilever").step({"pzt": 1.0}), "call reset first"),
+    "robots to reset": (masked, "robots: expected numbers below 3, or 3 truths"),
+    "half a robot": (lambda at: ts.Session("cantilever", 2.5), "robots: expected one or more, got 2.5"),
     "session's file": (lambda at: restored(at, b"PK nothing"), "no file of a session"),
     "session's file that is gone": (lambda at: restored(at, b""), "some.npz"),
     "session's file of another": (lambda at: restored(at, None), "of another scene"),

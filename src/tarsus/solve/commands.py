@@ -199,6 +199,15 @@ def held(
     return channels, which
 
 
+def row_of(given: Any, count: int) -> Floats | None:
+    """One number for all robots, or one for each, as (nr,); None of anything else."""
+    try:
+        found = np.asarray(given, dtype=float)
+        return np.broadcast_to(found, (count,)).copy() if found.ndim < 2 else None
+    except (TypeError, ValueError):
+        return None
+
+
 def asked_of(name: str, wave: Any, count: int, since: Floats, seconds: float, ramp: bool) -> Track | Floats:
     """The course (nr) that a drive is asked for: voltages (nr,), held, or reached by a ramp from those ``since`` (nr,)
     [V] on, after so many seconds; or waveforms from now on. Raises InputError for what is neither."""
@@ -210,11 +219,7 @@ def asked_of(name: str, wave: Any, count: int, since: Floats, seconds: float, ra
         return joined([_of_runs(one.track(), 1) for one in wave])
     if isinstance(wave, float) and count == 1 and not ramp and math.isfinite(wave):
         return np.array([wave])
-    try:
-        levels = np.asarray(wave, dtype=float)
-        level = np.broadcast_to(levels, (count,)).copy() if levels.ndim < 2 else None
-    except (TypeError, ValueError):
-        level = None
+    level = row_of(wave, count)
     if level is None:
         raise InputError(f"drive.{name}: expected volts, one or {count} numbers, or waveforms, got {wave!r}")
     if not np.isfinite(level).all():

@@ -75,7 +75,7 @@ class Session(Hinted):
         Raises InputError for fewer than one robot.
         """
         self.scene: Scene = as_scene(scene)
-        if robots is not None and robots < 1:
+        if robots is not None and not (robots >= 1 and robots == int(robots)):
             raise InputError(f"robots: expected one or more, got {robots}")
         self.robots, self.vary = robots, vary or {}
         self.accuracy = accuracy or (SINGLE_RUN if robots is None else Accuracy())
@@ -144,7 +144,9 @@ class Session(Hinted):
             if robots is None or self._now is None:
                 self._now = self._fresh(self.robots or 1)
             else:
-                own = np.asarray(robots)
+                own, count = np.asarray(robots), self.robots or 1
+                if (own.shape != (count,)) if own.dtype == bool else np.any(own >= count):
+                    raise InputError(f"robots: expected numbers below {count}, or {count} truths, got {robots!r:.60}")
                 chosen = np.flatnonzero(own) if own.dtype == bool else own.astype(np.intp).reshape(-1)
                 if len(chosen):
                     self._now.renewed(chosen, self._fresh(self.robots or 1))

@@ -26,7 +26,7 @@ from tarsus.plan.channels import gait_waves, with_columns
 from tarsus.plan.lowering import lines_below
 from tarsus.plan.rows import BY_RUN, Rows, pack
 from tarsus.solve.codes import ResultCode, structured_events, without_marks
-from tarsus.solve.commands import Command, asked_of, held
+from tarsus.solve.commands import Command, asked_of, held, row_of
 from tarsus.solve.contacts import CARRIED
 from tarsus.solve.engine import Accuracy, Advanced
 from tarsus.solve.motion import RunLaws, account_of, ledger_of
@@ -156,10 +156,10 @@ class SteppedRobots:
             raise InputError("gait: the scene has none; give its drives volts")
         for path, value in gait.items():
             place = get_value(self.scene, f"gait.{path}")
-            given = np.asarray(value, dtype=float)
-            if isinstance(place, bool) or not isinstance(place, float) or not np.isfinite(given).all():
-                raise InputError(f"gait.{path}: expected finite numbers, got {value!r}")
-            self.gait = {**self.gait, path: np.broadcast_to(given, (count,)).copy()}
+            given = None if isinstance(place, bool) or not isinstance(place, float) else row_of(value, count)
+            if given is None or not np.isfinite(given).all():
+                raise InputError(f"gait.{path}: expected one or {count} finite numbers, got {value!r:.60}")
+            self.gait = {**self.gait, path: given}
         out = {}
         for name, numbers in gait_waves(self.scene, {**self._of("gait."), **self.gait}).items():
             wave = with_columns(self.scene.waveforms[name], numbers)
