@@ -58,7 +58,10 @@ def test_a_row_without_values_is_predicted(finished):
     height = truth[lowered.forward.channels.index("mean_height")]
     one = next(one for one in result.predicted[3] if one.measure == "height")
     assert one.median == pytest.approx(height, rel=0.1)
-    entry = json.loads((folder / "calibration.json").read_text())["rows"][3]
+    rows = json.loads((folder / "calibration.json").read_text())["rows"]
+    first = rows[0]["training"]["height"]
+    assert first["error"] == pytest.approx(1.0 - first["median"] / first["observed"])  # as its page has it
+    entry = rows[3]
     assert entry["fitted"] is False and entry["predicted"]["height"]["median"] == pytest.approx(100.0 * one.median)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tarsus.calibrate.cells import column_value
-from tarsus.calibrate.compared import NumberRow
+from tarsus.calibrate.compared import NumberRow, relative_error
 from tarsus.calibrate.objective import existence
 from tarsus.calibrate.prediction import Prediction
 from tarsus.calibrate.readings import unit_of
@@ -50,7 +50,7 @@ def prediction_entry(one: Prediction, unit: str, observed: float | None = None) 
     if observed is not None and np.isfinite(observed):
         entry |= {
             "observed": column_value(observed, unit),
-            "error": one.median / observed - 1.0 if observed else None,
+            "error": relative_error(observed, one.median),
             "holds": one.holds(observed),
         }
     return entry
