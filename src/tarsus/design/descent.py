@@ -12,21 +12,22 @@ from numpy.typing import NDArray
 from tarsus.design.free import Free
 from tarsus.design.grounds import Grounds
 from tarsus.design.problem import LOOK, DesignProblem, LastPeriod
-from tarsus.fit.valleys import Budget, Visited, follow_down
+from tarsus.fit.valleys import FIRST_STEP, NEAR, Budget, Visited, follow_down
 
 Floats = NDArray[np.float64]
 
 LENGTH = Budget(generations=120, offspring=10)
 """Of every strategy; of those that are begun the worse half ends again and again."""
-EACH = 400
+EACH = 220
 """Points that a strategy costs, those included that end early."""
-MOST = 32
+MOST = 64
 """Strategies at most."""
 FIRST_LOOK = int(0.4 * LOOK)
 """Grounds of an attack below which strategies take a share of their generations, unless points are left."""
-NEAR, STEP = 0.03, 0.05
-"""Points of so different valleys are begun with, and the first step from them: a third and two thirds of a valley's
-size, for what is best on more grounds lies beside what was best on fewer."""
+OWN, WIDE, BESIDE = (0.03, 0.05), (NEAR, FIRST_STEP), (0.06, 0.04)
+"""Points of so different valleys are begun with, and the first step from them: on one ground, where valleys are narrow;
+in the first search on several; and in those on more grounds, as what is best there lies beside what was best on
+fewer."""
 TRIED = 2, 3, 4, 6, 8
 """Lengths of a run in periods that the search may be content with: every candidate pays for them."""
 SAMPLE, SHARE, SAME = 48, 0.95, 0.01
@@ -34,9 +35,9 @@ SAMPLE, SHARE, SAME = 48, 0.95, 0.01
 the share within which values are the same."""
 
 
-def valleys(free: Free, points: Floats, costs: Floats, count: int) -> Floats:
+def valleys(free: Free, points: Floats, costs: Floats, count: int, near: float = BESIDE[0]) -> Floats:
     """So many points (k, nu) at most of points (n, nu) with costs (n,), the best first, each in a valley of its own."""
-    return points[Visited(*free.parted(points), costs).best(count, near=NEAR)]
+    return points[Visited(*free.parted(points), costs).best(count, near=near)]
 
 
 def follow(
@@ -47,16 +48,18 @@ def follow(
     count: int,
     rng: np.random.Generator,
     look: int,
+    size: tuple[float, float],
 ) -> None:
     """Ask for costs (n,) of about ``count`` points (n, nu) on the way down from the best valleys of points (n, nu).
-    look: grounds that an attack on the box looks at."""
-    starts = valleys(free, points, costs, int(np.clip(count // EACH, 2, MOST)))
+    look: grounds that an attack on the box looks at; size: `OWN`, `WIDE` or `BESIDE`."""
+    near, step = size
+    starts = valleys(free, points, costs, int(np.clip(count // EACH, 2, MOST)), near)
     numbers, rest = free.parted(starts)
     visited = Visited.empty(rest.shape[1])
     most = LENGTH.generations
     few = max(count // LENGTH.offspring, most * look // FIRST_LOOK)
     budget = replace(LENGTH, generations=min(few, most))
-    follow_down(lambda which, some: cost(free.joined(which, some)), visited, numbers, rest, budget, rng, step=STEP)
+    follow_down(lambda which, some: cost(free.joined(which, some)), visited, numbers, rest, budget, rng, step)
 
 
 def settled(request: DesignProblem) -> DesignProblem:

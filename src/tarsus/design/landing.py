@@ -32,7 +32,7 @@ from tarsus.plan.lowering import still_only
 
 MOST_PAIRS = 6
 """More pairs than this have more unknowns than a search of a minute can tell apart."""
-CANDIDATES = 24000
+CANDIDATES = 32000
 """That are tried at effort 1. From 0.4 on valleys are followed down to their floors; less is for a first look."""
 LEAST_LOOK = 4
 """Grounds that an attack on the box looks at, however little the effort."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.progress import Progress, silent
-from tarsus.design.descent import follow, settled, valleys
+from tarsus.design.descent import BESIDE, OWN, WIDE, follow, settled, valleys
 from tarsus.design.front import FRONT_FILES, Candidate, Design
 from tarsus.design.grounds import Grounds, corners, drawn, started, with_starts
 from tarsus.design.judge import CLOSED, NOMINAL, WORST, Certificate, Each, Judge, Look, Risk, Round, excess, finite
@@ -33,12 +33,13 @@ LOOKED = 4
 is found there."""
 ROUNDS = 5
 """Rounds of cutting planes at most."""
-SHARES: tuple[float, float] = (0.55, 0.4)
+SHARES = (0.55, 0.4), (0.2, 0.4)
 """Shares of the candidates that go to the nominal front, each of which costs one run, and to the first search under
-the risk, each of which costs one on every ground."""
-MORE_SHARE = 0.02, 0.1
+the risk, each of which costs one on every ground; and where they follow valleys down, of which the softest is found by
+chance there."""
+MORE_SHARE = 0.02, 0.12
 """Share of the candidates in every further round, and where each of them follows valleys down."""
-FEW = 4
+FEW = 2
 """Corners of a box that a search which follows valleys down begins with beside the scene's own ground: what is best on
 many is found by what is good on these."""
 STARTS = 48
@@ -184,11 +185,15 @@ class DesignSearch:
         """Whether searches follow valleys down: of one objective with pulses."""
         return len(self.request.objectives) == 1 and self.request.free.pulses is not None
 
-    def _begun(self, found: _Found) -> Floats:
-        """Points (k, nu) that a search on more grounds begins with."""
+    def _begun(self, found: list[_Found]) -> Floats:
+        """Points (k, nu) that a search on more grounds begins with: where it descends, those of the first search too,
+        for the last one may have seen one valley alone."""
         if self.descends:
-            return valleys(self.request.free, found.points, found.risked[:, 0], 8 * STARTS)
-        return found.leading(STARTS)
+            ends = (found[0], found[-1])
+            return np.concatenate(
+                [valleys(self.request.free, one.points, one.risked[:, 0], 4 * STARTS) for one in ends]
+            )
+        return found[-1].leading(STARTS)
 
     def _report(self, what: str) -> None:
         """Tell progress: searches finish their last generation, which may try more than was asked for."""
@@ -219,13 +224,14 @@ class DesignSearch:
 
         return each
 
-    def _search(self, what: str, grounds: Grounds, risk: Risk, share: float, starts: Floats) -> _Found:
-        """DesignSearch the front under a risk on grounds, from points (ns, nu) beside an even spread."""
+    def _search(self, grounds: Grounds, risk: Risk, share: float, starts: Floats, *, again: bool = False) -> _Found:
+        """Search the front under a risk on grounds, from points (ns, nu) beside an even spread; again: whether the
+        points were good on fewer grounds."""
         every: list[tuple[Floats, Floats, Floats]] = []
         size, free = len(self.request.objectives), self.request.free
 
         def costs(points: Floats) -> Floats:
-            self._report(f"{what}, {len(grounds)} grounds")
+            self._report(f"front, {len(grounds)} grounds")
             each = self.quick.costs(free.values(points), grounds)
             self.tried += len(points)
             found = self.quick.risked(each, grounds, risk), self.quick.nominal(each)
@@ -233,15 +239,27 @@ class DesignSearch:
             return every[-1][1]
 
         count = int(share * self.request.candidates) - len(starts)
-        search = search_of(count // 2 if self.descends else count)
-        if self.descends and (risk is not NOMINAL or not self.quick.robust):  # evenly spread: many valleys
-            search = replace(search, generations=0)
+        search = search_of(count)
+        one = risk is NOMINAL
+        if self.descends and one and self.quick.robust:  # a rival alone: by a population
+            search = search_of(count // 2)
+        elif self.descends:  # evenly spread: many valleys
+            search = replace(search, generations=0, scan=2 if again else search.scan)
         self.asked += 1
         seed = 1000 * self.options.seed + self.asked
         points, found = search_front(costs, len(free), free.circular, search, seed, starts)
         if self.descends:
             left, rng, look = count - len(points), np.random.default_rng(seed), self.options.look
-            follow(lambda some: costs(some)[:, 0], free, points, found[:, 0], left, rng, look)
+            follow(
+                lambda some: costs(some)[:, 0],
+                free,
+                points,
+                found[:, 0],
+                left,
+                rng,
+                look,
+                OWN if one else BESIDE if again else WIDE,
+            )
         return _Found(*(np.concatenate(part) for part in zip(*every, strict=True)))
 
     def design(self) -> Design:
@@ -319,14 +337,15 @@ class DesignSearch:
     def _candidates(self) -> tuple[Floats, Grounds, list[Round]]:
         """Rows (n, np) that short runs find, the grounds for long ones, and the rounds that made them."""
         own, free = self.quick.own, self.request.free
-        share = SHARES if self.quick.robust else (1.0, 0.0)
-        nominal = self._search("front", own, NOMINAL, share[0], np.zeros((0, len(free))))
+        share = SHARES[self.descends] if self.quick.robust else (1.0, 0.0)
+        nominal = self._search(own, NOMINAL, share[0], np.zeros((0, len(free))))
         if not self.quick.robust:
             return self._pool(nominal.leading(2 * CONFIRMED)), self.sure.own, []
         best, usual = float(nominal.own[:, 0].min()), float(np.median(nominal.own[:, 0]))
         near = nominal.points[nominal.own[:, 0] <= best + NEAR_BEST * min(usual - best, BARRED)]
         near = near[farthest(near, free.circular, STARTS)]
         starts = np.concatenate([nominal.points[along(nominal.risked, STARTS)], near])
+        starts = starts[:0] if self.descends else starts
         found, grounds, rounds = self._judged(starts, own, share[1])
         lasting = (
             self.sure.own.with_more(grounds.points()[len(own) :])
@@ -351,16 +370,16 @@ class DesignSearch:
         return _Found(rows, allowed(judge.risked(each, grounds), size), allowed(judge.nominal(each), size))
 
     def _judged(self, starts: Floats, grounds: Grounds, share: float) -> tuple[_Found, Grounds, list[Round]]:
-        """DesignSearch the front under the request's risk, its grounds, and the rounds that made them."""
+        """Search the front under the request's risk, its grounds, and the rounds that made them."""
         if not self.quick.by_planes:
             grounds = self.quick.fixed(MEAN_GROUNDS)
-            return self._search("front", grounds, self.request.risk, share, starts), grounds, []
+            return self._search(grounds, self.request.risk, share, starts), grounds, []
         found: list[_Found] = []
 
         def improve(active: Grounds) -> Floats:
-            begun = self._begun(found[-1]) if found else starts
-            more = MORE_SHARE[self.descends]
-            found.append(self._search("front", active, WORST, more if found else share, begun))
+            begun = self._begun(found) if found else starts
+            more = MORE_SHARE[self.descends] if found else share
+            found.append(self._search(active, WORST, more, begun, again=bool(found)))
             return self.request.free.values(found[-1].points[along(found[-1].risked, ATTACKED)])
 
         look, rows = Look(self.options.look, CLIMB), None
