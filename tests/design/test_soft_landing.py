@@ -258,9 +258,9 @@ def test_the_wanted_speeds_of_the_cantilever(scene):
 @pytest.mark.slow
 @pytest.mark.parametrize(("levels", "most", "rival"), [("-8 V, 8 V", 0.055, 2.0), ("free=-8V:8V", 0.04, 2.5)])
 def test_no_ground_of_a_hundred_thousand_is_two_percent_worse(scene, levels, most, rival):
-    """The worst of the robust design is what its search asks for. How hard that for the own ground strikes in the box
-    nothing asks for: with listed levels 2.25 and 3.48 times as hard with seeds 1 and 2, whose worst are 0.047 and 0.042
-    m/s."""
+    """The worst of the robust design is what its search asks for; which of its many valleys it ends in is chance: with
+    listed levels the worst is 0.042 to 0.060 m/s with seeds 1 to 8, of half of them below 0.045. How hard the design
+    for the own ground strikes in the box nothing asks for."""
     design = ts.design.landing(scene, "tip", pairs=2, levels=levels, over=BOX, seed=1)
     assert design.worst <= most and design.nominal_worst >= rival * design.worst
     box = over_of(scene, BOX)

@@ -72,7 +72,7 @@ def _bowls(numbers, points):
 
 def test_the_search_finds_the_better_of_two_families():
     visited, rng = Visited.empty(4), np.random.default_rng(0)
-    follow_down(_bowls, visited, np.arange(6) % 2, rng.random((6, 4)), Budget(40, 8), rng)
+    follow_down(_bowls, visited, np.arange(6) % 2, rng.random((6, 4)), Budget(45, 8), rng)
     best = visited.best(3)
     assert visited.numbers[best[0]] == 1 and visited.costs[best[0]] < 1e-6
     assert np.allclose(visited.points[best[0]], 0.7, atol=1e-3)

@@ -34,6 +34,8 @@ MOST_PAIRS = 6
 """More pairs than this have more unknowns than a search of a minute can tell apart."""
 CANDIDATES = 32000
 """That are tried at effort 1. From 0.4 on valleys are followed down to their floors; less is for a first look."""
+LEAST = 1000
+"""That are tried however little the effort: fewer end before a valley's floor, and take a second."""
 LEAST_LOOK = 4
 """Grounds that an attack on the box looks at, however little the effort."""
 KNOWN = 0.01
@@ -155,7 +157,7 @@ def landing_problem(scene: Scene, options: LandingSettings) -> tuple[DesignProbl
         },
         over=borne(scene, options),
         risk=options.risk,
-        candidates=max(int(CANDIDATES * options.effort), 1),
+        candidates=max(int(CANDIDATES * options.effort), LEAST),
         look=int(np.clip(LOOK * options.effort, LEAST_LOOK, LOOK)),
         seed=options.seed,
     )
