@@ -100,11 +100,10 @@ def test_energy_balance_over_fifty_thousand_oscillations() -> None:
     assert terms.damping > 0.4 * MASS[1] * START[3] ** 2
 
 
-def test_samples_at_an_event_are_those_after_it_and_late_ones_those_of_the_end() -> None:
+def test_samples_at_an_event_are_those_after_it_and_the_last_is_the_end() -> None:
     run = ts.simulate("cantilever", "60 ms")
     struck = run.events["time"][run.events["kind"] == EventKind.BOUNCE]
     states = run.states(struck)
     assert len(struck) > 5 and (states.rate > 0.0).all() and np.abs(states.gap).max() < 1e-15
-    late = run.states([0.06, 0.07])
-    np.testing.assert_array_equal(late.x[:, 0], late.x[:, 1])
-    np.testing.assert_allclose(np.concatenate([late.x, late.v])[:, 0], run.motion.last, rtol=1e-9)
+    end = run.states([0.06])
+    np.testing.assert_allclose(np.concatenate([end.x, end.v])[:, 0], run.motion.last, rtol=1e-9)
