@@ -19,12 +19,12 @@ T = TypeVar("T")
 
 def modules_of(package: str) -> Iterator[ModuleType]:
     """The files of a package in their order, loaded. Raises InputError with the line at which one cannot be."""
-    (folder,) = sys.modules[package].__path__
-    for name in sorted(one.name for one in pkgutil.iter_modules([folder])):
+    found = {one.name: one.module_finder for one in pkgutil.iter_modules(sys.modules[package].__path__)}
+    for name, finder in sorted(found.items()):
         try:
             module = importlib.import_module(f"{package}.{name}")
         except Exception as error:
-            file = Path(folder, f"{name}.py")
+            file = Path(getattr(finder, "path", ""), f"{name}.py")  # a package may lie in several folders
             raise InputError(f"{file}{line_of(error, file)}: {said(error)}") from error
         yield module
 
