@@ -51,4 +51,4 @@ def test_a_device_whose_adhesion_grew_is_found_and_nothing_else_moves(tmp_path):
     found = ts.identify(sessions[0], track=[*sessions[1:], session(tmp_path / "14", grown, 14)])
     assert [one.path for one in found.drifts if one.since is not None] == ["ground.adhesion.initial"]
     assert found.drifts[[one.path for one in found.drifts].index("ground.adhesion.initial")].since == 3
-    assert json.dumps(found.to_dict()) and "moved since 14" in str(found)
+    assert json.dumps(found.to_dict()) and "moved since '14'" in str(found)
