@@ -21,7 +21,7 @@ NAMED = {
     "other thresholds": "the cause is unknown",
     "third mode": "the cause is unknown",
     "film exponent 2": "flights leave the exponent open",
-    "restitution falls with speed": "restitution may change with speed",
+    "restitution falls with speed": "restitution changes with speed",
     "compliant ground": "the level of the ground falls with the volts in a record",
     "clock 100 ppm off": "the clock of the motion runs ",
     "adhesion that ages": "ground.adhesion.rate falls with contact time",
