@@ -22,6 +22,7 @@ from tarsus.records.readers.selecting import (
     not_finite,
     scaled_series,
     unit_note,
+    without_units,
 )
 
 _TELLING = 1e-4
@@ -114,20 +115,17 @@ def _with_units(raw: RawFile, choices: Choices, candidates: Sequence[RawSeries])
             continue
         unknown.setdefault(choice.unit or series.unit, []).append(series.name)
     cure = "give its unit under channels"
-    texts = {
-        f"{raw.source}: nothing says what "
-        + (f"channel {some_of(names)} measures" if len(names) == 1 else f"channels {some_of(names)} measure")
-        + (f" ('{said}' is no unit of a known quantity)" if said else ""): names
-        for said, names in unknown.items()
-    }
-    if texts and (choices.channels or not selected):
-        raise InputError(
-            [
-                InputProblem(f"{text}; {cure}", channels=names, fault=Fault.NO_UNIT, cure=cure)
-                for text, names in texts.items()
-            ]
+    without = [
+        (
+            f"{raw.source}: nothing says what "
+            + (f"channel {some_of(names)} measures" if len(names) == 1 else f"channels {some_of(names)} measure")
+            + (f" ('{said}' is no unit of a known quantity)" if said else ""),
+            cure,
+            names,
         )
-    return selected, [*notes, *(f"{text}: not used" for text in texts)]
+        for said, names in unknown.items()
+    ]
+    return selected, [*notes, *without_units(without, asked=bool(choices.channels or not selected))]
 
 
 def _left_out(raw: RawFile, candidates: Sequence[RawSeries], column: RawSeries | None) -> list[str]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.errors import Fault, InputError, InputProblem
+from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest, some_of
 from tarsus.formats.axes import axis_series, series_axis
 from tarsus.formats.raw import Axis, Domain, RawFile, RawSeries, Reference, Role
@@ -24,6 +24,7 @@ from tarsus.records.readers.selecting import (
     not_finite,
     scaled_series,
     unit_note,
+    without_units,
 )
 
 _ONE_INPUT = "input"
@@ -149,18 +150,16 @@ def _with_units(raw: RawFile, choices: Choices, candidates: Sequence[RawSeries])
         for known, *words in ((output, *_OUTPUT), (source, *_INPUT)):
             if known is None:
                 unknown.setdefault(tuple(words), []).append(series.name)
-    problems = [
-        InputProblem(
+    without = [
+        (
             f"{raw.source}: nothing says of the response{'s' * (len(names) > 1)} {some_of(names)} "
-            f"{one if len(names) == 1 else many}; {cure}",
-            fault=Fault.NO_UNIT,
-            cure=cure,
+            f"{one if len(names) == 1 else many}",
+            cure,
+            (),
         )
         for (one, many, cure), names in unknown.items()
     ]
-    if problems and (choices.channels or not found):
-        raise InputError(problems)
-    return found, [*notes, *(f"{one.removesuffix(f'; {one.cure}')}: not used" for one in problems)]
+    return found, [*notes, *without_units(without, asked=bool(choices.channels or not found))]
 
 
 def _quantities(series: RawSeries, choice: ChannelChoice, choices: Choices) -> tuple[Scaled | None, Scaled | None]:

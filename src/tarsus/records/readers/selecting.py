@@ -93,6 +93,19 @@ def unit_note(source: str, series: RawSeries, choice: ChannelChoice) -> list[str
     ]
 
 
+def without_units(unknown: Sequence[tuple[str, str, Sequence[str]]], *, asked: bool) -> list[str]:
+    """Notes on channels that are left out as nothing says their units: of each a sentence, what to do, and names.
+
+    Raises InputError with the sentences and what to do where these channels were asked for.
+    """
+    if unknown and asked:
+        raise InputError(
+            InputProblem(f"{text}; {cure}", channels=names, fault=Fault.NO_UNIT, cure=cure)
+            for text, cure, names in unknown
+        )
+    return [f"{text}: not used" for text, _, _ in unknown]
+
+
 def check_count(source: str, series: RawSeries) -> list[str]:
     """A sentence if a series has fewer values than the file announces."""
     if series.count is None or len(series.values) >= series.count:
