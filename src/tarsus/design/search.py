@@ -250,16 +250,8 @@ class DesignSearch:
         points, found = search_front(costs, len(free), free.circular, search, seed, starts)
         if self.descends:
             left, rng, look = count - len(points), np.random.default_rng(seed), self.options.look
-            follow(
-                lambda some: costs(some)[:, 0],
-                free,
-                points,
-                found[:, 0],
-                left,
-                rng,
-                look,
-                OWN if one else BESIDE if again else WIDE,
-            )
+            valley = OWN if one else BESIDE if again else WIDE
+            follow(lambda some: costs(some)[:, 0], free, points, found[:, 0], left, rng, look, valley)
         return _Found(*(np.concatenate(part) for part in zip(*every, strict=True)))
 
     def design(self) -> Design:
@@ -341,12 +333,7 @@ class DesignSearch:
         nominal = self._search(own, NOMINAL, share[0], np.zeros((0, len(free))))
         if not self.quick.robust:
             return self._pool(nominal.leading(2 * CONFIRMED)), self.sure.own, []
-        best, usual = float(nominal.own[:, 0].min()), float(np.median(nominal.own[:, 0]))
-        near = nominal.points[nominal.own[:, 0] <= best + NEAR_BEST * min(usual - best, BARRED)]
-        near = near[farthest(near, free.circular, STARTS)]
-        starts = np.concatenate([nominal.points[along(nominal.risked, STARTS)], near])
-        starts = starts[:0] if self.descends else starts
-        found, grounds, rounds = self._judged(starts, own, share[1])
+        found, grounds, rounds = self._judged(self._starts(nominal), own, share[1])
         lasting = (
             self.sure.own.with_more(grounds.points()[len(own) :])
             if self.sure.by_planes
@@ -354,6 +341,17 @@ class DesignSearch:
         )
         points = np.concatenate([found.leading(CONFIRMED), nominal.leading(CONFIRMED)])
         return self._pool(points), lasting, rounds
+
+    def _starts(self, nominal: _Found) -> Floats:
+        """Points (k, nu) that the first search under the risk begins with: the nominal front, and what loses little
+        beside it. None where valleys are followed down: those of one ground lead into others than those of several."""
+        free, costs = self.request.free, nominal.own[:, 0]
+        if self.descends:
+            return np.zeros((0, len(free)))
+        best, usual = float(costs.min()), float(np.median(costs))
+        near = nominal.points[costs <= best + NEAR_BEST * min(usual - best, BARRED)]
+        near = near[farthest(near, free.circular, STARTS)]
+        return np.concatenate([nominal.points[along(nominal.risked, STARTS)], near])
 
     def _pool(self, points: Floats) -> Floats:
         """Rows (n, np) of points, with the signal that has no pulses, so that nothing is worse than it."""
