@@ -54,8 +54,7 @@ def test_rows_are_printed_and_in_files(tarsus, opened, tmp_path):
 def test_tables_for_people(tarsus):
     result = tarsus("reproduce", "cantilever-1", "-q")
     assert result.code == 0 and not result.err and " nan" not in result.out
-    shown = ("Table 2.3", "Table A.1, row by row", "80 % interval", "our error")
-    assert all(words in result.out for words in shown)
+    assert all(words in result.out for words in ("Table 2.3", "Table A.1, row by row", "80 % interval", "our error"))
     assert all(len(line) <= 125 for line in result.out.splitlines())
 
 

@@ -15,7 +15,13 @@ NO_DEFAULT = object()
 """Of an argument that has to be given."""
 
 _OF_PYTHON = re.compile(r"; in Python .*?(?=\.(?: |$))")
+"""What a docstring says of an argument that a command line cannot take."""
 _PACKAGES = Path(__file__).parents[2]
+
+
+def _plain(text: str) -> str:
+    """A paragraph of a docstring on one line."""
+    return " ".join(dedent(text).split()).replace("``", "`")
 
 
 @dataclass(frozen=True)
@@ -77,7 +83,7 @@ class Declaration:
     def purpose(self) -> str:
         """What is said before the arguments, a line a paragraph."""
         said = self._doc.partition("\n\nParameters\n----------\n")[0].partition("\n\nRaises\n------\n")[0]
-        return "\n\n".join(" ".join(one.split()) for one in said.split("\n\n")).replace("``", "`")
+        return "\n\n".join(map(_plain, said.split("\n\n")))
 
     @property
     def sentence(self) -> str:
@@ -93,8 +99,7 @@ class Declaration:
         found = {}
         for names, text in re.findall(r"^(\*?\w[\w, *]*)\n((?:    .*(?:\n|\Z)|\n)+)", part, re.MULTILINE):
             for name in names.split(","):
-                words = " ".join(dedent(text).split()).replace("``", "`")
-                found[name.strip(" *")] = _OF_PYTHON.sub("", words)
+                found[name.strip(" *")] = _OF_PYTHON.sub("", _plain(text))
         return found
 
     @property

@@ -47,7 +47,9 @@ def line_of(command: Verb, verb: str, hook: Callable[..., int] | None = None) ->
 
 
 SCENE = "A device (see `tarsus devices`) or a scene file (TOML)."
+"""Said in place of the first sentence of a docstring on a scene."""
 FOLDER = "Folder for what is found and its page; without it nothing is written."
+"""Said of the output of a function that does not say what it is."""
 
 
 def _arguments(command: Verb, own: dict[str, inspect.Parameter]) -> list[inspect.Parameter]:

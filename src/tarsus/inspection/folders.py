@@ -66,11 +66,13 @@ def result_view(kind: FileKind, path: Path) -> View:
         case FileKind.UNFINISHED | FileKind.SWEEP_RUNS:
             return _plan_view(kind, folder)
     data = read_json(path / mark if (mark := mark_of(path)) else path)
-    lines = [*_page(folder), "Numbers without a unit are in SI."]
-    tables = data_tables(data, KEYS.get(kind, ()))
+    lines, tables = _page(folder), []
     if kind is FileKind.FITTED:
         with suppress(KeyError, TypeError, ValueError, IndexError):  # of another version
-            lines, tables = _page(folder), [calibration_table(data)]
+            tables = [calibration_table(data)]
+    if not tables:
+        lines = [*lines, "Numbers without a unit are in SI."]
+        tables = data_tables(data, KEYS.get(kind, ()))
     title = _title(kind, path, data.get("version") or data.get("tarsus"))
     return View(data | {"is": kind.word}, Table(title, (), (), lines, tables))
 
