@@ -145,24 +145,29 @@ def test_a_pair_tells_restitution_and_column_and_one_that_does_not_belong_togeth
     assert left[0].file == "near less far" and "is left after subtraction" in left[0].reason
 
 
-# Slow: six records of a hexapod. The flights and their fit are those of the film, in test_chain.py.
+# Slow: seven records of a hexapod, six times. The flights and their fit are those of the film, in test_chain.py.
 @pytest.mark.slow
 def test_attraction_and_damping_at_the_smallest_gap_hold_the_truth(hexapod):
-    """Within 99 %: of six sets of noise the attraction is 0 to 13 % low, a standard deviation on the mean."""
+    """Of six sets of noise at least eleven of both intervals of 95 % do. The attraction is 0 to 13 % low, a standard
+    deviation on the mean."""
     scene = hexapod.scene
     takes = [one for one in planned(scene, 20e3, "pzt") if one.purpose is Purpose.CLOSE]
-    traces = [
-        trace_of(record, hexapod.points, take.name, record.drive, rest_of(take), take.gap)
-        for n, take in enumerate(takes)
-        for record in recorded(scene, take, Instrument(), "pzt", [n])
-    ]
-    step = identify_close(hexapod, Estimates.nothing(hexapod), traces, seed=7)
-    assert step.used[0].used == len(traces) == 7 and not step.left_out
     gap = min(one.gap or 1.0 for one in takes)
     film, thickness, pull, offset = (float(get_value(scene, path)) for path in (*FILM, *ATTRACTION))
     truth = film / (gap + thickness) ** 3, pull / (gap + offset) ** 2
-    for true, (value, draws, _) in zip(truth, step.combinations.values(), strict=True):
-        low, high = np.quantile(draws, [0.005, 0.995])
-        assert low < true < high and value == pytest.approx(true, rel=0.2)
-    for one in step.residuals:
-        assert 0.9 < one.rms < 1.1
+    held = []
+    for first in range(0, 60, 10):
+        traces = [
+            trace_of(record, hexapod.points, take.name, record.drive, rest_of(take), take.gap)
+            for n, take in enumerate(takes)
+            for record in recorded(scene, take, Instrument(), "pzt", [first + n])
+        ]
+        step = identify_close(hexapod, Estimates.nothing(hexapod), traces, seed=7)
+        assert step.used[0].used == len(traces) == 7 and not step.left_out
+        for true, (value, draws, _) in zip(truth, step.combinations.values(), strict=True):
+            low, high = np.quantile(draws, [0.025, 0.975])
+            held.append(low < true < high)
+            assert value == pytest.approx(true, rel=0.2)
+        for one in step.residuals:
+            assert 0.9 < one.rms < 1.1
+    assert sum(held) >= 11

@@ -200,8 +200,8 @@ def test_a_campaign_of_walks_goes_through_the_same_verb(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("known", "seed"), [(True, 3), (False, 3), (False, 5)])
-def test_rough_ground_is_known_or_leaves_nothing_wrong_determined(known: bool, seed: int) -> None:
+@pytest.mark.parametrize(("known", "seed", "holds"), [(True, 3, True), (False, 3, True), (False, 5, False)])
+def test_rough_ground_is_known_or_leaves_nothing_wrong_determined(known: bool, seed: int, holds: bool) -> None:
     """Heights of 0.2 um RMS: where the scene says them the numbers hold. Where it says level ground starts jump and
     nothing is determined, but on heights under which the numbers hold all the same."""
     rng = np.random.default_rng(0)
@@ -214,10 +214,8 @@ def test_rough_ground_is_known_or_leaves_nothing_wrong_determined(known: bool, s
     true = np.array([float(get_value(truth, path)) for path in found.paths])
     sigma = np.abs(np.log(found.values / true)) / np.sqrt(np.diag(found.covariance))
     sure = [found.verdict(path) is Verdict.DETERMINED for path in found.paths]
-    if known:
+    if holds:
         assert found.jump < 2.0 and sigma.max() < 3.5 and sum(sure) > 8
-    elif any(sure):
-        assert sigma[sure].max() < 3.5 and seed == 3
     else:
         assert found.jump > 2.5 and not any(sure)
 
