@@ -370,7 +370,7 @@ struct LeggedMarch : Legged {
     if (fraction > 0.0 && !accept(h, fraction, reached)) return NOT_FINITE;
     int kind = 0;
     if (first <= limit) {
-      kind = apply_events(first);
+      kind = apply_events(first, h);
       assemble_coupling(*this);
     }
     adapt(chosen, fraction < 1.0 || first <= limit, kind);
@@ -385,12 +385,19 @@ struct LeggedMarch : Legged {
     if (first <= limit) return clock.time + first * h;
     return h <= left ? clock.time + h : left == goal - clock.time ? goal : clock.time + left;
   }
-  // Apply the events of the step, at scaled time ``first``. Returns the kind of the one after which steps are shortest.
-  int apply_events(double first) {
+  // Whether the ground still presses a foot, by the forces of the moment, which a step of length h found to be pulled off: within the
+  // tolerance of the step. From there the next step looks again, and is the more exact for it.
+  bool still_pressed(int f, double first, double h) const {
+    const int i = body.leg[f];
+    if (events[f].kind != PULL_OFF || feet[i].wedged != 0 || first * h <= settings.least_progress) return false;
+    return pull_on(*this, i) < strength_now(*this, i) - no_pull(*this, i);
+  }
+  // Apply the events of a step of length h, at scaled time ``first``. Returns the kind of the one after which steps are shortest.
+  int apply_events(double first, double h) {
     const size_t before = log.events.size();
     int kind = 0;
     for (int f = 0; f < body.feet(); f++) {
-      if (now(f, first)) apply_event(*this, body.leg[f], events[f].kind);
+      if (now(f, first) && !still_pressed(f, first, h)) apply_event(*this, body.leg[f], events[f].kind);
     }
     for (size_t e = before; e < log.events.size(); e++) {
       const int what = int(log.events[e].kind);
