@@ -37,7 +37,9 @@ def finished(tmp_path_factory):
 
 @pytest.mark.slow
 def test_the_numbers_of_the_ball_are_recovered_and_each_row_is_predicted_without_it(tmp_path):
-    file = ball_study(tmp_path, true_rows(tmp_path, TRUTH, (40, 50, 65, 80, 100, 120)), generations=20, leave_out=True)
+    rows = true_rows(tmp_path, TRUTH, (40, 50, 65, 80, 100, 120))
+    long = BALL.replace('"spread": 3', '"spread": 20')
+    file = ball_study(tmp_path, rows, long, generations=20, leave_out=True)
     found = calibrate(file, threads=2)
     solution = found.solution
     assert found._repr_html_().count(">determined</td>") == len(TRUTH)
@@ -109,6 +111,15 @@ def test_a_column_that_is_missed_by_far_has_a_sentence(finished):
     assert "tolerances: it does not hold" not in str(calibration_table(numbers))
     numbers["discrepancy"]["height"]["sigma"] = 231.0  # as of a table in m whose unit is said to be um
     assert "The model misses height by 230 tolerances" in " ".join(str(calibration_table(numbers)).split())
+
+
+def test_a_search_that_is_too_short_determines_nothing(finished, tmp_path):
+    narrow = [one for one in finished[0].to_dict()["branches"] if one["dropped"] is None]
+    assert [one["determined"] for one in narrow[0]["unknowns"].values()] == ["preferred", "preferred"]
+    assert "was too short: 8 of its sets lie" in " ".join(str(finished[0].table()).split())
+    text = BALL.replace('"spread": 3', '"spread": 20, "local_search": 0')
+    result = calibrate(ball_study(tmp_path, true_rows(tmp_path, TRUTH), text, generations=0), threads=1)
+    assert "came" in result.solution.fit.best.doubt and "residual scales below it" in result.solution.fit.best.doubt
 
 
 def test_skill_is_against_predictors_that_take_numbers_of_conditions_as_such(finished):

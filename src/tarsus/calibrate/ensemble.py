@@ -16,6 +16,7 @@ from tarsus.calibrate.prediction import Discrepancy, Prediction, discrepancy_of,
 from tarsus.calibrate.problem import Archive, CalibrationProblem, HypothesisFit
 from tarsus.calibrate.search import LEVEL, WITHIN, SearchResult, search_hypotheses
 from tarsus.fit.ensemble import Ensemble, drawn_evenly
+from tarsus.fit.ranges import FEWEST
 
 if TYPE_CHECKING:
     from tarsus.calibrate.degrees import Freedom
@@ -25,13 +26,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class HypothesisEnsemble(Ensemble):
-    """Members of a hypothesis, with their readings (nm, rows, channels, samples)."""
+    """Members of a hypothesis, with their readings (nm, rows, channels, samples); doubt: why the search that found them
+    was too short to say what is determined, empty where it was not."""
 
     hypothesis: Hypothesis
     readings: NDArray[np.floating]
+    doubt: str = ""
 
 
-def ensemble_of(fit: HypothesisFit, scale: float, count: int, states: Floats | None) -> HypothesisEnsemble:
+def _doubt(gained: float, scale: float, inside: int) -> str:
+    """Why a search was too short, of what its chain gained (`SearchResult`) and the visited sets inside the likelihood
+    region; a residual scale is a likelihood ratio of 1.6, about what a chain sees of the hollow around a best set."""
+    if gained > scale:
+        return f"the generations of the ensemble came {gained / scale:.3g} residual scales below it"
+    return f"{inside} of its sets lie in the likelihood region, {FEWEST} make an interval" if inside < FEWEST else ""
+
+
+def ensemble_of(fit: HypothesisFit, scale: float, count: int, found: SearchResult) -> HypothesisEnsemble:
     """Up to ``count`` members of a hypothesis.
 
     The best point, which weighs as one draw, and a sample of the states of its chain that lie inside the likelihood
@@ -43,16 +54,17 @@ def ensemble_of(fit: HypothesisFit, scale: float, count: int, states: Floats | N
     most = costs[best] + scale * chdtri(points.shape[1], 1.0 - LEVEL)
     inside = costs <= most
     cloud, share, order = points[inside], np.exp((costs[best] - costs[inside]) / (2.0 * scale)), costs[inside]
-    if states is not None:
-        cost = fit.cost_at(states)
+    if found.states is not None:
+        cost = fit.cost_at(found.states)
         taken = cost <= most
         if taken.any():
-            cloud, share, order = states[taken], np.ones(int(taken.sum())), cost[taken]
+            cloud, share, order = found.states[taken], np.ones(int(taken.sum())), cost[taken]
     places, times = np.unique(drawn_evenly(share, order, count - 1), return_counts=True)
     members = np.concatenate([points[best][None], cloud[places]])
     weights = np.concatenate([[1.0], times])
     readings = fit.archive.evaluate(fit.hypothesis.run, members)
-    return HypothesisEnsemble(members, weights / weights.sum(), fit.cost_at(members), fit.hypothesis, readings)
+    weights, doubt = weights / weights.sum(), _doubt(found.gained, scale, int(inside.sum()))
+    return HypothesisEnsemble(members, weights, fit.cost_at(members), fit.hypothesis, readings, doubt)
 
 
 def hypothesis_weights(ensembles: list[HypothesisEnsemble], scale: float) -> Floats:
@@ -88,7 +100,7 @@ def searched_ensembles(archive: Archive, search: Search) -> SearchedEnsembles:
     costs = {b: one.cost for b, one in found.items() if not one.rejected}
     kept = [b for b in costs if costs[b] <= min(costs.values()) + WITHIN * freedom.scale]
     fits = [HypothesisFit(archive, b) for b in kept]
-    ensembles = [ensemble_of(one, freedom.scale, search.members, found[one.number].states) for one in fits]
+    ensembles = [ensemble_of(one, freedom.scale, search.members, found[one.number]) for one in fits]
     best = int(np.argmin([one.best for one in ensembles]))
     own = fits[best].pieces(ensembles[best].readings[:1])
     missed = discrepancy_of(problem.objective.cells, own.missed[0], own.wrong[0], freedom.unknowns)

@@ -100,6 +100,7 @@ def _hypotheses(result: Calibration) -> list[dict[str, Any]]:
                 "weight": float(solution.fit.weights[place]),
                 "file": device_file(place),
                 "members": len(ensemble.weights),
+                "doubt": ensemble.doubt,
                 "constraints": _limits(result, place),
                 "unknowns": _unknowns(result, ensemble),
             }
@@ -112,7 +113,7 @@ def _unknowns(result: Calibration, ensemble: HypothesisEnsemble) -> dict[str, An
     study, unknowns = result.lowered.study, result.solution.problem.unknowns
     values, weights = unknowns.values(ensemble.points), ensemble.weights
     out = {}
-    for i, one in enumerate(ensemble.ranges(unknowns)):
+    for i, one in enumerate(ensemble.ranges(unknowns, doubted=bool(ensemble.doubt))):
         assert one.verdict is not None
         out[one.name] = {
             "best": one.value,
@@ -263,8 +264,14 @@ def calibration_table(numbers: Mapping[str, Any]) -> Table:
     notes += [f"Known besides the table: {one['name']}. {one['reason']}".strip() for one in numbers["constraints"]]
     notes.append(
         "Determined: the 95 % interval reaches no farther than a quarter to either side, and the data set both ends; "
-        "undecided: it reaches farther, or a bound of the search set an end; assumed: its spread is that of its prior."
+        "preferred: it is as narrow, but the search was too short; undecided: it reaches farther, or a bound of the search "
+        "set an end; assumed: its spread is that of its prior."
     )
+    notes += [
+        f"The search of the hypothesis {options_word(one)} was too short: {one['doubt']}. Give it more generations."
+        for one in kept
+        if one["doubt"]
+    ]
     rows = [
         (options_word(one), one["cost"], one.get("weight"), one.get("file") or one["dropped"], _broken(one))
         for one in ranked

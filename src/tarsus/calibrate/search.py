@@ -49,12 +49,13 @@ PRESCREENING, SHORT, CHAIN = 0, 1, 4
 
 @dataclass(frozen=True)
 class SearchResult:
-    """What the search found of a hypothesis: its lowest cost, whether and why it was rejected, and states (n, nu) of
-    its chain."""
+    """What the search found of a hypothesis: its lowest cost, whether and why it was rejected, states (n, nu) of its
+    chain, and by how much the chain, which only looks about, came below the search."""
 
     cost: float
     rejected: str
     states: Floats | None
+    gained: float = 0.0
 
 
 @dataclass
@@ -143,9 +144,9 @@ def search_hypotheses(archive: Archive, search: Search) -> tuple[dict[int, Searc
     freedom = _reject(fits, rejected)
     best = {one.number: one.lowest() for one in fits}
     states = {b: _chained(fits[b], search, freedom.scale) for b in best if search.spread and b not in rejected}
-    best |= {b: fits[b].lowest() for b in states}
-    found = {b: SearchResult(best[b], rejected.get(b, ""), states.get(b)) for b in best}
-    return found, freedom_of_best(fits, best)
+    least = {b: fits[b].lowest() if b in states else cost for b, cost in best.items()}
+    found = {b: SearchResult(least[b], rejected.get(b, ""), states.get(b), best[b] - least[b]) for b in best}
+    return found, freedom_of_best(fits, least)
 
 
 def _reject(fits: list[HypothesisFit], rejected: dict[int, str], least: float = 0.0) -> Freedom:

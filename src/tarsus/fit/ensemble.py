@@ -26,9 +26,9 @@ class Ensemble:
         """Lowest cost."""
         return float(self.costs[0])
 
-    def ranges(self, unknowns: Unknowns, level: float = LEVEL) -> tuple[Range, ...]:
+    def ranges(self, unknowns: Unknowns, level: float = LEVEL, *, doubted: bool = False) -> tuple[Range, ...]:
         """How far each unknown is determined [SI]: the best value, the interval of the members between equal tails,
-        which always holds the best, and the verdict."""
+        which always holds the best, and the verdict; doubted: a check of what made the members has failed."""
         values = unknowns.values(self.points)
         out = []
         for i, name in enumerate(unknowns.names):
@@ -45,7 +45,8 @@ class Ensemble:
                 of_prior = float(
                     np.sqrt(np.average((off - np.average(off, weights=self.weights)) ** 2, weights=self.weights))
                 )
-            verdict = verdict_of(interval, cut_ends(*ends, (0.0, 1.0)), size=unknowns.sizes[i], of_prior=of_prior)
+            cut, size = cut_ends(*ends, (0.0, 1.0)), unknowns.sizes[i]
+            verdict = verdict_of(interval, cut, size=size, of_prior=of_prior, doubted=doubted)
             out.append(Range(float(own[0]), *interval, level, (), name, unknowns.units[i], verdict))
         return tuple(out)
 
