@@ -53,6 +53,11 @@ def test_semicolons_come_with_decimal_commas():
     assert (row.volt_v, row.measured) == (7.5, {"bounces": 1.0, "peak_um": 150.25, "contact_ms": None})
 
 
+def test_a_quoted_comma_that_may_be_one_of_thousands_is_refused():
+    with pytest.raises(InputError, match="line 2: '1,208' has a decimal comma or one of thousands; write it without"):
+        parse('freq_hz,volt_v,wave,peak_exp_um\n"15,5","7,25",sine,"1,208"\n')
+
+
 def test_files_keep_their_name_and_every_bad_row_is_named(tmp_path):
     file = tmp_path / "mine.csv"
     file.write_bytes(b"\xef\xbb\xbffreq_hz,volt_v,wave\r\n5,6,sine\r\n")

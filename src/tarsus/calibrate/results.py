@@ -264,8 +264,8 @@ def calibration_table(numbers: Mapping[str, Any]) -> Table:
     notes += [f"Known besides the table: {one['name']}. {one['reason']}".strip() for one in numbers["constraints"]]
     notes.append(
         "Determined: the 95 % interval reaches no farther than a quarter to either side, and the data set both ends; "
-        "preferred: it is as narrow, but the search was too short; undecided: it reaches farther, or a bound of the search "
-        "set an end; assumed: its spread is that of its prior."
+        "preferred: it is as narrow, but the search was too short; undecided: it reaches farther, or a bound of the "
+        "search set an end; assumed: its spread is that of its prior."
     )
     notes += [
         f"The search of the hypothesis {options_word(one)} was too short: {one['doubt']}. Give it more generations."

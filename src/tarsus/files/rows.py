@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -11,6 +12,9 @@ from typing import Any
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.units import is_number
+
+_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
+"""Quoted numbers that another program reads a thousand times larger."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +106,8 @@ def parse_rows(text: str, where: str, cells: Mapping[str, Cell] | None = None) -
     if not written:
         raise InputError(f"{where} holds no rows")
     apart = next((one for one in "\t;" if one in written[0][1]), ",")
-    lines = [(number, [_cell(one) for one in next(csv.reader([line], delimiter=apart))]) for number, line in written]
+    plain = [(number, next(csv.reader([line], delimiter=apart))) for number, line in written]
+    lines = [(number, [_cell(one) for one in cells]) for number, cells in plain]
     first, head = lines[0]
     if cells is None or _names_columns(head, cells):
         lines = lines[1:]
@@ -115,6 +120,12 @@ def parse_rows(text: str, where: str, cells: Mapping[str, Cell] | None = None) -
         f"{where}, line {number}: {len(found)} cells, but there are {len(head)} columns"
         for number, found in lines
         if len(found) > len(head)
+    ]
+    problems += [
+        f"{where}, line {number}: '{cell.strip()}' has a decimal comma or one of thousands; write it without"
+        for number, found in plain
+        for cell in found
+        if apart == "," and _THOUSANDS.fullmatch(cell.strip())
     ]
     if problems:
         raise InputError(problems)
