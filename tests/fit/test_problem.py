@@ -127,6 +127,11 @@ def test_functions_of_runs_stand_beside_other_terms(ball):
         ([Unknown(E, 0.5, 0.4)], [Reading("peek", 1.0, 1.0)], "expected low below high"),
         ([Unknown(E, 0.0, 0.4, "log")], [Reading("peak", 1.0, 1.0)], "above 0 on a logarithmic scale"),
         ([Unknown(E, 0.5, 0.9, prior=Prior(0.6, -0.1))], [Reading("peak", 1.0, 1.0)], "expected a positive spread"),
+        (
+            [Unknown(G, 5, 20, unit="mm/s^2")],
+            [Reading("peak", 1.0, 1.0)],
+            "its numbers are in m/s^2; write '50 mm/s^2'",
+        ),
         ([Unknown(E, 0.5, 1.4)], [Reading("peek", 1.0, 1.0)], "did you mean 'peak'"),
         ([Unknown(E, 0.5, 0.9)], [0.1], "term 1 (float): expected a reading, samples"),
         ([Unknown(E, 0.5, 0.9)], [], "terms: expected at least one"),

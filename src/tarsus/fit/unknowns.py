@@ -231,6 +231,8 @@ class Unknowns:
             unit = next((known[path].unit for path in targets if path in known), one.unit or "1")
             if targets and known.keys().isdisjoint(targets):
                 continue  # what its bounds should be is not known either
+            if one.unit not in (None, unit):
+                problems.append(f"{one.label}: its numbers are in {unit}; write '50 {one.unit}' in place of `unit`")
             try:
                 columns.append((one.label, unit, *_in_si(one, unit), one.circular, targets))
             except InputError as error:
