@@ -74,6 +74,9 @@ it. 93 or more hold 95 % of what it does."""
 PAIRED = 8
 """Starts from which a percent of every number is tried: the mean of the differences of pairs, each from one start, is
 known to a third of their scatter."""
+CONFIRMING, LOOKING, TELLING = "runs that confirm", "the last look at the box", "what the motions are"
+AFTER = {CONFIRMING: 0.4, LOOKING: 0.45, TELLING: 0.85}
+"""How much of a design's time has gone when what follows its searches begins: of a walker on two cores."""
 _STATED, _MOTION, _PERCENTS = 2, 3, 4
 """Numbers of these sets of starts, of those that say what a motion is, and of these pairs; 0 and 1 are those of short
 and of long runs."""
@@ -169,7 +172,8 @@ class DesignSearch:
             )
             for number, runs in enumerate((settled(request).runs(SEARCHED), self.runs))
         )
-        self.tried = self.asked = 0
+        self.tried = self.asked = self.done = 0
+        self.doing = ""
         self.certificate: Certificate | None = None
 
     def _front(self, costs: Floats) -> NDArray[np.int64]:
@@ -196,9 +200,12 @@ class DesignSearch:
         return found[-1].leading(STARTS)
 
     def _report(self, what: str) -> None:
-        """Tell progress: searches finish their last generation, which may try more than was asked for."""
-        wanted = self.request.candidates
-        self.progress(min(self.tried, wanted), wanted, what)
+        """Tell progress, by the time that it takes: searches finish their last generation, which may try more than was
+        asked for."""
+        self.doing = what
+        done = AFTER.get(what, min(self.tried / self.request.candidates, 1.0) * AFTER[CONFIRMING])
+        self.done = max(self.done, round(100 * done))
+        self.progress(self.done, 100, f"{what}, {self.memo.computed} runs" if self.memo.computed else what)
 
     def _own(self, number: int) -> Grounds:
         """The scene's own ground, once for each of a number of starts; other ones for every set."""
@@ -215,6 +222,7 @@ class DesignSearch:
             size = rows.shape[1]
 
             def made(asked: Floats) -> dict[str, Floats]:
+                self._report(self.doing)
                 own = {path: np.ascontiguousarray(asked[:, size + i]) for i, path in enumerate(grounds)}
                 return {"costs": runs.each(np.ascontiguousarray(asked[:, :size]), own)}
 
@@ -270,7 +278,7 @@ class DesignSearch:
             found = self._sure(pool, grounds)
         members = [made.points[i] for i in self._front(made.risked)]
         optimum = made.points[_best(made.own)]
-        self._report("what the motions are")
+        self._report(TELLING)
         *shown, optimum = motions_of(self.runs, [*members, optimum], self._own(_MOTION))
         kept = found.risked[:, 0] < BARRED
         kept = kept if kept.any() else ~kept
@@ -360,7 +368,7 @@ class DesignSearch:
 
     def _sure(self, rows: Floats, grounds: Grounds) -> _Found:
         """Candidates judged by long runs."""
-        self._report("runs that confirm")
+        self._report(CONFIRMING)
         return self._judgement(self.sure, rows, grounds)
 
     def _judgement(self, judge: Judge, rows: Floats, grounds: Grounds) -> _Found:
@@ -396,7 +404,7 @@ class DesignSearch:
             if over is not None:
                 tried = self.sure.costs(points, drawn(over, count, np.random.default_rng([self.options.seed, 37])))
             return self._points(points, grounds, tried), np.nan, np.zeros((0, 0))
-        self._report("the last look at the box")
+        self._report(LOOKING)
         active = self.sure.costs(points, grounds).max(axis=1)
         found = self.sure.attack(points, Look(self.options.look, CLIMB))
         checked = self.sure.attack(points, Look(count, CLIMB), by_chance=True)
