@@ -37,7 +37,7 @@ def reproduce_millipede(
 
 
 def millipede_reproduction(devices: Sequence[DeviceTrends]) -> Reproduction:
-    """Judged devices as tables, figures and files."""
+    """HasMeasures devices as tables, figures and files."""
     return Reproduction(
         name="millipede",
         title="The walking millipede",

@@ -20,7 +20,7 @@ from tarsus.tables.table import Table, Tabled
 from tarsus_reproduce.packaged import PAGE_FILES
 
 if TYPE_CHECKING:
-    from tarsus.report.pages import Plate
+    from tarsus.report.pages import PageFigure
 
 
 Progress = Callable[[int, int, str], None]
@@ -37,7 +37,7 @@ class FigureCall:
     def __init__(self, function: str, *arguments: Any) -> None:
         self.function, self.arguments = function, arguments
 
-    def __call__(self) -> Plate:
+    def __call__(self) -> PageFigure:
         """The figure."""
         module, _, name = self.function.rpartition(".")
         return getattr(import_module(module), name)(*self.arguments)

@@ -92,7 +92,7 @@ def comb(volts: float, path: float = 0.0, film: float = 0.0) -> ts.Scene:
     fringes, pulls it to a stop, the one behind has a ground of its own."""
     gate = ts.Drive(load=ts.PointLoad(weights={"shuttle": 1.0}), law=ts.LinearForce(gain=0.0))
     structure = ts.Lumped(coordinates=("shuttle",), mass=[3.5e-9], stiffness=[10.3], damping=[0.0])
-    plates, edges = {"coefficient": PLATES, "offset": FRONT}, {"kind": "fringing_field", "height": HEIGHT}
+    figures, edges = {"coefficient": PLATES, "offset": FRONT}, {"kind": "fringing_field", "height": HEIGHT}
     films = {"kind": "rarefied_film", "coefficient": film, "thickness": FRONT, "free_path": path}
     between = {"film": films} if film else {}
     feet = {
@@ -102,8 +102,8 @@ def comb(volts: float, path: float = 0.0, film: float = 0.0) -> ts.Scene:
     return ts.Scene(
         name="comb",
         robot=ts.Robot(structure=structure, drives={"gate": gate}, feet=feet),
-        ground={"electrostatic": plates, "laws": {"fringes": edges | plates, **between}},
-        grounds={"behind": {"electrostatic": plates, "laws": between}},
+        ground={"electrostatic": figures, "laws": {"fringes": edges | figures, **between}},
+        grounds={"behind": {"electrostatic": figures, "laws": between}},
         signals={"gate": ts.Constant(level=volts)},
         duration=1e-3,
     )

@@ -9,7 +9,7 @@ import pytest
 
 from tarsus.base.errors import InputError
 from tarsus.design.grounds import Grounds
-from tarsus.design.judge import MEAN, NOMINAL, WORST, Certificate, Judge, Look, cvar, risk_of
+from tarsus.design.judge import MEAN, NOMINAL, WORST, AttackEffort, Certificate, Judge, cvar, risk_of
 from tarsus.fit.unknowns import Unknowns
 
 
@@ -78,7 +78,7 @@ def test_an_attack_finds_the_worst_ground_of_every_candidate_inside_the_box():
         hurt = -((grounds[:, 0] - 0.37) ** 2) - rows[:, 0]
         return np.stack([hurt, np.zeros(len(hurt))], axis=1)
 
-    found = judge_of(costs, box("g", low=0.2, high=0.6)).attack(np.array([[0.1], [0.9]]), Look(4, 8))
+    found = judge_of(costs, box("g", low=0.2, high=0.6)).attack(np.array([[0.1], [0.9]]), AttackEffort(4, 8))
     assert found.grounds[:, 0, 0] == pytest.approx(0.37, abs=0.01)
     assert found.costs[:, 0] == pytest.approx([-0.1, -0.9], abs=1e-4)
     assert found.tried == 2 + 4 + 8 * 6
@@ -87,7 +87,8 @@ def test_an_attack_finds_the_worst_ground_of_every_candidate_inside_the_box():
 def test_several_regions_are_climbed_where_one_hides_the_worst():
     reached = {
         islands: sum(
-            judge_of(hills, SQUARE, seed).attack(ONE, Look(32, 8, islands)).costs[0, 0] > 1.45 for seed in range(12)
+            judge_of(hills, SQUARE, seed).attack(ONE, AttackEffort(32, 8, islands)).costs[0, 0] > 1.45
+            for seed in range(12)
         )
         for islands in (1, 4)
     }
@@ -95,7 +96,7 @@ def test_several_regions_are_climbed_where_one_hides_the_worst():
 
 
 def test_a_check_by_chance_says_how_much_of_the_box_may_be_worse():
-    found = judge_of(hills, SQUARE, 3).attack(ONE, Look(512, 0), by_chance=True)
+    found = judge_of(hills, SQUARE, 3).attack(ONE, AttackEffort(512, 0), by_chance=True)
     assert found.first.shape == (1, 512, 2) and found.tried == 512
     worse = int((found.first[0, :, 0] > 1.05).sum())
     share = 0.004 * np.log(1.5 / 1.05) * np.pi / 0.36  # of the box: a circle about the narrow hill
@@ -118,7 +119,7 @@ def test_cutting_planes_close_the_gap_of_a_minimax_problem():
 
     first = Grounds({"g": np.array([0.2])})
     for begun in (None, np.array([[0.3]])):
-        grounds, rounds, best = judge.close_gap(improve, begun, first, Look(32, 8), 8, "x")
+        grounds, rounds, best = judge.close_gap(improve, begun, first, AttackEffort(32, 8), 8, "x")
         assert rounds[0].gap > 0.02 and rounds[-1].gap <= 0.02 and len(grounds) > 1
         assert rounds[-1].worst == pytest.approx(wanted, rel=0.02)
         assert table[np.argmin(np.abs(xs - best[0]))].max() <= 1.02 * wanted

@@ -16,8 +16,6 @@ from tarsus.base.arrays import Floats
 from tarsus.base.spec import FrozenDict, with_values
 from tarsus.fit.verdict import Verdict, verdict_of
 from tarsus.identify import steps
-from tarsus.identify.afterwards import _along, _nudged
-from tarsus.identify.airborne import air_records
 from tarsus.identify.campaign import Campaign, Opened
 from tarsus.identify.chain import StepRunner
 from tarsus.identify.checks import GAP, air_checks, gap_check, left_check
@@ -26,9 +24,11 @@ from tarsus.identify.estimates import Estimates
 from tarsus.identify.film_exponent import exponent_of
 from tarsus.identify.flight import FILM
 from tarsus.identify.foot import FootModel
+from tarsus.identify.free_motion import air_records
 from tarsus.identify.prediction import AirFit, fit_air
 from tarsus.identify.step import Check, Residual, StepResult, failures
 from tarsus.identify.traces import Trace
+from tarsus.identify.validation import _along, _nudged
 from tarsus.identify.verdict import judge_samples
 from tarsus.model.drive.waveforms import Square
 from tarsus.model.scene import Provenance

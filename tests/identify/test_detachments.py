@@ -12,7 +12,7 @@ from tarsus.base.spec import with_values
 from tarsus.files.library import load_scene
 from tarsus.identify.campaign import read_campaign, read_records
 from tarsus.identify.detachment import Detachments, find_detachments
-from tarsus.identify.film import film_sought
+from tarsus.identify.film import film_parameters
 from tarsus.identify.foot import FootModel
 from tarsus.identify.traces import Trace, trace_of
 from tarsus.model.standing import rest_state
@@ -62,7 +62,7 @@ def test_a_pressed_foot_does_not_let_go(tmp_path):
     items, _ = find_detachments(traces, "tip", level)
     film, offs = truth.ground.film, Detachments(traces, items, level, model)
     place = np.log([film.coefficient / film.thickness**3, film.thickness])
-    fitted = offs.under(film_sought(model), place)
+    fitted = offs.under(film_parameters(model), place)
     assert len(items) > 20
     pulls = offs.pulls_of(fitted)
     assert np.all(pulls.pull > -3.0 * pulls.error)

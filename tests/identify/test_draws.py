@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from tarsus.identify.draws import DRAWS, carried, newton_draws, within
+from tarsus.identify.draws import DRAWS, carried, sandwich_draws, within
 from tarsus.identify.step import StepResult
 
 
@@ -45,7 +45,7 @@ def test_newton_draws_cover_the_truth_for_few_and_unequal_groups(groups, unequal
         information = np.exp(unequal * random.standard_normal(groups))
         seen = noisier * random.standard_normal(groups) / np.sqrt(information)
         found = float(information @ seen / information.sum())
-        draws = newton_draws([(information[:, None, None], (information * (seen - found))[:, None])], seed)
+        draws = sandwich_draws([(information[:, None, None], (information * (seen - found))[:, None])], seed)
         low, high = np.quantile(draws[:, 0], [0.025, 0.975]) + found
         covered += bool(low <= 0.0 <= high)
     assert binom.ppf(1e-3, trials, 0.95) <= covered
@@ -60,7 +60,7 @@ def test_a_line_over_few_events_is_covered_at_both_ends():
     for seed in range(trials):
         seen = 5.0 * random.standard_normal(len(at))
         found = np.linalg.solve(design.T @ design, design.T @ seen)
-        draws = newton_draws([(information, design * (seen - design @ found)[:, None])], seed)
+        draws = sandwich_draws([(information, design * (seen - design @ found)[:, None])], seed)
         low, high = np.quantile(draws, [0.025, 0.975], axis=0) + found
         covered += (low <= 0.0) & (high >= 0.0)
     assert np.all(covered >= binom.ppf(1e-3, trials, 0.95))

@@ -8,7 +8,7 @@ import pytest
 from laboratory import LABORATORY
 from tarsus.base.spec import with_values
 from tarsus.files.library import load_scene
-from tarsus.identify.flight import felt
+from tarsus.identify.flight import ground_constants
 from tarsus.identify.foot import FootModel
 from tarsus.model.standing import rest_state
 from tarsus.solve import simulate
@@ -43,7 +43,7 @@ def test_a_flight_is_that_of_the_engine(run, model):
     times = release + 1e-9 + step / SUBSTEPS * np.arange(SUBSTEPS * 30 + 1)
     series = run.at(times)
     states = np.concatenate([series.state.x, series.state.v])
-    launch = launched(states[:, :1].T, felt(model), model.gap)
+    launch = launched(states[:, :1].T, ground_constants(model), model.gap)
     flown = flow_of(model, step / SUBSTEPS).fly(launch, series.force[0][None], np.array([31]), np.eye(4))[0]
     wanted = states[:, ::SUBSTEPS].T
     assert flown == pytest.approx(wanted, abs=2e-4 * np.abs(wanted).max(axis=0).max())
@@ -63,7 +63,7 @@ def test_short_flights_go_both_ways(run, model):
             Varied(state[None]),
             Varied(np.array([begin])),
             Varied(np.zeros((1, 2))),
-            Varied(felt(model)[None]),
+            Varied(ground_constants(model)[None]),
             np.array([model.gap]),
             near,
             -begin,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tarsus.identify.clock import PACE, clocks_of
+from tarsus.identify.delay import LowPass, delay_of
 from tarsus.identify.instruments import Instruments, compared
-from tarsus.identify.lateness import LowPass, lateness_of
 from tarsus.identify.volts import jumps_of, moved
 from tarsus.identify.with_error import WithError
 from tarsus.model.drive.waveforms import SweptSine
@@ -193,9 +193,9 @@ def responses(late: float, low: LowPass | None) -> ModalFit:
 @pytest.mark.parametrize("late", [0.0, 6e-6])
 def test_delay_behind_the_drive(late: float) -> None:
     """From the residues of modes that are real."""
-    seen = lateness_of(responses(late, None))
+    seen = delay_of(responses(late, None))
     assert seen is not None and seen.low is None
-    assert seen.late.value == pytest.approx(late, abs=0.05e-6)
+    assert seen.time.value == pytest.approx(late, abs=0.05e-6)
     assert seen.off(STEP) == (late != 0.0)
 
 
@@ -205,11 +205,11 @@ def test_low_pass_is_told_from_a_delay() -> None:
     poles = np.exp(1.0j * np.pi * (2.0 * np.arange(4) + 5.0) / 8.0)
     low = LowPass("butter", poles, corner)
     assert low.delay == pytest.approx(2.6131 / (2.0 * np.pi * corner), rel=1e-4)
-    seen = lateness_of(responses(0.0, low))
+    seen = delay_of(responses(0.0, low))
     assert seen is not None and seen.low is not None
     assert seen.low.name == "butter low-pass of order 4"
     assert seen.low.corner == pytest.approx(corner, rel=5e-3)
-    assert seen.late.value == pytest.approx(low.delay, abs=0.2e-6)
+    assert seen.time.value == pytest.approx(low.delay, abs=0.2e-6)
 
 
 def test_delayed_volts() -> None:

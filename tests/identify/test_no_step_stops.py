@@ -17,7 +17,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import FrozenDict, float_paths
 from tarsus.identify.campaign import Campaign, Opened, read_campaign
 from tarsus.identify.chain import StepRunner, identify
-from tarsus.identify.draws import newton_draws
+from tarsus.identify.draws import sandwich_draws
 from tarsus.identify.foot import FootModel
 from tarsus.identify.result import Identification, identified_device, summary_of, write_identification
 from tarsus.identify.step import StepResult
@@ -133,7 +133,7 @@ def test_draws_of_what_data_do_not_tell_are_those_of_what_was_known():
     random = np.random.default_rng(1)
     score = np.column_stack([random.standard_normal(9) * 10.0, np.zeros(9)])
     information = np.tile(np.diag([100.0, 0.0]), (9, 1, 1))
-    drawn = newton_draws([(information, score)], 3, np.diag([1e-9, 0.25]))
+    drawn = sandwich_draws([(information, score)], 3, np.diag([1e-9, 0.25]))
     assert np.std(drawn[:, 1]) == pytest.approx(2.0, rel=0.1)
     assert 0.02 < np.std(drawn[:, 0]) < 0.08
 

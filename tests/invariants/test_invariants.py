@@ -201,8 +201,8 @@ def test_volts_that_switch_exactly_at_an_impact():
 def test_chatter_in_a_stiff_film_comes_to_rest():
     # Flights far below the error of a step are not bounces: without an end to them 1e5 would fit in a millisecond.
     film = ts.Film(coefficient=1e-11 * UNIT, thickness=2.5e-6)
-    plates = ts.Electrostatic(coefficient=5e-9 * UNIT, offset=33e-6)
-    scene = hexapod(signal=ts.Sine(amplitude=10.0, frequency=40.0), static=4.5e-6, film=film, electrostatic=plates)
+    figures = ts.Electrostatic(coefficient=5e-9 * UNIT, offset=33e-6)
+    scene = hexapod(signal=ts.Sine(amplitude=10.0, frequency=40.0), static=4.5e-6, film=film, electrostatic=figures)
     for gap in (1e-6, 1e-8):
         run = ts.simulate(scene, duration=0.2, accuracy=ts.Accuracy(gap=gap, steps=20000))
         assert run.end_time == 0.2 and run.log.finish[0, 1] < 5000

@@ -27,7 +27,7 @@ from tarsus.orbits.starts import Box
 from tarsus.plan.lowering import lower_scene, slot
 from tarsus.report.drawing import drawing_of
 from tarsus.report.motion import motion_of
-from tarsus.report.player import payload, walk_plate
+from tarsus.report.player import payload, walk_figure
 from tarsus.solve.outputs import Output
 from tarsus.solve.session import Session
 from tarsus.study.sweeping import run_sweep
@@ -288,5 +288,5 @@ def test_players_draw_it() -> None:
     lifted, level = drawing.seen(motion), drawing.seen(still)
     risen = np.broadcast_to(drawing.up * motion.moved[1], lifted[1].shape)
     np.testing.assert_allclose(lifted[1] - level[1], risen, atol=1e-12)
-    assert payload(motion, drawing)["moved"]["bits"] == 16 and "seen from the laboratory" in walk_plate(motion).caption
+    assert payload(motion, drawing)["moved"]["bits"] == 16 and "seen from the laboratory" in walk_figure(motion).caption
     assert payload(still, drawing)["moved"] is None

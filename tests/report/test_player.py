@@ -14,7 +14,7 @@ from packed_series import unpacked
 from tarsus.report.drawing import Drawing, FootMark, Shape, drawing_of, round_below
 from tarsus.report.motion import MOST_FRAMES, SLIPPING, STUCK, Motion, frame_limit
 from tarsus.report.packing import packed
-from tarsus.report.player import walk_plate
+from tarsus.report.player import walk_figure
 from walking_devices import walk
 
 
@@ -25,7 +25,7 @@ def motion() -> Motion:
 
 @pytest.fixture(scope="module")
 def section(motion: Motion) -> str:
-    return walk_plate(motion).picture
+    return walk_figure(motion).picture
 
 
 def data_of(section: str) -> dict[str, Any]:
@@ -82,7 +82,7 @@ def test_the_page_holds_the_walk(motion: Motion, section: str) -> None:
     )
     assert data["period"] == motion.period
     nasty = dataclasses.replace(motion, legs=("</script><b>x</b>", *motion.legs[1:]))
-    section = walk_plate(nasty).picture
+    section = walk_figure(nasty).picture
     assert "<b>x" not in section and data_of(section)["legs"][0] == "</script><b>x</b>"
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from chromium import READY, Chromium
 from tarsus.report.pages import page
-from tarsus.report.player import walk_plate
+from tarsus.report.player import walk_figure
 from tarsus.tables.numbers import amount
 from walking_devices import walk
 
@@ -46,7 +46,7 @@ def watch(tmp_path_factory: pytest.TempPathFactory, chromium: Chromium) -> Calla
 
     def go(legs: int, steps: str) -> dict[str, Any]:
         probe = READY + PROBE.replace("$$", "$").replace("$steps", steps)
-        text = page("walk", walk_plate(walk(legs)).picture).replace("</body>", f"<script>{probe}</script></body>")
+        text = page("walk", walk_figure(walk(legs)).picture).replace("</body>", f"<script>{probe}</script></body>")
         path = folder / f"walk{legs}.html"
         path.write_text(text, encoding="utf-8")
         return chromium.found_in(path)

@@ -27,10 +27,10 @@ def test_a_beam_goes_through_its_points_and_is_level_at_its_clamp() -> None:
         on_line = [np.interp(x[feet[leg], 0], x[list(line), 0], row) for row in z[list(line)].T[::50]]
         np.testing.assert_allclose(on_line, z[feet[leg], ::50], atol=2e-3 * np.ptp(z))
     assert np.abs(z[line[1]] - z[line[0]]).max() < 0.01 * np.ptp(z)
-    plates = [part for part in drawing.side.parts if isinstance(part, Shape) and part.width == 2.0]
-    assert len(plates) == 1, "the ground is below the tip alone"
+    figures = [part for part in drawing.side.parts if isinstance(part, Shape) and part.width == 2.0]
+    assert len(figures) == 1, "the ground is below the tip alone"
     held = moved.state[moved.legs.index("tip")] > 0
-    assert held.any() and np.abs(z[feet[moved.legs.index("tip")], held] - z[plates[0].points[0], 0]).max() < 1e-12
+    assert held.any() and np.abs(z[feet[moved.legs.index("tip")], held] - z[figures[0].points[0], 0]).max() < 1e-12
     assert np.ptp(z) <= 1.01 * BENT * drawing.length or drawing.up == 1.0
 
 

@@ -13,7 +13,7 @@ import tarsus as ts
 from html_page import alone
 from tarsus.base.events import TRANSITIONS, FootState
 from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion, motion_of, whole_motion
-from tarsus.report.player import walk_plate
+from tarsus.report.player import walk_figure
 from tarsus.report.run_page import report_html
 from tarsus.report.walk_figures import ground_forces, path_above, travel
 from tarsus.solve.run import Run
@@ -84,10 +84,10 @@ def test_turns_that_the_run_does_not_resolve_are_told_and_not_drawn() -> None:
     wave = np.sin(300.0 * motion.time)
     for size, drawn in ((1e-3, True), (1e-9, False)):
         body = {"surge": 1e-5 * wave, "heave": 1e-5 * wave, "roll": size * wave}
-        plate = travel(replace(motion, body=body))
-        assert ("roll (mrad)" in plate.picture) is drawn, size
-        assert ("not resolve" in plate.caption) is not drawn
-        assert drawn or "Its roll stays within 2·10⁻⁹ rad" in plate.caption
+        figure = travel(replace(motion, body=body))
+        assert ("roll (mrad)" in figure.picture) is drawn, size
+        assert ("not resolve" in figure.caption) is not drawn
+        assert drawn or "Its roll stays within 2·10⁻⁹ rad" in figure.caption
 
 
 def test_impacts_at_landings_do_not_press_the_other_forces_to_a_line() -> None:
@@ -96,8 +96,8 @@ def test_impacts_at_landings_do_not_press_the_other_forces_to_a_line() -> None:
     state, normal = np.full_like(motion.state, STUCK), np.full_like(motion.normal, 1e-6)
     normal[3, motion.normal.shape[1] // 2] = 1e-4
     pushed = replace(motion, state=state, normal=normal, friction=0.0 * normal)
-    plate = ground_forces(pushed, (0.0, float(motion.time[-1])))
-    assert "from one line to the next is 1.6 µN" in plate.caption and "the largest is 100 µN" in plate.caption
+    figure = ground_forces(pushed, (0.0, float(motion.time[-1])))
+    assert "from one line to the next is 1.6 µN" in figure.caption and "the largest is 100 µN" in figure.caption
     calm = ground_forces(replace(pushed, normal=np.full_like(normal, 1e-6)), (0.0, float(motion.time[-1])))
     assert "cut" not in calm.caption
 
@@ -114,15 +114,15 @@ def test_the_committed_picture_of_a_foot_s_states_names_all_that_the_engine_s_ta
 
 @pytest.mark.slow
 def test_the_page_says_how_the_ground_rises_and_where_gravity_pulls(motion: Motion) -> None:
-    level, rising = (walk_plate(replace(motion, incline=angle)) for angle in (0.0, 0.5235987755982988))
+    level, rising = (walk_figure(replace(motion, incline=angle)) for angle in (0.0, 0.5235987755982988))
     assert "The ground rises forward by 30 deg" in rising.caption and "rises" not in level.caption
     assert '"incline":0.5235987755982988' in rising.picture.replace(" ", "")
 
 
 def test_path_from_above_is_to_scale() -> None:
     run = ts.simulate(ts.load_scene("turning-hexapod"), duration=0.1)
-    plate = path_above(whole_motion(run))
-    series, picture = run.variables(), str(plate.picture)
+    figure = path_above(whole_motion(run))
+    series, picture = run.variables(), str(figure.picture)
     drawn = re.findall(r'<path d="([^"]*)"[^>]*style="([^"]*)"', picture)
     lines = [
         np.array(re.findall(r"[ML] ?([-\d.]+) ([-\d.]+)", path), float) for path, style in drawn if "none" in style

@@ -92,7 +92,7 @@ def risk_of(given: Any) -> Risk:
 
 
 @dataclass(frozen=True)
-class Look:
+class AttackEffort:
     """How far an attack looks. count: grounds that all candidates are put on; steps uphill from the worst of each of so
     many regions (islands)."""
 
@@ -208,7 +208,7 @@ class Judge:
         own = np.full(len(self.own), 1.0 / len(self.own))  # the scene's own ground counts once
         return Grounds(every.values, np.append(own, np.ones(count)))
 
-    def attack(self, rows: Floats, look: Look, *, by_chance: bool = False) -> Attack:
+    def attack(self, rows: Floats, look: AttackEffort, *, by_chance: bool = False) -> Attack:
         """Search the box for the worst grounds of candidates (k, nx): on the corners and an even spread, or on grounds
         drawn by chance alone, the same for all; then uphill for each objective that depends on the ground."""
         box, self.looks = self.over, self.looks + 1
@@ -250,7 +250,7 @@ class Judge:
         grounds = Grounds.of_points(self.over.names, self.over.values(cube.reshape(-1, nb)))
         return self.each(np.repeat(rows, m, axis=0), grounds.values).reshape(k, m, -1)
 
-    def hurting(self, grounds: Floats, gaps: Floats) -> Floats:
+    def worst_grounds(self, grounds: Floats, gaps: Floats) -> Floats:
         """Of the grounds (k, no, np) of an attack those (n, np) with the largest gaps (k, no), at most `MORE`, no two
         of them near each other."""
         assert isinstance(self.over, Unknowns)
@@ -263,7 +263,7 @@ class Judge:
         improve: Callable[[Grounds], Floats],
         rows: Floats | None,
         grounds: Grounds,
-        look: Look,
+        look: AttackEffort,
         rounds: int,
         what: str,
     ) -> tuple[Grounds, list[Round], Floats]:
@@ -297,7 +297,7 @@ class Judge:
                 if number and (gap <= CLOSED or number == rounds):
                     return grounds, history, best
                 if gap > CLOSED:
-                    grounds = grounds.with_more(self.hurting(found.grounds, gaps))
+                    grounds = grounds.with_more(self.worst_grounds(found.grounds, gaps))
             rows, number = improve(grounds), number + 1
 
 

@@ -13,7 +13,19 @@ from tarsus.base.progress import Progress, silent
 from tarsus.design.descent import BESIDE, OWN, WIDE, follow, settled, valleys
 from tarsus.design.front import FRONT_FILES, Candidate, Design
 from tarsus.design.grounds import Grounds, corners, drawn, started, with_starts
-from tarsus.design.judge import CLOSED, NOMINAL, WORST, Certificate, Each, Judge, Look, Risk, Round, excess, finite
+from tarsus.design.judge import (
+    CLOSED,
+    NOMINAL,
+    WORST,
+    AttackEffort,
+    Certificate,
+    Each,
+    Judge,
+    Risk,
+    Round,
+    excess,
+    finite,
+)
 from tarsus.design.motion import MOTIONS, motions_of
 from tarsus.design.percents import percents_of
 from tarsus.design.problem import SEARCHED, DesignProblem, DesignSettings, LastPeriod
@@ -388,7 +400,7 @@ class DesignSearch:
             found.append(self._search(active, WORST, more, begun, again=bool(found)))
             return self.request.free.values(found[-1].points[along(found[-1].risked, ATTACKED)])
 
-        look, rows = Look(self.options.look, CLIMB), None
+        look, rows = AttackEffort(self.options.look, CLIMB), None
         if self.descends and isinstance(self.quick.over, Unknowns):
             grounds = grounds.with_more(spaced(corners(self.quick.over), FEW))
         else:
@@ -406,8 +418,8 @@ class DesignSearch:
             return self._points(points, grounds, tried), np.nan, np.zeros((0, 0))
         self._report(LOOKING)
         active = self.sure.costs(points, grounds).max(axis=1)
-        found = self.sure.attack(points, Look(self.options.look, CLIMB))
-        checked = self.sure.attack(points, Look(count, CLIMB), by_chance=True)
+        found = self.sure.attack(points, AttackEffort(self.options.look, CLIMB))
+        checked = self.sure.attack(points, AttackEffort(count, CLIMB), by_chance=True)
         beyond = excess(np.maximum(found.costs, active)[:, None], checked.first) > CLOSED
         self.certificate = Certificate(count, int(beyond.any(axis=2).sum(axis=1).max()))
         worse = checked.costs > found.costs
@@ -417,7 +429,7 @@ class DesignSearch:
         made = self._points(points, grounds, checked.first, found_for_one)
         if not self.sure.by_planes:
             return made, np.nan, np.zeros((0, 0))
-        return made, float(gaps.max()), self.sure.hurting(hardest, gaps)
+        return made, float(gaps.max()), self.sure.worst_grounds(hardest, gaps)
 
     def _points(
         self, points: Floats, grounds: Grounds, tried: Floats | None = None, hardest: Grounds | None = None

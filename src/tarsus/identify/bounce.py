@@ -18,7 +18,15 @@ from numpy.typing import NDArray
 
 from tarsus.base.arrays import Floats
 from tarsus.fit.normal_equations import Descent, Minimum, NormalEquations
-from tarsus.identify.flight import WORST, FlightProblem, FlightSide, Moment, equations_of, felt, known_law
+from tarsus.identify.flight import (
+    WORST,
+    FlightProblem,
+    FlightSide,
+    SegmentStart,
+    equations_of,
+    ground_constants,
+    known_law,
+)
 from tarsus.identify.foot import FootModel
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import jumps_of
@@ -39,14 +47,14 @@ _DESCENT = Descent(rounds=15)
 """Fifteen rounds: an impact that needs more is no single one, and `sound` looks whether it has settled."""
 
 
-def find_bounces(traces: Sequence[Trace], foot: str, level: float) -> tuple[list[Moment], list[Excluded]]:
+def find_bounces(traces: Sequence[Trace], foot: str, level: float) -> tuple[list[SegmentStart], list[Excluded]]:
     """Impacts with a rebound in records, and those that cannot be used, with the reason.
 
     An impact lies between two samples, at most two apart, at which the foot approaches and departs; between
     impacts, and between an impact and a stretch on the ground, there must be samples enough. A jump of the drive, whose
     moment no sample tells, ends what is fitted; one sample on that side is enough where the other has the rest, for
     all coordinates of the state are measured."""
-    found: list[Moment] = []
+    found: list[SegmentStart] = []
     left: list[Excluded] = []
     for number, trace in enumerate(traces):
         k = trace.point(foot)
@@ -61,7 +69,7 @@ def find_bounces(traces: Sequence[Trace], foot: str, level: float) -> tuple[list
             fitted = (0, 0) if i in jumps else _beside(ends, i, len(v))
             few = min(free)
             if few >= FEWEST and min(fitted) > 0 and sum(fitted) >= 2 * FEWEST:
-                found.append(Moment(number, i, min(fitted[0], LONGEST), min(fitted[1], LONGEST)))
+                found.append(SegmentStart(number, i, min(fitted[0], LONGEST), min(fitted[1], LONGEST)))
                 continue
             side = "before" if free[0] < free[1] else "after"
             text = f"the impact at {trace.time[i]:.5g} s has only {few} samples of free flight {side} it"
@@ -116,7 +124,12 @@ class Bounces(FlightProblem):
     """
 
     def __init__(
-        self, traces: Sequence[Trace], items: Sequence[Moment], level: float, model: FootModel, free: bool | None = None
+        self,
+        traces: Sequence[Trace],
+        items: Sequence[SegmentStart],
+        level: float,
+        model: FootModel,
+        free: bool | None = None,
     ) -> None:
         self.jumps_freely = model.scene.ground.impact is not None if free is None else free
         super().__init__(traces, items, level, model)
@@ -155,7 +168,7 @@ class Bounces(FlightProblem):
     def fit(self, law: Floats | None = None, start: Floats | None = None) -> BounceFit:
         """Fit every impact, under the forces of the model's ground or others (5,), from unknowns (ni, q) if given."""
         begun = self.guess() if start is None else start
-        forces = felt(self.model) if law is None else law
+        forces = ground_constants(self.model) if law is None else law
         found = self.alone(begun, forces, _DESCENT)
         own, equations = found.own, found.equations
         lost = ~(equations.cost < WORST * equations.count)

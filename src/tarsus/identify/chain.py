@@ -62,18 +62,18 @@ class StepRunner:
 
     def run(self) -> Identification:
         """All steps, and what is asked of the device as a whole."""
-        from tarsus.identify import afterwards
+        from tarsus.identify import validation
 
         begun = time.perf_counter()
         self.read()
         self.take(SWEEP_STEPS)  # which tell how late the records of the ground are
         self.find_ground()
         self.take(GROUND_STEPS)
-        landing = self.guarded("landing rule", lambda: afterwards.landing_rule(self), None)
-        self.guarded("errors of what is given", lambda: afterwards.draw_given(self), None)
-        comparisons = self.guarded("held-out records", lambda: afterwards.held_out(self), [])
-        air = self.guarded("records in the air", lambda: afterwards.in_the_air(self), [])
-        self.guarded("checks", lambda: afterwards.check(self, comparisons, air), None)
+        landing = self.guarded("landing rule", lambda: validation.landing_rule(self), None)
+        self.guarded("errors of what is given", lambda: validation.draw_given(self), None)
+        comparisons = self.guarded("held-out records", lambda: validation.held_out(self), [])
+        air = self.guarded("records in the air", lambda: validation.in_the_air(self), [])
+        self.guarded("checks", lambda: validation.check(self, comparisons, air), None)
         used = {file for step in self.steps.values() for file in step.files}
         sets = {one.set for one in air}
         used |= {r.file for r in self.evidence.readings if r.set in sets and r.record is not None}

@@ -17,7 +17,7 @@ from tarsus.base.arrays import Floats
 from tarsus.fit.normal_equations import Descent, NormalEquations, descend
 from tarsus.identify.bounce import BounceFit, Bounces, find_bounces, known_offsets
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.flight import FILM, WORST, Sought
+from tarsus.identify.flight import FILM, WORST, FlightParameters
 from tarsus.identify.restitution import FEWEST, MOST, sound
 from tarsus.identify.step import StepResult, Used
 from tarsus.identify.traces import Trace
@@ -58,8 +58,8 @@ def film_by_impacts(
     seen = np.log(np.column_stack([step.draws(path) for path in FILM]))
     covariance = np.cov(seen.T)
     information = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
-    sought = Sought(FILM, np.eye(2), np.log([step.value(path) for path in FILM]), information)
-    begun, passed = _begun(bounces, sought, covariance)
+    parameters = FlightParameters(FILM, np.eye(2), np.log([step.value(path) for path in FILM]), information)
+    begun, passed = _begun(bounces, parameters, covariance)
     if begun is None:
         return known, _unchanged(step, f"under none of {len(_SHARES)} films could the flights be followed ({passed})")
     place, fitted = begun
@@ -69,11 +69,11 @@ def film_by_impacts(
         text = f"{np.count_nonzero(good)} of {len(good)} are single ones between free motions, {FEWEST} are needed"
         return known, _unchanged(step, text)
     bounces = bounces.chosen(good)
-    place, more = _determined(bounces, sought, place, fitted.unknowns[good], level[1])
+    place, more = _determined(bounces, parameters, place, fitted.unknowns[good], level[1])
     spread = np.linalg.inv(more + information)
     narrower = np.linalg.cholesky(spread) @ np.linalg.inv(np.linalg.cholesky(covariance))
-    new = place + (seen - sought.centre) @ narrower.T
-    moved = _moved(known, seen, covariance, new, place - sought.centre)
+    new = place + (seen - parameters.centre) @ narrower.T
+    moved = _moved(known, seen, covariance, new, place - parameters.centre)
     if passed:
         text = f"Of {len(_SHARES)} films tried first, some let no flight be followed to the ground: {passed}."
         step = replace(step, notes=(*step.notes, text))
@@ -86,7 +86,9 @@ def _unchanged(step: StepResult, why: str) -> StepResult:
     return replace(step, notes=(*step.notes, f"The impacts do not determine the film: {why}."))
 
 
-def _begun(bounces: Bounces, sought: Sought, covariance: Floats) -> tuple[tuple[Floats, BounceFit] | None, str]:
+def _begun(
+    bounces: Bounces, parameters: FlightParameters, covariance: Floats
+) -> tuple[tuple[Floats, BounceFit] | None, str]:
     """Of the earlier logarithms (2,) of the film and places up to two deviations to either side of them, the way they
     are known worst, the one that leaves least of the impacts, and these as fitted there; None where no fit ends. And
     which places were passed over, in words.
@@ -97,10 +99,10 @@ def _begun(bounces: Bounces, sought: Sought, covariance: Floats) -> tuple[tuple[
     best: tuple[float, Floats, BounceFit] | None = None
     passed: list[str] = []
     for share in _SHARES:
-        place = sought.centre + share * float(np.sqrt(strength[-1])) * ways[:, -1]
+        place = parameters.centre + share * float(np.sqrt(strength[-1])) * ways[:, -1]
         try:
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-                fitted = bounces.fit(sought.law(bounces.model, place).value)
+                fitted = bounces.fit(parameters.law(bounces.model, place).value)
         except np.linalg.LinAlgError as error:
             passed.append(f"C = {np.exp(place[0]):.3g} N m^2 s, g0 = {np.exp(place[1]):.3g} m: {error}")
             continue
@@ -133,7 +135,7 @@ def _moved(known: Estimates, seen: Floats, covariance: Floats, new: Floats, by: 
 
 
 def _determined(
-    bounces: Bounces, sought: Sought, place: Floats, unknowns: Floats, level_error: float
+    bounces: Bounces, parameters: FlightParameters, place: Floats, unknowns: Floats, level_error: float
 ) -> tuple[Floats, Floats]:
     """The film's logarithms (2,) that impacts and what was known before give, and the information (2, 2) of the impacts
     about them; from a place (2,) with the unknowns of the impacts there.
@@ -144,11 +146,11 @@ def _determined(
 
     def equations(_: Floats, shared: Floats, __: NDArray[np.intp]) -> NormalEquations:
         nonlocal unknowns
-        law = sought.law(bounces.model, shared)
+        law = parameters.law(bounces.model, shared)
         unknowns = bounces.fit(law.value, unknowns).unknowns
         return bounces.about(law, unknowns).gathered(len(shared), offsets).eliminated()
 
-    prior = sought.centre, sought.information
+    prior = parameters.centre, parameters.information
     found = descend(equations, np.zeros((1, 0)), place, prior=prior, how=_DESCENT)
     return found.shared, found.equations.shared[0]
 
@@ -157,13 +159,13 @@ def _with(step: StepResult, moved: Estimates, close: Sequence[Trace], used: Used
     """The step with the numbers that it and the impacts tell together."""
     own = [moved.paths.index(path) for path in step.paths]
     values, samples = moved.values[own], moved.samples[:, own]
-    sought = Sought(step.paths, np.eye(len(values)), np.log(values), np.eye(len(values)))
+    parameters = FlightParameters(step.paths, np.eye(len(values)), np.log(values), np.eye(len(values)))
     gap = min((t.gap for t in close if t.gap is not None and t.file in step.files), default=0.0)
     return replace(
         step,
         values=values,
         samples=samples,
-        combinations=sought.combinations(gap, sought.centre, np.log(samples)),
+        combinations=parameters.combinations(gap, parameters.centre, np.log(samples)),
         used=(*step.used, used),
         files=step.files | files,
     )

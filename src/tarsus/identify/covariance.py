@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtri, fdtri
 
 from tarsus.base.arrays import Floats
-from tarsus.identify.draws import newton_draws, newton_root
+from tarsus.identify.draws import sandwich_draws, sandwich_root
 from tarsus.identify.influence import Influence
 
 FEWEST = 3
@@ -36,7 +36,7 @@ def scattered(influence: Influence, seed: int, prior: Floats | None = None) -> F
         Information (p, p) that was known beforehand.
     """
     levels = [next(iter(influence.levels)), *_coarser(influence, prior)]
-    return newton_draws([influence.at(one) for one in levels], seed, prior)
+    return sandwich_draws([influence.at(one) for one in levels], seed, prior)
 
 
 def scatter_over_noise(influence: Influence, prior: Floats | None = None) -> Floats:
@@ -45,7 +45,7 @@ def scatter_over_noise(influence: Influence, prior: Floats | None = None) -> Flo
     whole = influence.information.sum(axis=0)[None], influence.score.sum(axis=0)[None]
     finest, beyond = next(iter(influence.levels)), _coarser(influence, prior)
     levels = [finest, *beyond] if beyond or np.any(beyond_noise(influence, finest, prior)) else []
-    root = newton_root([whole, *(influence.at(one) for one in levels)], prior)
+    root = sandwich_root([whole, *(influence.at(one) for one in levels)], prior)
     return root @ root.T
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from tarsus.base.arrays import Floats
 from tarsus.fit.normal_equations import Descent
-from tarsus.identify.flight import FlightFit, FlightProblem, FlightSide, Moment, Sought
+from tarsus.identify.flight import FlightFit, FlightParameters, FlightProblem, FlightSide, SegmentStart
 from tarsus.identify.traces import Trace, holds
 from tarsus.impacts.detection import STILL
 from tarsus.records.excluded import Excluded
@@ -48,9 +48,9 @@ class Pulls:
     by_film: Floats
 
 
-def find_detachments(traces: Sequence[Trace], foot: str, level: float) -> tuple[list[Moment], list[Excluded]]:
+def find_detachments(traces: Sequence[Trace], foot: str, level: float) -> tuple[list[SegmentStart], list[Excluded]]:
     """Detachments in records, and those that cannot be used, with the reason."""
-    found: list[Moment] = []
+    found: list[SegmentStart] = []
     left: list[Excluded] = []
     for number, trace in enumerate(traces):
         k = trace.point(foot)
@@ -76,7 +76,7 @@ def find_detachments(traces: Sequence[Trace], foot: str, level: float) -> tuple[
                     )
                 )
                 continue
-            found.append(Moment(number, first - 1, 0, end - first, hold))
+            found.append(SegmentStart(number, first - 1, 0, end - first, hold))
     return found, left
 
 
@@ -117,14 +117,14 @@ class Detachments(FlightProblem):
         at, speed = (np.linalg.lstsq(basis, one, rcond=None)[0].T for one in motion)
         return np.column_stack([begun, at, speed, np.zeros((len(begun), 2))])
 
-    def under(self, sought: Sought, place: Floats, start: Floats | None = None) -> FlightFit:
+    def under(self, parameters: FlightParameters, place: Floats, start: Floats | None = None) -> FlightFit:
         """All flights under one film, each by a descent of its own, from unknowns (nr, q) or the best of some."""
-        law = sought.law(self.model, place).value
-        begun = self._tried(sought, place) if start is None else start
+        law = parameters.law(self.model, place).value
+        begun = self._tried(parameters, place) if start is None else start
         found = self.alone(begun, law, _ROUGH)
-        return FlightFit(self, sought, found.own, place, found.equations)
+        return FlightFit(self, parameters, found.own, place, found.equations)
 
-    def _tried(self, sought: Sought, place: Floats) -> Floats:
+    def _tried(self, parameters: FlightParameters, place: Floats) -> Floats:
         """Unknowns from the beginnings of the flights, each flight's best from several first guesses of the
         moment.
 
@@ -137,7 +137,7 @@ class Detachments(FlightProblem):
         for late in _TRIED:
             tried = unknowns.copy()
             tried[:, 0] += late * self.step
-            found = begun.under(sought, place, tried)
+            found = begun.under(parameters, place, tried)
             pulls = begun.pulls_of(found)
             cost = found.system.cost + (np.minimum(pulls.pull, 0.0) / pulls.error) ** 2
             kept = np.where((cost < best)[:, None], found.unknowns, kept)

@@ -42,15 +42,15 @@ def by_group(groups: ArrayLike, *rows: Floats) -> tuple[Floats, ...]:
     return tuple(np.array([one[part].sum(axis=0) for part in parts]) for one in rows)
 
 
-def newton_draws(levels: Sequence[tuple[Floats, Floats]], seed: int, prior: Floats | None = None) -> Floats:
-    """Deviations (draws, p) of an estimate, of the covariance of which `newton_root` gives a root: by the triangular
+def sandwich_draws(levels: Sequence[tuple[Floats, Floats]], seed: int, prior: Floats | None = None) -> Floats:
+    """Deviations (draws, p) of an estimate, of the covariance of which `sandwich_root` gives a root: by the triangular
     one, which alone is no matter of rounding where directions are equally uncertain."""
-    triangle = np.linalg.qr(newton_root(levels, prior).T).R
+    triangle = np.linalg.qr(sandwich_root(levels, prior).T).R
     triangle *= np.where(np.diag(triangle) < 0.0, -1.0, 1.0)[:, None]
     return np.random.default_rng([seed, 11]).standard_normal((DRAWS, len(triangle))) @ triangle
 
 
-def newton_root(levels: Sequence[tuple[Floats, Floats]], prior: Floats | None = None) -> Floats:
+def sandwich_root(levels: Sequence[tuple[Floats, Floats]], prior: Floats | None = None) -> Floats:
     """A root (p, p) of the covariance of an estimate, from the scatter of its score between groups of its data.
 
     With ``A`` the whole information the covariance is ``A^-1 sum_g (s_g - s) (s_g - s)^T A^-1``. Each parameter's

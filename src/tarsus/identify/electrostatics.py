@@ -17,7 +17,7 @@ from tarsus.base.errors import InputError
 from tarsus.fit.normal_equations import Descent
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.estimates import Estimates
-from tarsus.identify.flight import ATTRACTION, FILM, FlightProblem, FlightSide, Moment, Sought
+from tarsus.identify.flight import ATTRACTION, FILM, FlightParameters, FlightProblem, FlightSide, SegmentStart
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import StepResult, Used
 from tarsus.identify.traces import Trace
@@ -40,7 +40,7 @@ _SHOWN = 4
 class CloseRecords(FlightProblem):
     """Whole records from rest, whose foot the squared volts attract; none has unknowns of its own."""
 
-    def _prepare(self, items: Sequence[Moment], model: FootModel) -> None:
+    def _prepare(self, items: Sequence[SegmentStart], model: FootModel) -> None:
         super()._prepare(items, model)
         self.squares = self.squared()
 
@@ -99,13 +99,13 @@ def identify_close(model: FootModel, known: Estimates, traces: Sequence[Trace], 
         raise InputError([str(one) for one in left])
     firsts = [int(np.searchsorted(trace.time, -1e-9)) for trace in used]
     items = [
-        Moment(k, first - 1, 0, min(len(trace.time) - first, round(LONGEST / trace.step)))
+        SegmentStart(k, first - 1, 0, min(len(trace.time) - first, round(LONGEST / trace.step)))
         for k, (trace, first) in enumerate(zip(used, firsts, strict=True))
     ]
     close = CloseRecords(used, items, 0.0, model)
     volts = max(float(np.max(np.abs(trace.volts))) for trace in used)
-    sought = _sought(model, names, float(np.median(close.gaps)), volts)
-    fitted = close.together(np.zeros((len(items), 0)), sought, sought.centre, _DESCENT)
+    parameters = _parameters(model, names, float(np.median(close.gaps)), volts)
+    fitted = close.together(np.zeros((len(items), 0)), parameters, parameters.centre, _DESCENT)
     own, before = fitted.drawn(known, np.full(DRAWS, fitted.problem.level), seed)
     panels = tuple(fitted.panel(r, used[r].file, "time", 0.0) for r in evenly(range(len(used)), _SHOWN))
     gap = min((one.gap or 0.0) for one in used)
@@ -129,7 +129,7 @@ def _apart(model: FootModel, traces: Sequence[Trace]) -> tuple[list[Trace], list
     return used, left
 
 
-def _sought(model: FootModel, names: Sequence[str], gap: float, volts: float) -> Sought:
+def _parameters(model: FootModel, names: Sequence[str], gap: float, volts: float) -> FlightParameters:
     """Constants by their logarithms, about a film that damps the foot as much as the structure's first mode does, and
     an attraction of a fiftieth of the drive's force at so many volts, which hardly grows towards the ground."""
     force = float(np.max(np.abs(model.law.force(np.array([volts]), model.history))))
@@ -137,9 +137,9 @@ def _sought(model: FootModel, names: Sequence[str], gap: float, volts: float) ->
     guess = dict(zip(ATTRACTION, (0.02 * force / volts**2 * (gap + offset) ** 2, offset), strict=True))
     guess |= {FILM[0]: model.like_damping * gap**3, FILM[1]: 0.3 * gap}
     centre = np.log([guess[name] for name in names])
-    return Sought(tuple(names), np.eye(len(names)), centre, np.eye(len(names)) / _SPREAD**2)
+    return FlightParameters(tuple(names), np.eye(len(names)), centre, np.eye(len(names)) / _SPREAD**2)
 
 
 def wide_attraction(model: FootModel, volts: float, seed: int) -> StepResult:
     """The attraction as an unknown that no record tells, for drives of up to so many volts."""
-    return _sought(model, ATTRACTION, model.gap, volts).wide("electrostatics", seed)
+    return _parameters(model, ATTRACTION, model.gap, volts).wide("electrostatics", seed)

@@ -131,7 +131,7 @@ class Evidence:
         if record is None or record.drive is None:
             return []
         try:
-            trace = self._traced(reading, record, self.instruments.late)
+            trace = self._traced(reading, record, self.instruments.delay_time)
         except InputError as error:
             self.left_out += [excluded_of(reading.file, said) for said in error.problems]
             return []

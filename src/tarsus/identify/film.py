@@ -16,7 +16,7 @@ from tarsus.base.errors import InputError
 from tarsus.identify.detachment import JOINT, Detachments, Pulls, find_detachments
 from tarsus.identify.draws import drawn_level
 from tarsus.identify.estimates import PLACEHOLDER, Estimates
-from tarsus.identify.flight import FILM, WORST, FlightFit, FlightProblem, Sought
+from tarsus.identify.flight import FILM, WORST, FlightFit, FlightParameters, FlightProblem
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import StepResult, Used
 from tarsus.identify.traces import Trace
@@ -84,11 +84,11 @@ def identify_film(
     InputError
         If no detachment can be used.
     """
-    sought = film_sought(model)
+    parameters = film_parameters(model)
     if near is not None:
         offs, kept = near.offs.among(traces, level[0], model)
         begun = near.fitted.unknowns[kept]
-        return _found(offs, offs.together(begun, sought, near.fitted.place, JOINT), known, level[1], seed)
+        return _found(offs, offs.together(begun, parameters, near.fitted.place, JOINT), known, level[1], seed)
     items, left = find_detachments(traces, model.foot_point, level[0])
     found = len(items) + len(left)
     if not items:
@@ -97,10 +97,10 @@ def identify_film(
     items, others = enough(items, MOST, "detachments", "all records of ramped squares", model.foot_point)
     left += others
     offs = Detachments(traces, items, level[0], model)
-    rough = offs.under(sought, sought.centre)
+    rough = offs.under(parameters, parameters.centre)
     near_enough = rough.chi < max(_ROUGH * WORST, _ROUGH * float(np.median(rough.chi)))
-    first = offs.chosen(near_enough).together(rough.unknowns[near_enough], sought, sought.centre, JOINT)
-    whole = offs.under(sought, first.place)
+    first = offs.chosen(near_enough).together(rough.unknowns[near_enough], parameters, parameters.centre, JOINT)
+    whole = offs.under(parameters, first.place)
     good = whole.chi < WORST
     if not good.any():
         raise InputError(
@@ -116,19 +116,19 @@ def identify_film(
         )
         left.append(Excluded(trace.file, model.foot_point, text))
     offs = offs.chosen(good)
-    fitted = _lowest(offs.together(whole.unknowns[good], sought, whole.place, JOINT))
+    fitted = _lowest(offs.together(whole.unknowns[good], parameters, whole.place, JOINT))
     film = _found(offs, fitted, known, level[1], seed)
     used = Used("detachments", len(offs.items), found)
     return replace(film, step=replace(film.step, left_out=tuple(left), used=(used,)))
 
 
-def film_sought(model: FootModel) -> Sought:
+def film_parameters(model: FootModel) -> FlightParameters:
     """The film by the logarithms of C / g0^3 and g0, about one that damps the foot as much as the structure's first
-    mode does, half a gap thick; on a ground without a film nothing is sought."""
+    mode does, half a gap thick; on a ground without a film nothing is fitted."""
     if model.scene.ground.acting.film is None:
-        return Sought((), np.zeros((0, 0)), np.zeros(0), np.zeros((0, 0)))
+        return FlightParameters((), np.zeros((0, 0)), np.zeros(0), np.zeros((0, 0)))
     low, high = np.log(_LIMITS)
-    return Sought(
+    return FlightParameters(
         FILM,
         np.array([[1.0, 3.0], [0.0, 1.0]]),
         np.log([model.like_damping, 0.5 * model.gap]),
@@ -141,21 +141,21 @@ def film_sought(model: FootModel) -> Sought:
 def wide_film(model: FootModel, seed: int) -> StepResult:
     """The film as an unknown that no record tells, about what the device file knows of it, or about the first guess
     where that is a placeholder."""
-    film, sought = model.scene.ground.acting.film, film_sought(model)
+    film, parameters = model.scene.ground.acting.film, film_parameters(model)
     origin = model.scene.origin(FILM[0])
     if film is not None and (origin is None or origin.note != PLACEHOLDER):
         about = np.log([film.coefficient / film.thickness**3, film.thickness])
-        sought = replace(sought, centre=about)
-    return sought.wide("film", seed)
+        parameters = replace(parameters, centre=about)
+    return parameters.wide("film", seed)
 
 
 def _lowest(fitted: FlightFit) -> FlightFit:
     """The fit, or that which is come to by going on from the lowest of those from beside it."""
-    for _ in range(AGAIN if fitted.sought.names else 0):
-        size, axes = np.linalg.eigh(fitted.system.reduced()[0].sum(axis=0) + fitted.sought.information)
+    for _ in range(AGAIN if fitted.parameters.names else 0):
+        size, axes = np.linalg.eigh(fitted.system.reduced()[0].sum(axis=0) + fitted.parameters.information)
         aside = ASIDE * axes[:, 0] / np.sqrt(size[0])
         beside = (
-            fitted.problem.together(fitted.unknowns, fitted.sought, fitted.place + by * aside, JOINT)
+            fitted.problem.together(fitted.unknowns, fitted.parameters, fitted.place + by * aside, JOINT)
             for by in (1.0, -1.0)
         )
         other = min(beside, key=lambda one: float(one.system.cost.sum()))

@@ -13,7 +13,7 @@ import numpy as np
 
 from tarsus.base.arrays import Floats
 from tarsus.identify.checks import SHIFTED, SURE, with_checks
-from tarsus.identify.draws import by_group, newton_draws
+from tarsus.identify.draws import by_group, sandwich_draws
 from tarsus.identify.film import FilmFit
 from tarsus.identify.flight import FILM, PULLS, equations_of
 from tarsus.identify.step import Check, StepResult
@@ -85,7 +85,7 @@ def exponent_of(film: FilmFit, seed: int) -> Exponent | None:
     records = [one.trace for one in offs.items]
     if not film.step.paths or len(set(records)) < _FEWEST:
         return None
-    law, unknowns = film.fitted.sought.law(offs.model, film.fitted.place), film.fitted.unknowns
+    law, unknowns = film.fitted.parameters.law(offs.model, film.fitted.place), film.fitted.unknowns
     assert law.slopes is not None
     rates = [law.value[0] * np.log(law.value[1]), 0.0, 0.0, 0.0, 1.0]  # with C / g0^n as it is
     residuals, slopes, _ = offs.flown(unknowns, replace(law, slopes=np.column_stack([law.slopes, rates])))
@@ -103,6 +103,6 @@ def exponent_of(film: FilmFit, seed: int) -> Exponent | None:
         return None
     whole = np.linalg.solve(total, score.sum(axis=0))
     # about the fit with it: without, what it explains would count as scatter
-    error = float(np.std(newton_draws([(information, score - information @ whole)], seed)[:, -1]))
+    error = float(np.std(sandwich_draws([(information, score - information @ whole)], seed)[:, -1]))
     ratio, thickness = -np.linalg.solve(total[:-1, :-1], total[:-1, -1])[:2]
     return Exponent(ASSUMED + float(whole[-1]), error, np.array([ratio + ASSUMED * thickness, thickness]))

@@ -47,7 +47,7 @@ _LIMITS = (np.log(1e-30), np.log(1.0))
 field comes near."""
 
 
-def felt(model: FootModel) -> Floats:
+def ground_constants(model: FootModel) -> Floats:
     """Constants (5,) of the forces at the foot, as flights take them: C, g0, C_e, g_e and the film's exponent; a law
     that the ground has not damps and pulls nothing."""
     ground, out = model.scene.ground.acting, np.array([0.0, 1.0, 0.0, 1.0, 3.0])
@@ -60,11 +60,11 @@ def felt(model: FootModel) -> Floats:
 
 def known_law(model: FootModel) -> Varied:
     """The same as flights take it that share no unknown."""
-    return Varied(felt(model), np.zeros((5, 0)))
+    return Varied(ground_constants(model), np.zeros((5, 0)))
 
 
 @dataclass(frozen=True)
-class Sought:
+class FlightParameters:
     """Constants of the ground that flights tell, by p unknowns.
 
     names (k): paths of the constants; ways (k, p): their logarithms are ``ways @ unknowns``; centre (p,), information
@@ -84,7 +84,7 @@ class Sought:
 
     def law(self, model: FootModel, place: Floats) -> Varied:
         """Forces at a model's foot (5,) at unknowns (p,), with derivatives by these."""
-        value, slopes = felt(model), np.zeros((5, len(place)))
+        value, slopes = ground_constants(model), np.zeros((5, len(place)))
         at = [(*FILM, *ATTRACTION).index(name) for name in self.names]
         inside = np.clip(place, self.low, self.high)
         value[at] = self.constants(inside)
@@ -126,7 +126,7 @@ NO_HOLD = Hold(0, -1)
 
 
 @dataclass(frozen=True)
-class Moment:
+class SegmentStart:
     """A moment in a record from which flights go: the last sample before it, how many samples are used before and after
     it, and the stretch in which the foot stood still before, of a detachment."""
 
@@ -180,13 +180,13 @@ class FlightProblem:
         Without moments, and for records that are sampled at different rates.
     """
 
-    def __init__(self, traces: Sequence[Trace], items: Sequence[Moment], level: float, model: FootModel) -> None:
+    def __init__(self, traces: Sequence[Trace], items: Sequence[SegmentStart], level: float, model: FootModel) -> None:
         self.traces, self.level = tuple(traces), level
         self.volts = {k: self.traces[k].between for k in {one.trace for one in items}}
         self.stretches: Stretches | None = None
         self._prepare(items, model)
 
-    def _prepare(self, items: Sequence[Moment], model: FootModel) -> None:
+    def _prepare(self, items: Sequence[SegmentStart], model: FootModel) -> None:
         """Everything that depends on model and moments, but not on the unknowns."""
         self.items, self.model = tuple(items), model
         if not items:
@@ -261,7 +261,7 @@ class FlightProblem:
         items = [replace(one, trace=k) for one, k in zip(self.items, at, strict=True) if k >= 0]
         return type(self)(traces, items, level, model), np.array(at) >= 0
 
-    def of(self, items: Sequence[Moment]) -> Self:
+    def of(self, items: Sequence[SegmentStart]) -> Self:
         """The same of other moments of the same records."""
         out = copy(self)
         out.stretches = None
@@ -369,16 +369,16 @@ class FlightProblem:
         known = Varied(law, np.zeros((len(law), 0)))
         return descend(lambda own, _, part: self.equations(own, known, part), unknowns, how=how)
 
-    def together(self, unknowns: Floats, sought: Sought, place: Floats, how: Descent) -> FlightFit:
+    def together(self, unknowns: Floats, parameters: FlightParameters, place: Floats, how: Descent) -> FlightFit:
         """All segments with what they share, from a place (p,)."""
         found = descend(
-            lambda own, shared, part: self.equations(own, sought.law(self.model, shared), part),
+            lambda own, shared, part: self.equations(own, parameters.law(self.model, shared), part),
             unknowns,
             place,
-            prior=(sought.centre, sought.information),
+            prior=(parameters.centre, parameters.information),
             how=how,
         )
-        return FlightFit(self, sought, found.own, found.shared, found.equations)
+        return FlightFit(self, parameters, found.own, found.shared, found.equations)
 
 
 def equations_of(residuals: Sequence[Floats], slopes: Sequence[Floats], own: int) -> NormalEquations:
@@ -392,7 +392,7 @@ class FlightFit:
     equations there."""
 
     problem: FlightProblem
-    sought: Sought
+    parameters: FlightParameters
     unknowns: Floats
     place: Floats
     system: NormalEquations
@@ -400,7 +400,7 @@ class FlightFit:
     @cached_property
     def flown(self) -> tuple[list[Floats], list[Floats], list[Floats]]:
         """What `FlightProblem.flown` says of the segments: residuals over the noise, slopes and flights."""
-        return self.problem.flown(self.unknowns, self.sought.law(self.problem.model, self.place))
+        return self.problem.flown(self.unknowns, self.parameters.law(self.problem.model, self.place))
 
     @property
     def chi(self) -> Floats:
@@ -410,10 +410,10 @@ class FlightFit:
     def moved(self, model: FootModel, level: float) -> tuple[FlightProblem, Floats, Floats]:
         """The segments by a model, and above a ground [m], near the fitted ones, with their unknowns and place there:
         one Gauss-Newton step."""
-        there, sought = self.problem.by(model, level), self.sought
-        pull = sought.information @ (sought.centre - self.place)
-        equations = there.equations(self.unknowns, sought.law(model, self.place))
-        own, step = equations.step(0.0, sought.information, pull)
+        there, parameters = self.problem.by(model, level), self.parameters
+        pull = parameters.information @ (parameters.centre - self.place)
+        equations = there.equations(self.unknowns, parameters.law(model, self.place))
+        own, step = equations.step(0.0, parameters.information, pull)
         return there, self.unknowns + own, self.place + step
 
     @property
@@ -435,7 +435,7 @@ class FlightFit:
         know, the level (draws,) [m] among it, the latter with those of further numbers of segments and their unknowns
         (draws, p + ...)."""
         nothing = np.zeros((DRAWS, 0))
-        own = scattered(self.influence, seed, self.sought.information) if self.sought.names else nothing
+        own = scattered(self.influence, seed, self.parameters.information) if self.parameters.names else nothing
 
         def again(values: Floats) -> Floats:
             there, unknowns, place = self.moved(known.model(values[:-1]), float(values[-1]))
@@ -452,17 +452,19 @@ class FlightFit:
         residuals: list[Residual] = [
             over_noise(self.problem.traces[k].file, np.concatenate(left)) for k, left in sorted(by_record.items())
         ]
-        names = self.sought.names
+        names = self.parameters.names
         return StepResult(
             name,
             names,
-            self.sought.constants(self.place),
-            self.sought.constants(logs),
-            combinations=self.sought.combinations(gap, self.place, logs),
+            self.parameters.constants(self.place),
+            self.parameters.constants(logs),
+            combinations=self.parameters.combinations(gap, self.place, logs),
             residuals=tuple(residuals),
             files=self.problem.files(),
             panels=panels,
-            influence=self.influence.of(names, self.sought.ways, self.sought.constants(self.place)) if names else None,
+            influence=self.influence.of(names, self.parameters.ways, self.parameters.constants(self.place))
+            if names
+            else None,
         )
 
     def panel(self, r: int, title: str, axis: str, since: float) -> Panel:

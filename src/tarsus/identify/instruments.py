@@ -2,7 +2,7 @@
 
 A displacement is the integral of the velocity of the same point in every record, whatever the structure: that gives
 their ratio and the delay of the one behind the other. How late both are behind the drive the sweeps in the air show
-(`tarsus.identify.lateness`). Records are brought back to what happened before any step sees them; instruments between
+(`tarsus.identify.delay`). Records are brought back to what happened before any step sees them; instruments between
 which no difference is found leave their records as they are.
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 from tarsus.base.arrays import Complexes, Floats
 from tarsus.identify.clock import PACE, stretched
 from tarsus.identify.consistency import ALIKE, COARSE, Relation, relations_of
-from tarsus.identify.lateness import SAMPLES, Lateness, LowPass, lateness_of, passed
+from tarsus.identify.delay import SAMPLES, Delay, LowPass, delay_of, passed
 from tarsus.identify.with_error import UNTOLD, WithError
 from tarsus.modes.modal import ModalFit
 from tarsus.records.measurement import Measurement, Quantity
@@ -29,7 +29,7 @@ _MIDDLE = 1.2533
 """Standard error of a median over that of a mean, of normal numbers."""
 _STRONGEST = 4.0
 """Factor at most by which what a low-pass has weakened is brought back: noise is, too."""
-_PROMPT = Lateness(UNTOLD, None)
+_PROMPT = Delay(UNTOLD, None)
 """Of channels that are not known to be late."""
 
 
@@ -39,7 +39,7 @@ class Instruments:
 
     step [s]: between samples of the sweeps, or the finest of the other records; gains: by point, of its displacement
     over the integral of its velocity; lag [s]: of displacements behind velocities; velocities: points of which the
-    velocity, not the displacement, has the gain; lateness: of the sweeps' channels behind the drive, as far as it is
+    velocity, not the displacement, has the gain; delay: of the sweeps' channels behind the drive, as far as it is
     known; of: the quantity of these channels; pace: share by which the clock of the motion is slow against that of the
     drive, as far as it is known; starts [s]: by source, how much later than the others a sweep comes behind its drive;
     lost: samples of sweeps were, which both correct in part; relations: by point, of displacement and velocity in each
@@ -50,7 +50,7 @@ class Instruments:
     gains: Mapping[str, WithError] = field(default_factory=dict)
     lag: WithError = UNTOLD
     velocities: frozenset[str] = frozenset()
-    lateness: Lateness = _PROMPT
+    delay: Delay = _PROMPT
     of: Quantity = Quantity.DISPLACEMENT
     pace: WithError = UNTOLD
     starts: Mapping[str, float] = field(default_factory=dict)
@@ -75,9 +75,9 @@ class Instruments:
         return self.lag.beyond(0.0, SAMPLES * self.step)
 
     @property
-    def late(self) -> float:
+    def delay_time(self) -> float:
         """Time [s] by which velocities, and displacements that were brought to them, come behind the drive."""
-        return self.lateness.late.value if self.lateness.off(self.step) else 0.0
+        return self.delay.time.value if self.delay.off(self.step) else 0.0
 
     @property
     def slow(self) -> float:
@@ -87,18 +87,18 @@ class Instruments:
     def low(self, quantity: Quantity) -> LowPass | None:
         """Low-pass before the channels of a quantity: that of the sweeps, and the other one unless it is not delayed by
         it."""
-        return None if self.lags and quantity is not self.of else self.lateness.low
+        return None if self.lags and quantity is not self.of else self.delay.low
 
     def hypotheses(self) -> tuple[Instruments, ...]:
         """These, and where a gain was found the same with the other channel of its point at fault."""
         return (self, replace(self, velocities=frozenset(self.wrong))) if self.wrong else (self,)
 
     def behind(self, fit: ModalFit) -> Instruments | None:
-        """The same with the lateness that modes show, None where they show none."""
-        found = lateness_of(fit)
+        """The same with the delay that modes show, None where they show none."""
+        found = delay_of(fit)
         if found is None or fit.frf.quantity not in (Quantity.DISPLACEMENT, Quantity.VELOCITY):
             return None
-        late = replace(self, lateness=found, of=fit.frf.quantity)
+        late = replace(self, delay=found, of=fit.frf.quantity)
         return late if found.off(late.step) else None
 
     def uncertain(self) -> tuple[Instruments, ...]:
@@ -111,7 +111,7 @@ class Instruments:
     def errors(self) -> tuple[float, float]:
         """Standard errors [s] of what was corrected: the delay of displacements behind velocities, and of all channels
         behind the drive."""
-        return self.lag.error if self.lags else 0.0, self.lateness.late.error if self.late else 0.0
+        return self.lag.error if self.lags else 0.0, self.delay.time.error if self.delay_time else 0.0
 
     @property
     def shared(self) -> float:
@@ -125,12 +125,12 @@ class Instruments:
     @property
     def prompt(self) -> Instruments:
         """The gains alone, as if no channel were late."""
-        return replace(self, lag=UNTOLD, lateness=_PROMPT)
+        return replace(self, lag=UNTOLD, delay=_PROMPT)
 
     @property
     def delaying(self) -> bool:
         """Whether any channel is late, or behind a low-pass."""
-        return bool(self.lags or self.late or self.low(self.of))
+        return bool(self.lags or self.delay_time or self.low(self.of))
 
     @property
     def differ(self) -> bool:
@@ -140,7 +140,7 @@ class Instruments:
     def seen(self, motion: Floats, quantity: Quantity, step: float) -> Floats:
         """Motion (np, nt) from the rest, samples a step [s] apart, as late and behind the low-pass as channels of a
         quantity show it."""
-        low, late = self.low(quantity), self.late + (self.lags if quantity is Quantity.DISPLACEMENT else 0.0)
+        low, late = self.low(quantity), self.delay_time + (self.lags if quantity is Quantity.DISPLACEMENT else 0.0)
         if low is None and not late:
             return motion
 
@@ -166,7 +166,7 @@ class Instruments:
             values[k] /= self.gain(point, quantity)
             if quantity is Quantity.DISPLACEMENT and self.lags:
                 values[k] = _divided(values[k], record.step, self.lags, None)
-        late = self.late + self.starts.get(record.source, 0.0)
+        late = self.delay_time + self.starts.get(record.source, 0.0)
         for (_, quantity), k in moving.items() if swept and (late or self.low(self.of)) else ():
             values[k] = _divided(values[k], record.step, late, self.low(quantity))
         return replace(record, values=values)
@@ -209,8 +209,8 @@ class Instruments:
                 f"displacements come {1e6 * abs(self.lags):.4g} +- {2e6 * self.lag.error:.1g} us {word} their "
                 "velocities: a delay of their channels, corrected"
             )
-        if self.late or self.low(self.of) is not None:
-            late, low = self.lateness.late, self.lateness.low
+        if self.delay_time or self.low(self.of) is not None:
+            late, low = self.delay.time, self.delay.low
             word = "after" if late.value > 0.0 else "before"
             by = "" if low is None else f", as behind a {low.name} at {low.corner:.4g} Hz"
             out.append(

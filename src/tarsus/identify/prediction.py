@@ -1,7 +1,7 @@
 """Whether the identified device predicts the motion in the air, and what each number misses there.
 
-Loops and records in the air are compared with their prediction (`tarsus.identify.airborne`). What the best fit with the
-identified numbers and the records' zeros free leaves has an unknown cause, and the record that shows it is named.
+Loops and records in the air are compared with their prediction (`tarsus.identify.free_motion`). What the best fit with
+the identified numbers and the records' zeros free leaves has an unknown cause, and the record that shows it is named.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tarsus.base.arrays import Floats
-from tarsus.identify.airborne import AirRecord, moving
 from tarsus.identify.checks import APART, OVER_NOISE
 from tarsus.identify.draws import within
 from tarsus.identify.estimates import Estimates, possible
+from tarsus.identify.free_motion import AirRecord, moving
 from tarsus.identify.step import StepResult
 
 _WIDE = 30.0

@@ -37,7 +37,7 @@ from tarsus.modes.mode import ModeVerdict
 from tarsus.records.measurement import Measurement
 
 _ORDERS_PER_MODE = 6
-"""Order of the models per mode that is sought: two describe one, the others take up noise and background."""
+"""Order of the models per fitted mode: two describe one, the others take up noise and background."""
 _FEWEST_ORDERS = 12
 """Order at least: fewer hold no pole in common."""
 _EDGE = 0.01

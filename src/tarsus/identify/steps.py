@@ -66,7 +66,7 @@ def _resonances(chain: StepRunner) -> StepResult:
         raise InputError("the sets of sweeps state no swept sine as their signal, which gives the band to identify")
     band = max(low for low, _ in ends), min(high for _, high in ends)
     chain.resonances = _structure(chain, band)
-    straight = "hysteresis" in chain.steps  # the second time lateness is corrected
+    straight = "hysteresis" in chain.steps  # the second time the delay is corrected
     if not straight and (late := chain.evidence.instruments.behind(chain.resonances.fit)) is not None:
         chain.evidence.correct(late)
         chain.resonances = _structure(chain, band)
@@ -258,7 +258,7 @@ def straighter(chain: StepRunner) -> bool:
 
 
 def _has(law: str) -> Callable[[StepRunner], bool]:
-    """Whether a law, by its slot, acts on the ground of the device: of one that does not no number is sought."""
+    """Whether a law, by its slot, acts on the ground of the device: of one that does not no number is fitted."""
     return lambda chain: getattr(chain.opened.model.scene.ground.acting, law) is not None
 
 

@@ -133,8 +133,8 @@ def identify_walking(
     """
     if not isinstance(scene.robot.structure, Walker):
         raise InputError("walks are identified of walkers: the structure is of another kind")
-    sought, units = unknowns_of(scene), float_paths(scene)
-    fit = identify_walk(records, sought, differing=[path for path in sought if path in DIFFERING], differ=by_foot)
+    unknowns, units = unknowns_of(scene), float_paths(scene)
+    fit = identify_walk(records, unknowns, differing=[path for path in unknowns if path in DIFFERING], differ=by_foot)
     told = {path: fit.verdict(path) for path in fit.paths}
     draws = np.random.default_rng([seed, 23]).standard_normal((DRAWS, len(fit.paths)))
     samples = fit.values * np.exp(draws @ np.linalg.cholesky(fit.covariance).T)

@@ -12,7 +12,7 @@ from tarsus.base.errors import InputError
 from tarsus.measure.cautions import cautions
 from tarsus.measure.history import RESOLUTION, Counting, EventHistories, Histories
 from tarsus.measure.measure import Caution, Definition, Measure, Measured, Measures, Moments, Scope, of_feet
-from tarsus.measure.table import Judged, Judgement, RunTable
+from tarsus.measure.table import HasMeasures, Judgement, RunTable
 from tarsus.measure.windows import WindowedHistories, Windows
 
 if TYPE_CHECKING:
@@ -25,13 +25,13 @@ def scene_period(scene: Any, duration: float) -> float:
     return max((p for p in periods if p <= duration), default=duration)
 
 
-def histories_of(run: Judged) -> EventHistories:
+def histories_of(run: HasMeasures) -> EventHistories:
     """What every foot of a run did, in the order of its feet."""
     return Judgement(RunTable.of(run)).histories
 
 
 def period_statistics(
-    run: Judged,
+    run: HasMeasures,
     period: float | None = None,
     skip: int | None = None,
     height: float = RESOLUTION,
@@ -70,7 +70,12 @@ def by_period(judgement: Judgement, names: Collection[str] | None = None) -> dic
 
 
 def window_statistics(
-    run: Judged, start: float, length: float, count: int = 1, height: float = RESOLUTION, dwell: float | None = None
+    run: HasMeasures,
+    start: float,
+    length: float,
+    count: int = 1,
+    height: float = RESOLUTION,
+    dwell: float | None = None,
 ) -> Measures:
     """The measures of `period_statistics` as an instrument takes them: over windows of time, whatever the drive does.
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from tarsus.measure.segments import Floats, Rows
 
 
-class Judged(Protocol):
+class HasMeasures(Protocol):
     """What is judged: a run, or one run of a batch. A walker's has ``scene`` and ``marks`` beside these."""
 
     @property
@@ -53,7 +53,7 @@ class RunTable:
         return len(self.ends)
 
     @classmethod
-    def of(cls, run: Judged) -> RunTable:
+    def of(cls, run: HasMeasures) -> RunTable:
         """A run as a batch of one."""
         events, marks = run.all_events, getattr(run, "marks", None)
         return cls(

@@ -17,7 +17,7 @@ from tarsus.measure.measure import Definition, Measured, Measures, Moments, Scop
 from tarsus.measure.periods import by_period, cautions_of
 from tarsus.measure.segments import Floats, Rows
 from tarsus.measure.switching import charging_energy
-from tarsus.measure.table import Judged, Judgement, RunTable
+from tarsus.measure.table import HasMeasures, Judgement, RunTable
 from tarsus.measure.together import Stays
 from tarsus.measure.whole import WHOLE_RUN, in_whole_run
 from tarsus.model.structure import Walker
@@ -28,7 +28,7 @@ STANDSTILL: float = _native.STANDSTILL
 
 
 def measures_of(
-    run: Judged,
+    run: HasMeasures,
     period: float | None = None,
     skip: int | None = None,
     height: float = RESOLUTION,
@@ -49,7 +49,7 @@ def measured(judgement: Judgement, names: Collection[str] | None = None) -> dict
     return {**in_the_walk(judgement, names), **by_period(judgement, names), **in_whole_run(judgement, names)}
 
 
-def walk_statistics(run: Judged, period: float | None = None, skip: int | None = None) -> Measures:
+def walk_statistics(run: HasMeasures, period: float | None = None, skip: int | None = None) -> Measures:
     """Measures of a walk by drive period; none for a structure that is no `Walker`.
 
     Parameters

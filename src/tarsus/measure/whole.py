@@ -10,7 +10,7 @@ import numpy as np
 from tarsus.measure.history import RESOLUTION, Counting, Histories
 from tarsus.measure.measure import Definition, Measured, Measures, Moments, Scope, of_feet
 from tarsus.measure.segments import Floats
-from tarsus.measure.table import Judged, Judgement, RunTable
+from tarsus.measure.table import HasMeasures, Judgement, RunTable
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def value_of(name: str, histories: Histories, counting: Counting) -> Floats:
 
 
 def whole_run_statistics(
-    run: Judged, period: float | None = None, height: float = RESOLUTION, dwell: float | None = None
+    run: HasMeasures, period: float | None = None, height: float = RESOLUTION, dwell: float | None = None
 ) -> Measures:
     """Measures of the feet over a whole run; arguments as for `tarsus.measure.period_statistics`. None has a spread."""
     judgement = Judgement(RunTable.of(run), period, None, height, dwell)

@@ -40,7 +40,7 @@ class DriveRuns:
         return replace(self, which=self.which[runs], periods=self.periods[runs])
 
 
-def felt(path: str) -> bool:
+def affects_motion(path: str) -> bool:
     """Whether a number of a drive or its signal has a part in the motion; its supply's energy account has none."""
     return not path.endswith((".capacitance", ".recovery"))
 
@@ -87,7 +87,9 @@ def _varied(scene: Scene, values: Mapping[str, Any]) -> dict[str, tuple[Signal, 
         signal, drive = f"signals.{name}.", f"robot.drives.{name}."
         own = {path.removeprefix(signal): of for path, of in values.items() if path.startswith(signal)}
         of_drive = {
-            path.removeprefix(drive): of for path, of in values.items() if path.startswith(drive) and felt(path)
+            path.removeprefix(drive): of
+            for path, of in values.items()
+            if path.startswith(drive) and affects_motion(path)
         }
         wave = scene.waveforms.get(name) or Constant(level=0.0)
         check_columns(f"signals.{name}", wave, own)

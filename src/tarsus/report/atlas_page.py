@@ -16,8 +16,8 @@ from tarsus.atlas.cells import MEASURES, MOST_PERIODS
 from tarsus.atlas.classes import meanings, words
 from tarsus.atlas.result import Atlas
 from tarsus.orbits.returns import drive_period
-from tarsus.report.pages import Fold, Plate, Section, sections_page, terms, write_page
-from tarsus.report.sheet import QUARTER, few_ticks, name_axes, panel, panels
+from tarsus.report.pages import Fold, PageFigure, Section, sections_page, terms, write_page
+from tarsus.report.panel_grid import QUARTER, few_ticks, name_axes, panel, panels
 from tarsus.report.style import BLUE, GREEN, INK, MUTED, PURPLE, VERMILION, scale_of
 from tarsus.tables.numbers import amount, percent, spaced
 
@@ -68,7 +68,7 @@ def _field(axes: Axes, found: Atlas, values: np.ndarray, **look: Any) -> AxesIma
     return image
 
 
-def _map(found: Atlas) -> Plate:
+def _map(found: Atlas) -> PageFigure:
     """Classes by colour, with what is drawn over them."""
     colours = [GREYS.get(words(code), "#c8c8c8") if code < 0 else "" for code in found.classes]
     for n, place in enumerate(place for place, colour in enumerate(colours) if not colour):
@@ -87,10 +87,10 @@ def _map(found: Atlas) -> Plate:
                 axes.plot(*places.T, color=LINES[n % len(LINES)], label=one.name, scalex=False, scaley=False, **look)
 
     shown = panel(3.2, draw, "Classes of the settled motion over both numbers.", width=4.4)
-    return Plate(Markup('<div class="large">{}</div>').format(shown.picture), shown.caption)
+    return PageFigure(Markup('<div class="large">{}</div>').format(shown.picture), shown.caption)
 
 
-def _measures(found: Atlas) -> Plate:
+def _measures(found: Atlas) -> PageFigure:
     """A map of every measure."""
     known = [name for name, values in found.measures.items() if np.isfinite(values).any()]
 

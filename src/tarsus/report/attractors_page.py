@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 
 from tarsus.orbits.attractors import Attractors
 from tarsus.orbits.basins import OTHERS
-from tarsus.report.pages import Markup, Plate, Section, noted, sections_page, write_page
+from tarsus.report.pages import Markup, PageFigure, Section, noted, sections_page, write_page
+from tarsus.report.panel_grid import few_ticks, line, name_axes, panel
 from tarsus.report.run_page import report_html
-from tarsus.report.sheet import few_ticks, line, name_axes, panel
 from tarsus.report.style import BLUE, GREEN, MUTED, ORANGE, PURPLE, SKY, VERMILION
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION)
@@ -50,7 +50,7 @@ def _colour(number: int) -> str:
     return COLOURS[number % len(COLOURS)] if number >= 0 else MUTED
 
 
-def _motion(found: Attractors) -> Plate:
+def _motion(found: Attractors) -> PageFigure:
     """Gaps of the first foot over two periods of every attractor."""
 
     def draw(axes: Axes) -> None:
@@ -64,7 +64,7 @@ def _motion(found: Attractors) -> Plate:
     return panel(1.9, draw, f"Height of a foot over {PERIODS} periods of each settled motion.")
 
 
-def _basins(found: Attractors) -> Plate:
+def _basins(found: Attractors) -> PageFigure:
     """Every start by where it leads, over the first two axes of the box."""
     units = found.box.units()
     paths = list(found.box.ends)[:2]

@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 
 from tarsus.base.arrays import Floats
 from tarsus.orbits.branches import Branches
-from tarsus.report.pages import Plate, Section, noted, sections_page
-from tarsus.report.sheet import name_axes, panel, panels, shade
+from tarsus.report.pages import PageFigure, Section, noted, sections_page
+from tarsus.report.panel_grid import name_axes, panel, panels, shade
 from tarsus.report.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, RULE, SKY, VERMILION, level_limits
 from tarsus.tables.numbers import number, spaced
 
@@ -86,7 +86,7 @@ def draw_branches(axes: Axes, found: Branches, name: str, unit: str) -> None:
         axes.set_ylim(*limits)
 
 
-def _motion(found: Branches) -> Plate:
+def _motion(found: Branches) -> PageFigure:
     """Hardest impact and highest flight against the parameter."""
 
     return panels(
@@ -107,7 +107,7 @@ def draw_multipliers(axes: Axes, multipliers: np.ndarray, size: float) -> None:
     axes.set(xlabel="real part", ylabel="imaginary part")
 
 
-def _sizes(found: Branches) -> Plate | None:
+def _sizes(found: Branches) -> PageFigure | None:
     """Magnitude of the largest multipliers along the branches; nothing where all are too small to be seen."""
     points = [point for branch in found for point in branch.points]
     at = np.array([point.at for point in points])

@@ -31,7 +31,7 @@ from tarsus.report.motion import Held, Motion
 from tarsus.report.packing import script_text
 from tarsus.report.pages import Fold, Section, asset, marked, rendered, sections_page, sources, write_page
 from tarsus.report.panels import Bars, DrawnLine, Sign, TimePanel, panels_html
-from tarsus.report.player import walk_plate
+from tarsus.report.player import walk_figure
 from tarsus.report.style import BLUE, CONTACT, CYCLE, GREEN, INK, MUTED, PURPLE, VERMILION
 from tarsus.report.walk_figures import contact_panel, distinct_drives
 from tarsus.solve import Explored, Run, compiled_engine, engine_bytes, simulate
@@ -183,7 +183,7 @@ class Explorer:
         shown = Shown(self.explored)
         return rendered(
             "explorer.html",
-            player=walk_plate(shown.motion),
+            player=walk_figure(shown.motion),
             charts=shown.charts,
             info=script_text(self.info(shown)),
             wasm=_compressed(wasm),

@@ -7,8 +7,8 @@ from itertools import cycle
 
 import numpy as np
 
-from tarsus.report.pages import Plate
-from tarsus.report.panels import Bars, Dash, DrawnLine, Level, Sign, TimePanel, Window, panels_plate
+from tarsus.report.pages import PageFigure
+from tarsus.report.panels import Bars, Dash, DrawnLine, Level, Sign, TimePanel, Window, panels_figure
 from tarsus.report.series import RunSeries, ever, joined
 from tarsus.report.style import BLUE, CONTACT, CYCLE, GREEN, INK, MUTED, ORANGE, PURPLE, RULE, SKY, VERMILION
 from tarsus.tables.numbers import amount, spaced
@@ -26,7 +26,7 @@ TURNS, TURN_SAMPLES = 12, 400
 """Drive periods laid over each other, and samples of each: as many as a panel has pixels on a small screen."""
 
 
-def motion(series: RunSeries, window: Window) -> Plate:
+def motion(series: RunSeries, window: Window) -> PageFigure:
     """Drive voltage above the displacement of every point, contact shaded, ground level dashed."""
     several = len(series.feet) > 1
     shaded = len(series.feet) == 1 and bool(series.contacts[0])
@@ -51,7 +51,7 @@ def motion(series: RunSeries, window: Window) -> Plate:
         ends = (len(series.feet) - 0.5, -0.5)
         panels.append(TimePanel(0.2 * len(series.feet), "contact", bars=bars, limits=ends, names=series.feet))
     command = " Dotted: the command to the amplifier." if "command" in series.values else ""
-    return panels_plate(panels, f"Displacement of {joined(series.points)} from rest.{command}", window)
+    return panels_figure(panels, f"Displacement of {joined(series.points)} from rest.{command}", window)
 
 
 def _volts(series: RunSeries) -> TimePanel:
@@ -65,7 +65,7 @@ def _volts(series: RunSeries) -> TimePanel:
     return TimePanel(0.62, "drive", "V", lines)
 
 
-def turns(series: RunSeries) -> Plate | None:
+def turns(series: RunSeries) -> PageFigure | None:
     """The last drive periods of the first feet over each other, below the drive; None if nothing repeats."""
     shown, period, last = range(min(len(series.feet), MOST_FEET)), series.period, series.complete
     if period is None or not (series.drives and shown and last):
@@ -88,7 +88,7 @@ def turns(series: RunSeries) -> Plate | None:
     )
     if len(series.feet) > len(shown):
         caption += f" Shown are the first {MOST_FEET} of {len(series.feet)} feet."
-    return panels_plate(panels, caption, (0.0, 1.0), across="drive period", unit="")
+    return panels_figure(panels, caption, (0.0, 1.0), across="drive period", unit="")
 
 
 def turns_of(series: RunSeries, foot: int) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -100,7 +100,7 @@ def turns_of(series: RunSeries, foot: int) -> list[tuple[np.ndarray, np.ndarray]
     ]
 
 
-def forces(series: RunSeries, window: Window, foot: int = 0) -> Plate:
+def forces(series: RunSeries, window: Window, foot: int = 0) -> PageFigure:
     """Forces that act on one foot, one panel each, below its height (as Fig. 2.15 of the source)."""
     part = series.inside(window)
     contact, limit = series["contact_force"][foot], series["adhesion_strength"][foot]
@@ -129,10 +129,10 @@ def forces(series: RunSeries, window: Window, foot: int = 0) -> Plate:
         f"Forces that act on foot {series.feet[foot]} below its height above the ground, each on its own scale. "
         "Contact is shaded; forces are positive upward, friction is positive forward."
     )
-    return panels_plate(panels, caption, window)
+    return panels_figure(panels, caption, window)
 
 
-def energies(series: RunSeries, companion: RunSeries | None, window: Window) -> Plate:
+def energies(series: RunSeries, companion: RunSeries | None, window: Window) -> PageFigure:
     """Kinetic and elastic energy, with and without adhesion (as Fig. 2.12 of the source)."""
     one_foot = len(series.feet) == 1
     panels = []
@@ -144,7 +144,7 @@ def energies(series: RunSeries, companion: RunSeries | None, window: Window) -> 
         least = 0.0 if min(np.nanmin(one.y) for one in lines) >= 0.0 else None
         contact = series.contacts[0] if one_foot else ()
         panels.append(TimePanel(0.95, spaced(name), "J", lines, contact, limits=(least, None)))
-    return panels_plate(panels, "Kinetic and elastic (potential) energy of the structure; contact is shaded.", window)
+    return panels_figure(panels, "Kinetic and elastic (potential) energy of the structure; contact is shaded.", window)
 
 
 LEDGER_CURVES: tuple[tuple[str, str, str, Dash], ...] = (
@@ -158,7 +158,7 @@ LEDGER_CURVES: tuple[tuple[str, str, str, Dash], ...] = (
 )
 
 
-def ledger(series: RunSeries) -> Plate:
+def ledger(series: RunSeries) -> PageFigure:
     """Where the energy went: cumulative curves over the whole run."""
     curves = dict(series.values)
     curves["stored"] = series["kinetic_energy"] + series["elastic_energy"]
@@ -175,4 +175,4 @@ def ledger(series: RunSeries) -> Plate:
         if name in curves and ever(curves[name])
     ]
     caption = "Cumulative energy: what is put in, what is stored, and what each loss has taken; dashed: other work."
-    return panels_plate([TimePanel(1.9, "energy since start", "J", lines)], caption, series.whole)
+    return panels_figure([TimePanel(1.9, "energy since start", "J", lines)], caption, series.whole)

@@ -13,9 +13,9 @@ from matplotlib.axes import Axes
 from tarsus.design.adaptive_gait import AdaptiveGait
 from tarsus.design.front import Design
 from tarsus.design.results import units_of
-from tarsus.report.pages import Plate, Section, noted, sections_page, write_page
+from tarsus.report.pages import PageFigure, Section, noted, sections_page, write_page
+from tarsus.report.panel_grid import name_axes, panel
 from tarsus.report.run_page import report_html
-from tarsus.report.sheet import name_axes, panel
 from tarsus.report.style import BLUE, GREEN, RULE, VERMILION
 from tarsus.solve import simulate
 from tarsus.tables.table import Column, Table
@@ -72,7 +72,7 @@ JUDGED = (
 )
 
 
-def _front_figure(design: Design, linked: bool) -> Plate | None:
+def _front_figure(design: Design, linked: bool) -> PageFigure | None:
     """The front in its first two objectives; nothing of a single gait."""
     if len(design.members) < 2:
         return None
@@ -143,7 +143,7 @@ def adapt_html(design: AdaptiveGait) -> str:
     return sections_page(f"Adaptive gait: {scene}", [about], sections, footer)
 
 
-def _hidden_figure(design: AdaptiveGait) -> Plate:
+def _hidden_figure(design: AdaptiveGait) -> PageFigure:
     """What is reached on every hidden ground against what is known to be possible there."""
     one = design.request.objectives[0]
     known = one.value(design.known)

@@ -17,9 +17,9 @@ from tarsus.identify.result import Identification
 from tarsus.identify.step import Curve, Panel, StepResult, failures
 from tarsus.identify.verdict import Assessment
 from tarsus.records.excluded import evenly
-from tarsus.report import modes_page, sheet
-from tarsus.report.pages import Fold, Foldable, Markup, Plate, Section, bullets, said, sections_page, whole
-from tarsus.report.sheet import QUARTER, few_ticks, name_axes
+from tarsus.report import modes_page, panel_grid
+from tarsus.report.pages import Fold, Foldable, Markup, PageFigure, Section, bullets, said, sections_page, whole
+from tarsus.report.panel_grid import QUARTER, few_ticks, name_axes
 from tarsus.report.style import BLUE, INK, decimate
 from tarsus.tables.numbers import amount, path_end
 from tarsus.tables.table import Column, Table
@@ -110,12 +110,12 @@ def _held_out(comparisons: Sequence[Comparison]) -> Foldable:
     return Foldable("Held-out signals", about, table, held_out(comparisons))
 
 
-def step_panels(shown: Sequence[Panel], caption: str) -> Plate:
+def step_panels(shown: Sequence[Panel], caption: str) -> PageFigure:
     """Panels: measured as points with two standard errors to either side, fitted as lines."""
-    return sheet.panels(shown[:MOST_PANELS], 1.7, _draw, caption, width=QUARTER)
+    return panel_grid.panels(shown[:MOST_PANELS], 1.7, _draw, caption, width=QUARTER)
 
 
-def held_out(comparisons: Sequence[Comparison]) -> Plate:
+def held_out(comparisons: Sequence[Comparison]) -> PageFigure:
     """The last period of held-out records over the simulations of the identified device."""
     return step_panels(
         [_last_period(one) for one in evenly(comparisons, MOST_HELD_OUT)],

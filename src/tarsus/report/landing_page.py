@@ -14,8 +14,8 @@ from tarsus.design.energy import energy_of
 from tarsus.design.headers import digest, header_text
 from tarsus.design.learning import Sensor
 from tarsus.report.pages import Markup, Section, bullets, noted, sections_page, sentence_case
+from tarsus.report.panel_grid import PanelGrid, line, name_axes, page_figure, panel, panels, shade
 from tarsus.report.series import RunSeries, last_turns
-from tarsus.report.sheet import Sheet, line, name_axes, panel, panels, plate, shade
 from tarsus.report.style import BLUE, INK, MUTED, VERMILION
 from tarsus.solve import simulate
 from tarsus.tables.numbers import amount, number
@@ -24,7 +24,7 @@ from tarsus.tables.table import ROW, Column, Table
 if TYPE_CHECKING:
     from tarsus.design.landing_design import LandingDesign
     from tarsus.design.learning import Learning
-    from tarsus.report.pages import Plate
+    from tarsus.report.pages import PageFigure
     from tarsus.solve import Run
 
 SAMPLES = 1600
@@ -146,21 +146,21 @@ class DesignPair:
         return kept, time[kept]
 
 
-def picture(pair: DesignPair) -> Plate:
+def picture(pair: DesignPair) -> PageFigure:
     """Fig. 5.1 before and after: heights above, volts below, on one scale."""
     rows = [values - pair.ground(which) for which in (0, 1) for _, values in pair.others(which)]
     rows += [series["gap"][pair.foot] for series in pair.series]
     most, least = max(float(row.max()) for row in rows), min(float(row.min()) for row in rows)
     room = 0.06 * (most - least)
 
-    def draw(sheet: Sheet) -> None:
-        for which, (top, bottom) in enumerate(sheet.stacks(2, [1.7, 0.75])):
+    def draw(page: PanelGrid) -> None:
+        for which, (top, bottom) in enumerate(page.stacks(2, [1.7, 0.75])):
             _side(pair, which, top, bottom)
             top.set_title(TITLES[which])
             top.set_ylim(least - room, most + room)
-            sheet.legend(top)
+            page.legend(top)
 
-    return plate(
+    return page_figure(
         draw,
         "Height of the foot and of the other points, and volts, over two periods of the periodic regime, before and "
         "after, as in Fig. 5.1 of the source. Shaded: contact. Dots: touchdowns.",
@@ -201,12 +201,12 @@ def draw_gaps(axes: Axes, pair: DesignPair, span: float) -> None:
     name_axes(axes, ("time after the landing edge", "s"), ("gap", "m"))
 
 
-def landing_zoom(pair: DesignPair) -> Plate:
+def landing_zoom(pair: DesignPair) -> PageFigure:
     """The landing itself, before and after on one axis, with every touchdown."""
     span = min(0.5 * pair.period, 3.0 * pair.design.train.step.longest)
 
-    def draw(sheet: Sheet) -> None:
-        ((top, bottom),) = sheet.stacks(1, [1.6, 0.7])
+    def draw(page: PanelGrid) -> None:
+        ((top, bottom),) = page.stacks(1, [1.6, 0.7])
         draw_gaps(top, pair, span)
         for which, series in enumerate(pair.series):
             kept, time = pair.since_edge(which, span)
@@ -215,12 +215,12 @@ def landing_zoom(pair: DesignPair) -> Plate:
         top.axhline(0.0, color=INK, lw=0.7)
         top.set_xlim(0.0, span)
         name_axes(bottom, ("time after the landing edge", "s"), ("drive", "V"))
-        sheet.legend(top)
+        page.legend(top)
 
-    return plate(draw, "The landing: gap and volts before and after; dots are touchdowns.")
+    return page_figure(draw, "The landing: gap and volts before and after; dots are touchdowns.")
 
 
-def on_grounds(design: LandingDesign) -> Plate:
+def on_grounds(design: LandingDesign) -> PageFigure:
     """Hardest touchdown on every ground, over each number that varies, before and after."""
     units = float_paths(design.request.scene)
 
@@ -242,7 +242,7 @@ def on_grounds(design: LandingDesign) -> Plate:
     )
 
 
-def learning(design: LandingDesign) -> Plate:
+def learning(design: LandingDesign) -> PageFigure:
     """Speed of every step of the learners: median and the middle 80 % of the hidden grounds."""
     found = design.learning
     assert found is not None

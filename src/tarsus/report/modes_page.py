@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from tarsus.modes.modal import ModalFit
 from tarsus.modes.mode import IdentifiedMode, ModeVerdict
 from tarsus.records.measurement import Quantity
-from tarsus.report.pages import Plate, Section, bullets, marked, sections_page
-from tarsus.report.sheet import QUARTER, few_ticks, name_axes, panel, panels
+from tarsus.report.pages import PageFigure, Section, bullets, marked, sections_page
+from tarsus.report.panel_grid import QUARTER, few_ticks, name_axes, panel, panels
 from tarsus.report.style import BLUE, INK, MUTED, ON_DARK, ON_LIGHT, ORANGE, VERMILION, decimate
 from tarsus.tables.numbers import how_many
 
@@ -52,7 +52,7 @@ def _about(fit: ModalFit, sources: Sequence[str]) -> str:
     )
 
 
-def stabilisation(fit: ModalFit) -> Plate:
+def stabilisation(fit: ModalFit) -> PageFigure:
     """Poles of the models of every order over the summed response."""
     frequency = fit.frf.frequency
     summed = np.sqrt(np.sum(np.abs(fit.frf.values) ** 2, axis=(0, 1)))
@@ -84,7 +84,7 @@ def stabilisation(fit: ModalFit) -> Plate:
     )
 
 
-def nyquist(fit: ModalFit) -> Plate:
+def nyquist(fit: ModalFit) -> PageFigure:
     """Mobility around every mode in its strongest response, measured and synthesised."""
 
     def draw(axes: Axes, mode: IdentifiedMode) -> None:
@@ -106,7 +106,7 @@ def nyquist(fit: ModalFit) -> Plate:
     )
 
 
-def synthesis(fit: ModalFit) -> Plate:
+def synthesis(fit: ModalFit) -> PageFigure:
     """Size of every response, summed over outputs, with the synthesis of all modes and what is left."""
     curves = [
         (np.sqrt(np.sum(np.abs(values) ** 2, axis=(0, 1))), label, color)
@@ -131,7 +131,7 @@ def synthesis(fit: ModalFit) -> Plate:
     )
 
 
-def likeness(fit: ModalFit) -> Plate:
+def likeness(fit: ModalFit) -> PageFigure:
     """MAC of the modes with each other, as a picture."""
     names = [f"{mode.frequency.value:.4g}" for mode in fit.modes]
 
@@ -152,7 +152,7 @@ def likeness(fit: ModalFit) -> Plate:
     )
 
 
-def shapes(fit: ModalFit) -> Plate:
+def shapes(fit: ModalFit) -> PageFigure:
     """Shapes of the modes in the complex plane: an arrow for every point."""
     values = fit.complex_shapes()[:MOST_CURVES]
 

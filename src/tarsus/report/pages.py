@@ -1,7 +1,7 @@
 """Pages: a list of sections, each with its heading, texts, tables and figures; one template renders any.
 
 To write a page of your own, call ``sections_page(title, about, sections)``. A part of a section is a text, which is a
-paragraph; a `tarsus.tables.Table`; a `Plate`, which is numbered; a `Section` below the section; a `Fold`, which is
+paragraph; a `tarsus.tables.Table`; a `PageFigure`, which is numbered; a `Section` below the section; a `Fold`, which is
 opened by a click; a list of parts, which stand beside each other, a tuple of parts being one of these; `Markup`, as it
 is; or None, which is nothing.
 """
@@ -39,7 +39,7 @@ _SCRIPT = re.compile(r"(<script\b.*?</script>)", re.DOTALL)
 
 
 @dataclass(frozen=True)
-class Plate:
+class PageFigure:
     """One figure of a page: its markup (pictures, or charts), and the sentence below it."""
 
     picture: Markup
@@ -112,7 +112,7 @@ def asset(name: str, folder: str = "assets", package: str = "tarsus.report") -> 
 def rendered(template: str, **values: Any) -> Markup:
     """A template with its values; texts among them are escaped, `Markup` is used as it stands.
 
-    In a template ``figure(plate)`` is a plate with the next number below it.
+    In a template ``figure(one)`` is a `PageFigure` with the next number below it.
     """
     return Markup(_environment().get_template(template).render(numbers=count(1), **values))
 
@@ -136,9 +136,9 @@ def _environment() -> Environment:
     from jinja2 import Environment, FunctionLoader, StrictUndefined, pass_context
 
     @pass_context
-    def figure(context: Any, plate: Any) -> Markup:
+    def figure(context: Any, one: Any) -> Markup:
         whole = Markup("<figure>{}<figcaption><b>Figure {}.</b> {}</figcaption></figure>")
-        return whole.format(plate.picture, next(context["numbers"]), plate.caption)
+        return whole.format(one.picture, next(context["numbers"]), one.caption)
 
     environment = Environment(
         loader=FunctionLoader(lambda name: asset(name, "templates")),
@@ -149,7 +149,7 @@ def _environment() -> Environment:
     )
     environment.filters.update(amount=amount, number=number, percent=percent, words=spaced)
     environment.tests.update(
-        plate=lambda one: isinstance(one, Plate),
+        page_figure=lambda one: isinstance(one, PageFigure),
         section=lambda one: isinstance(one, Section),
         fold=lambda one: isinstance(one, Fold),
         foldable=lambda one: isinstance(one, Foldable),

@@ -14,7 +14,7 @@ from markupsafe import Markup
 
 from tarsus.base.arrays import Floats
 from tarsus.report.packing import packed, packed_times, script_text
-from tarsus.report.pages import Plate, rendered
+from tarsus.report.pages import PageFigure, rendered
 from tarsus.report.style import INK, AxisScale, level_limits, paint_of, samples_inside, scale_of, thinned
 
 Window = tuple[float, float]
@@ -220,6 +220,6 @@ def panels_html(
     return rendered("charts.html", panels=list(heads), across=scale.axis(across), label=label, data=data)
 
 
-def panels_plate(panels: Sequence[TimePanel], caption: str, window: Window | None = None, **axis: Any) -> Plate:
+def panels_figure(panels: Sequence[TimePanel], caption: str, window: Window | None = None, **axis: Any) -> PageFigure:
     """Panels as a figure; axis: as of `panels_html`."""
-    return Plate(panels_html(panels, caption, window, **axis), caption)
+    return PageFigure(panels_html(panels, caption, window, **axis), caption)

@@ -8,14 +8,14 @@ from typing import Any
 from tarsus.report.drawing import Drawing, drawing_of
 from tarsus.report.motion import CHANNELS, Held, Motion, frame_limit
 from tarsus.report.packing import packed, script_text
-from tarsus.report.pages import Plate, rendered
+from tarsus.report.pages import PageFigure, rendered
 from tarsus.tables.numbers import amount
 
 CHARACTERS = 290_000
 """Characters of series in a payload at most."""
 
 
-def walk_plate(motion: Motion) -> Plate:
+def walk_figure(motion: Motion) -> PageFigure:
     """The animation as a figure of a page, which brings the player: no file, no network, no library.
 
     It holds at most 2000 frames, fewer where there are many legs, so that it stays below 400 kB. In print it is the
@@ -24,7 +24,7 @@ def walk_plate(motion: Motion) -> Plate:
     thin = motion.thinned(frame_limit(len(motion.legs), CHARACTERS))
     drawing = drawing_of(thin)
     data = script_text(payload(thin, drawing))
-    return Plate(rendered("player.html", walks=motion.held is Held.LEGS, data=data), _caption(thin, drawing))
+    return PageFigure(rendered("player.html", walks=motion.held is Held.LEGS, data=data), _caption(thin, drawing))
 
 
 def payload(motion: Motion, drawing: Drawing) -> dict[str, Any]:

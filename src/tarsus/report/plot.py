@@ -25,8 +25,8 @@ from tarsus.files.runstore import COLLECTED_FILE
 from tarsus.files.series import dataset_of
 from tarsus.files.store import SERIES_FILE
 from tarsus.model.laws.userfile import laws_of
+from tarsus.report.panel_grid import name_axes, named
 from tarsus.report.saved import blank, figure_of, write_figure
-from tarsus.report.sheet import name_axes, named
 from tarsus.report.style import CONTACT, CYCLE, INK, MOST_LINES
 from tarsus.solve import Batch, Run, load_run
 from tarsus.tables.numbers import spaced

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from tarsus.calibrate.compared import MODELS, NumberRow
-from tarsus.report.pages import Plate
-from tarsus.report.sheet import few_ticks, intervals, name_axes, panels
+from tarsus.report.pages import PageFigure
+from tarsus.report.panel_grid import few_ticks, intervals, name_axes, panels
 from tarsus.report.style import BLUE, INK, ORANGE, RULE
 
 LETTERS = 18
@@ -26,7 +26,7 @@ THOUSANDTH = 1e-3
 """Times are drawn linearly to a thousandth of a second and logarithmically above: tables hold both 0 and 100 ms."""
 
 
-def rows_figure(rows: Sequence[NumberRow], caption: str, models: Sequence[str] = MODELS) -> Plate:
+def rows_figure(rows: Sequence[NumberRow], caption: str, models: Sequence[str] = MODELS) -> PageFigure:
     """Cases below each other, quantities that some row has a number to compare with beside each other: measured and
     both models as dots, ours with its 80 % interval."""
     compared = dict.fromkeys(row.quantity for row in rows if (row.measured, row.source) != (None, None))

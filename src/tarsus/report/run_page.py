@@ -18,9 +18,9 @@ from tarsus.model.structure import Walker
 from tarsus.report import figures, walk_figures
 from tarsus.report.explorer import small_explorer
 from tarsus.report.motion import Motion, motion_of, whole_motion
-from tarsus.report.pages import Fold, Plate, Section, marked, said, sections_page, sources, terms, write_page
+from tarsus.report.pages import Fold, PageFigure, Section, marked, said, sections_page, sources, terms, write_page
 from tarsus.report.panels import Window
-from tarsus.report.player import walk_plate
+from tarsus.report.player import walk_figure
 from tarsus.report.series import RunSeries, joined, series_of
 from tarsus.tables.numbers import MISSING, amount, number, spaced
 from tarsus.tables.table import Column, Table
@@ -131,9 +131,9 @@ def _warnings(run: Run) -> list[str]:
     return remarks if created is None else [created, *remarks]
 
 
-def _walk(run: Run, whole: Motion, detail: Window) -> tuple[list[Plate], list[Plate]]:
+def _walk(run: Run, whole: Motion, detail: Window) -> tuple[list[PageFigure], list[PageFigure]]:
     """Figures of a walk, and those of the forces on its feet."""
-    motion: list[Plate] = [walk_plate(motion_of(run, whole=whole)), walk_figures.travel(whole)]
+    motion: list[PageFigure] = [walk_figure(motion_of(run, whole=whole)), walk_figures.travel(whole)]
     if "yaw" in whole.body:
         motion.append(walk_figures.path_above(whole))
     if not run.foot_names:
@@ -141,13 +141,13 @@ def _walk(run: Run, whole: Motion, detail: Window) -> tuple[list[Plate], list[Pl
     return [*motion, walk_figures.footfalls(whole, detail)], [walk_figures.ground_forces(whole, detail)]
 
 
-def _motion(series: RunSeries, whole: Motion, detail: Window) -> tuple[list[Plate], list[Plate]]:
+def _motion(series: RunSeries, whole: Motion, detail: Window) -> tuple[list[PageFigure], list[PageFigure]]:
     """Figures of the motion of points, and those of the forces on the first feet."""
-    motion: list[Plate] = [figures.motion(series, series.whole)]
+    motion: list[PageFigure] = [figures.motion(series, series.whole)]
     if detail != series.whole:
-        plate = figures.motion(series, detail)
-        motion.append(Plate(plate.picture, f"The last {CLOSE_UP} drive periods of the run. {plate.caption}"))
-    motion.append(walk_plate(whole.taken(series.inside(detail)).thinned(FRAMES)))
+        figure = figures.motion(series, detail)
+        motion.append(PageFigure(figure.picture, f"The last {CLOSE_UP} drive periods of the run. {figure.caption}"))
+    motion.append(walk_figure(whole.taken(series.inside(detail)).thinned(FRAMES)))
     turns = figures.turns(series)
     motion += [turns] if turns is not None else []
     feet = range(min(len(series.feet), figures.MOST_FEET))

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.files.whole import written_whole
-from tarsus.report.sheet import name_axes, whole_ticks
+from tarsus.report.panel_grid import name_axes, whole_ticks
 from tarsus.report.style import CYCLE, MOST_LINES, level_limits, scale_of
 from tarsus.tables.numbers import amount, spaced
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from tarsus.report.pages import Fold, Markup, Plate, Section, marked, said, sections_page, terms
+from tarsus.report.pages import Fold, Markup, PageFigure, Section, marked, said, sections_page, terms
+from tarsus.report.panel_grid import few_ticks, name_axes, panel, panels, whole_ticks
 from tarsus.report.saved import draw_measure
-from tarsus.report.sheet import few_ticks, name_axes, panel, panels, whole_ticks
 from tarsus.report.style import BLUE, MUTED, level_limits
 from tarsus.solve import Run
 from tarsus.study.axes import Logspace
@@ -85,7 +85,7 @@ def _span(values: np.ndarray, unit: str) -> str:
     return f"{different} values from {amount(values.min(), unit)} to {amount(values.max(), unit)}"
 
 
-def _figures(sweep: Sweep, found: SweepValues, measure: str, units: Mapping[str, str], unit: str) -> list[Plate]:
+def _figures(sweep: Sweep, found: SweepValues, measure: str, units: Mapping[str, str], unit: str) -> list[PageFigure]:
     """A measure against every swept value, and as a map over two that are a grid."""
     y = found.values[measure]
     known = np.flatnonzero(np.isfinite(y))
@@ -116,11 +116,11 @@ def _figures(sweep: Sweep, found: SweepValues, measure: str, units: Mapping[str,
     caption += " The line joins the median run of each value." if middles else ""
     if not all(np.isfinite(middle).all() for middle in middles.values()):
         caption += " It is broken at values of which no run gave a number."
-    plates = [panels(names, 1.6, draw, caption)]
+    figures = [panels(names, 1.6, draw, caption)]
     if measure in found.maps:
         over = f"{spaced(measure).capitalize()} over both swept values."
-        plates.insert(0, panel(2.3, lambda axes: draw_measure(axes, found.maps[measure]), over))
-    return plates
+        figures.insert(0, panel(2.3, lambda axes: draw_measure(axes, found.maps[measure]), over))
+    return figures
 
 
 def _median_run(values: np.ndarray) -> float:

@@ -8,8 +8,8 @@ import numpy as np
 
 from tarsus.identify.result import Identification
 from tarsus.report.identify_page import identify_html
-from tarsus.report.pages import Markup, Plate, Section, said, sections_page, whole
-from tarsus.report.sheet import QUARTER, few_ticks, intervals, name_axes, panels
+from tarsus.report.pages import Markup, PageFigure, Section, said, sections_page, whole
+from tarsus.report.panel_grid import QUARTER, few_ticks, intervals, name_axes, panels
 from tarsus.report.style import BLUE, VERMILION
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ ALARMS = Markup(
 )
 
 
-def _numbers(series: Tracking) -> Plate:
+def _numbers(series: Tracking) -> PageFigure:
     """Every number with its interval over the series; those that moved first."""
     order = sorted(series.drifts, key=lambda one: one.since is None)
 

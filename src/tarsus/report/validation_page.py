@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 
 from tarsus.files.jsontext import json_text
 from tarsus.files.whole import write_text
-from tarsus.report.pages import Markup, Plate, Section, bullets, marked, sections_page, whole
+from tarsus.report.pages import Markup, PageFigure, Section, bullets, marked, sections_page, whole
+from tarsus.report.panel_grid import few_ticks, name_axes, panel, panels
 from tarsus.report.run_page import values_table
-from tarsus.report.sheet import few_ticks, name_axes, panel, panels
 from tarsus.report.style import CYCLE, MUTED, RULE
 from tarsus.tables.numbers import number, percent, spaced
 from tarsus.tables.table import Table
@@ -133,7 +133,7 @@ def _note(paragraph: str) -> Section | Markup | str:
     return paragraph
 
 
-def agreement(found: Validation, column: str) -> Plate:
+def agreement(found: Validation, column: str) -> PageFigure:
     """Computed against measured numbers of a column, with the band of its claims; a colour a claim."""
     measured = found.experiment.claims.measured[column]
     rows = [one for one in found.of(column) if np.isfinite(one.computed)]
@@ -158,7 +158,7 @@ def agreement(found: Validation, column: str) -> Plate:
     return panel(2.8, draw, f"{measured.words.capitalize()}: computed against measured; the line is equality.{shaded}")
 
 
-def errors_over_columns(found: Validation, column: str) -> Plate | None:
+def errors_over_columns(found: Validation, column: str) -> PageFigure | None:
     """Relative errors of a measured column over every column of numbers that varies; None where none does."""
     rows = [one for one in found.of(column) if np.isfinite(one.error)]
     names = [name for name in found.experiment.measured.columns if _varies(found, rows, name)]

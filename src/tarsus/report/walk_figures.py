@@ -11,8 +11,8 @@ import numpy as np
 from tarsus.measure.path import path_of
 from tarsus.records.excluded import evenly
 from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion
-from tarsus.report.pages import Plate
-from tarsus.report.panels import Bars, DrawnLine, Level, Sign, TimePanel, Window, panels_plate
+from tarsus.report.pages import PageFigure
+from tarsus.report.panels import Bars, DrawnLine, Level, Sign, TimePanel, Window, panels_figure
 from tarsus.report.style import BLUE, CYCLE, GREEN, INK, MUTED, PURPLE, RULE, VERMILION, samples_inside, scale_of
 from tarsus.tables.numbers import amount
 
@@ -39,7 +39,7 @@ RESOLVED = 1e-6
 lengths at which forces change, and a hundred drive periods add up some hundred errors."""
 
 
-def travel(motion: Motion) -> Plate:
+def travel(motion: Motion) -> PageFigure:
     """Travel and height of the body over the whole run, and its sway and turns where the run resolves them."""
     ways = {name: _way(motion, name) for name in _WORDS if name in motion.body}
     least = RESOLVED * max(ways.values())
@@ -56,7 +56,7 @@ def travel(motion: Motion) -> Plate:
         for name in ways
         if name not in shown
     )
-    return panels_plate(panels, f"{caption[0].upper()}{caption[1:]}.{said}")
+    return panels_figure(panels, f"{caption[0].upper()}{caption[1:]}.{said}")
 
 
 _ANGLES = {"roll": "rad", "pitch": "rad", "yaw": "rad"}
@@ -89,7 +89,7 @@ def contact_panel(feet: Sequence[str], bars: Sequence[Bars], **others: Any) -> T
     return TimePanel(height, bars=bars, limits=(count - 0.4, -0.8), names=feet, **others)
 
 
-def footfalls(motion: Motion, window: Window) -> Plate:
+def footfalls(motion: Motion, window: Window) -> PageFigure:
     """Volts above the gait diagram (Hildebrand's): bars where a foot is on the ground, narrow where it slips."""
     part = _part(motion, window)
     count = len(motion.legs)
@@ -107,8 +107,8 @@ def footfalls(motion: Motion, window: Window) -> Plate:
     falls = contact_panel(motion.legs, bars, signs=[Sign(name, color, area=True) for _, color, _, name in kinds])
     caption = "Footfalls: bars where a foot is on the ground, narrow ones where it slips."
     if drives:
-        return panels_plate([TimePanel(0.62, "drive", "V", volts), falls], f"{caption} Above: volts.", window)
-    return panels_plate([falls], caption, window)
+        return panels_figure([TimePanel(0.62, "drive", "V", volts), falls], f"{caption} Above: volts.", window)
+    return panels_figure([falls], caption, window)
 
 
 USUAL, CUT = 0.95, 1.5
@@ -116,7 +116,7 @@ USUAL, CUT = 0.95, 1.5
 one landing would press all others to the width of a line."""
 
 
-def ground_forces(motion: Motion, window: Window) -> Plate:
+def ground_forces(motion: Motion, window: Window) -> PageFigure:
     """Force of the ground on every foot, a row each, all on one scale."""
     part = _part(motion, window)
     count = len(motion.legs)
@@ -149,7 +149,7 @@ def ground_forces(motion: Motion, window: Window) -> Plate:
             f" Forces above {cut / scale.step:.2g} {scale.label}, short ones at landings, are cut there; the largest "
             f"is {most / scale.step:.3g} {scale.label}."
         )
-    return panels_plate([panel], caption, window)
+    return panels_figure([panel], caption, window)
 
 
 def row_height(count: int) -> float:
@@ -157,10 +157,10 @@ def row_height(count: int) -> float:
     return 0.17 if count <= 12 else 0.1
 
 
-def path_above(motion: Motion) -> Plate:
+def path_above(motion: Motion) -> PageFigure:
     """Path of the centre of a body that has a yaw, forward to the right and its left upward, to scale, with the
     rectangle about its hips and its heading at moments evenly apart."""
-    from tarsus.report.sheet import name_axes, panel
+    from tarsus.report.panel_grid import name_axes, panel
 
     yaw = motion.coordinate("yaw")
     place = path_of(motion.coordinate("surge"), motion.coordinate("sway"), yaw)

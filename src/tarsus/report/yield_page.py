@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from tarsus.base.spec import float_paths
-from tarsus.report.pages import Plate, Section, noted, sections_page
-from tarsus.report.sheet import intervals, name_axes, panels, whole_ticks
+from tarsus.report.pages import PageFigure, Section, noted, sections_page
+from tarsus.report.panel_grid import intervals, name_axes, panels, whole_ticks
 from tarsus.report.style import BLUE, MUTED, ORANGE
 from tarsus.study.yields import Yield
 from tarsus.tables.numbers import path_end, spaced
@@ -47,7 +47,7 @@ def _ranked(indices: Mapping[str, Mapping[str, float]]) -> list[tuple[str, Mappi
     return sorted(indices.items(), key=lambda one: -one[1]["total"])
 
 
-def _distributions(found: Yield) -> Plate:
+def _distributions(found: Yield) -> PageFigure:
     def drawn(axes: Axes, name: str) -> None:
         axes.hist(found.values[name][np.isfinite(found.values[name])], bins=BINS, color=BLUE)
         name_axes(axes, (spaced(name), found.units[name]), ("robots", ""))
@@ -58,7 +58,7 @@ def _distributions(found: Yield) -> Plate:
     return panels(found.measures, HEIGHT, drawn, caption)
 
 
-def _curves(found: Yield) -> Plate:
+def _curves(found: Yield) -> PageFigure:
     def drawn(axes: Axes, name: str) -> None:
         curve = found.curves[name]
         low, share, high = (100.0 * one for one in (curve.low, curve.share, curve.high))
@@ -73,7 +73,7 @@ def _curves(found: Yield) -> Plate:
     return panels(found.measures, HEIGHT, drawn, caption)
 
 
-def _dead(found: Yield) -> Plate:
+def _dead(found: Yield) -> PageFigure:
     def drawn(axes: Axes, name: str) -> None:
         groups = [(one["dead"], *one[name]) for one in found.by_dead if one[name] is not None]
         dead, low, median, high = np.array(groups, dtype=float).reshape(-1, 4).T
@@ -95,7 +95,7 @@ def _costs(found: Yield) -> Table | None:
     return Table("", ("leg", Column("difference", unit), Column("standard error", unit)), known) if known else None
 
 
-def _indices(found: Yield) -> Plate:
+def _indices(found: Yield) -> PageFigure:
     most = min(BARS, max(map(len, found.indices.values())))
 
     def drawn(axes: Axes, name: str) -> None:

@@ -218,7 +218,7 @@ ON_A_PAGE = (
     "kinetic_energy",
     "elastic_energy",
 )
-"""Those that the engine of a page gives, in the order of native/packet/sights.hpp: of ``contact`` what feet do
+"""Those that the engine of a page gives, in the order of native/packet/page_samples.hpp: of ``contact`` what feet do
 (`tarsus.base.events.FootState`)."""
 
 

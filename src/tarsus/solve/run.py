@@ -325,7 +325,7 @@ class Run(Hinted):
     def _all_events(self) -> np.ndarray:
         return structured_events(self.log.events)
 
-    @property  # measures ask a run for a plain attribute (`tarsus.measure.Judged`)
+    @property  # measures ask a run for a plain attribute (`tarsus.measure.HasMeasures`)
     def all_events(self) -> np.ndarray:
         """Events with the period marks (kind 6) between them; apexes are those since a foot's last event or mark."""
         return self._all_events

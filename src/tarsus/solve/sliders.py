@@ -17,7 +17,7 @@ from tarsus.base.spec import FloatInfo, float_paths, with_values
 from tarsus.measure.switching import squares_per_period
 from tarsus.model.drive.lower import lower
 from tarsus.model.drive.pieces import Channels
-from tarsus.plan.channels import drive_courses, felt
+from tarsus.plan.channels import affects_motion, drive_courses
 from tarsus.plan.rows import marked_period
 from tarsus.plan.slots import Kind, Place, slots, unit_of
 
@@ -121,7 +121,7 @@ def sliders_of(
     counts = (STOPS if ideal else FEWER_STOPS).get(len(some), ())
     own = [replace(one, stops=_stops(one, count)) for one, count in zip(some, counts, strict=True)]
     covered = {path for one in (*found, *own) for path in one.paths}
-    data = [path for path in places if path not in covered and path not in left and felt(path)]
+    data = [path for path in places if path not in covered and path not in left and affects_motion(path)]
     tables = [path for path in infos if path not in places]
     return [*found, *own], [*left, *data, *tables]
 

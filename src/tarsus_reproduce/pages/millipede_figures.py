@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 
 from tarsus.base.spec import with_values
 from tarsus.model.scene import Scene
-from tarsus.report.pages import Plate
-from tarsus.report.sheet import Sheet, few_ticks, line, name_axes, plate
+from tarsus.report.pages import PageFigure
+from tarsus.report.panel_grid import PanelGrid, few_ticks, line, name_axes, page_figure
 from tarsus.report.style import BLUE, CYCLE, GREEN, RULE, VERMILION
 from tarsus.solve import simulate
 from tarsus_reproduce.millipede import DeviceTrends, Score, Swept
@@ -26,7 +26,7 @@ PANELS = (
 """Measures of each panel and what stands above it."""
 
 
-def swept_figure(swept: Sequence[tuple[str, Swept]], title: str, symbol: str) -> Plate:
+def swept_figure(swept: Sequence[tuple[str, Swept]], title: str, symbol: str) -> PageFigure:
     """One study on several variants, by their names: lines are means over restitutions, bands their range.
 
     Parameters
@@ -40,8 +40,8 @@ def swept_figure(swept: Sequence[tuple[str, Swept]], title: str, symbol: str) ->
     """
     first = swept[0][1]
 
-    def draw(sheet: Sheet) -> None:
-        panels = sheet.grid(len(PANELS), 0.7)
+    def draw(page: PanelGrid) -> None:
+        panels = page.grid(len(PANELS), 0.7)
         for axes, (names, label) in zip(panels, PANELS, strict=True):
             for k, (variant, one) in enumerate(swept):
                 for name, style in zip(names, ("-", ":"), strict=False):
@@ -54,18 +54,18 @@ def swept_figure(swept: Sequence[tuple[str, Swept]], title: str, symbol: str) ->
             axes.set_title(axes.get_ylabel())
             axes.set_ylabel("")
             axes.set_xlim(first.x[0], first.x[-1])
-        sheet.legend(panels[0])
+        page.legend(panels[0])
 
     low, high = first.replicates[[0, -1]]
-    return plate(draw, f"{title}: means and ranges over restitutions of {low:g} to {high:g}.")
+    return page_figure(draw, f"{title}: means and ranges over restitutions of {low:g} to {high:g}.")
 
 
-def walks_figure(scene: Scene, grounds: Mapping[str, Mapping[str, float]], title: str) -> Plate:
+def walks_figure(scene: Scene, grounds: Mapping[str, Mapping[str, float]], title: str) -> PageFigure:
     """Walks in time (as Fig. 4.7): heights of body and feet on each ground, and the ways of the body on both."""
     runs = {name: simulate(with_values(scene, dict(ground))) for name, ground in grounds.items()}
 
-    def draw(sheet: Sheet) -> None:
-        panels = sheet.grid(len(runs) + 1, 1.0)
+    def draw(page: PanelGrid) -> None:
+        panels = page.grid(len(runs) + 1, 1.0)
         *heights, along = panels
         for axes, (name, run), look in zip(heights, runs.items(), ("-", "--"), strict=True):
             one = run.variables()
@@ -77,9 +77,9 @@ def walks_figure(scene: Scene, grounds: Mapping[str, Mapping[str, float]], title
             line(along, time, way, color=BLUE, lw=0.9, ls=look, label=f"({name})")
         name_axes(along, ("time", "s"), ("way of the body", "m"))
         for axes in panels:
-            sheet.legend(axes)
+            page.legend(axes)
 
-    return plate(
+    return page_figure(
         draw, f"{title}: body and feet up, and the body along the way, on the two grounds of Fig. 4.7, from the start."
     )
 
@@ -91,7 +91,7 @@ def _line(axes: Axes, x: np.ndarray, values: np.ndarray, color: str, style: str,
     axes.plot(x, np.nanmean(values, axis=1), style, color=color, lw=1.1, label=label if style == "-" else None)
 
 
-def interpretations_figure(drawn: Sequence[Score], devices: Sequence[DeviceTrends]) -> Plate:
+def interpretations_figure(drawn: Sequence[Score], devices: Sequence[DeviceTrends]) -> PageFigure:
     """Histograms of how many trends agree and contradict over interpretations, with the named devices as points."""
     shown = (
         ("agree", "trends that agree"),
@@ -99,8 +99,8 @@ def interpretations_figure(drawn: Sequence[Score], devices: Sequence[DeviceTrend
         ("directional_agree", "directional, agree"),
     )
 
-    def draw(sheet: Sheet) -> None:
-        panels = sheet.grid(len(shown), 1.4)
+    def draw(page: PanelGrid) -> None:
+        panels = page.grid(len(shown), 1.4)
         for axes, (name, label) in zip(panels, shown, strict=True):
             counts = np.array([score[name] for score in drawn])
             most = max([counts.max(), *(one.score[name] for one in devices)])
@@ -119,9 +119,9 @@ def interpretations_figure(drawn: Sequence[Score], devices: Sequence[DeviceTrend
             axes.set_xlabel(label)
             axes.set_ylabel("interpretations")
             few_ticks(axes, x=6, y=4)
-        sheet.legend(panels[0])
+        page.legend(panels[0])
 
-    return plate(
+    return page_figure(
         draw,
         f"How many of the 16 trends agree and contradict, and how many of the directional ones agree, over "
         f"{len(drawn)} random interpretations of what is not printed; marks are the named devices.",

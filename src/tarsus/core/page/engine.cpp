@@ -39,9 +39,9 @@ TARSUS_OUT(events) const double* events(Packaged* plan) { return reinterpret_cas
 TARSUS_OUT(event_numbers) size_t event_numbers(Packaged* plan) { return plan->events.size() * tarsus::EVENT_WIDTH; }
 TARSUS_OUT(samples) const double* samples(Packaged* plan) { return plan->samples.data(); }
 TARSUS_OUT(sample_width) size_t sample_width(Packaged* plan) { return plan->width; }
-TARSUS_OUT(sights) const double* sights(Packaged* plan) { return plan->sights.data(); }
-TARSUS_OUT(sight_numbers) size_t sight_numbers(Packaged* plan) { return plan->sights.size(); }
-TARSUS_OUT(sight_width) size_t sight_width(Packaged* plan) { return plan->seen_width; }
+TARSUS_OUT(frames) const double* frames(Packaged* plan) { return plan->frames.data(); }
+TARSUS_OUT(frame_numbers) size_t frame_numbers(Packaged* plan) { return plan->frames.size(); }
+TARSUS_OUT(frame_width) size_t frame_width(Packaged* plan) { return plan->seen_width; }
 // Value, spread and n of each measure.
 TARSUS_OUT(measures) const double* measures(Packaged* plan) {
   static std::vector<double> out;

@@ -55,7 +55,7 @@ class Engine {
 
   // A run until `end` [s], the packet's own where it is left out, with samples at times [s], increasing: code, or refusals (rows of 4: run, fault, foot, by) where it cannot start; events in rows
   // of 12, samples in rows of `width`, marks, finish. Where what is seen is asked for, also its rows (of `seenWidth`; see
-  // packet/sights.hpp), in place of samples, and measures (value, spread, n). After a failure the engine is made anew, with the
+  // packet/page_samples.hpp), in place of samples, and measures (value, spread, n). After a failure the engine is made anew, with the
   // packet's own numbers.
   run(times, seen = false, end = this.duration) {
     const { calls, plan } = this;
@@ -77,7 +77,7 @@ class Engine {
     };
     if (!seen) return found;
     return {
-      ...found, sights: taken(calls.sights(plan), calls.sight_numbers(plan)), seenWidth: calls.sight_width(plan),
+      ...found, frames: taken(calls.frames(plan), calls.frame_numbers(plan)), seenWidth: calls.frame_width(plan),
       measures: taken(calls.measures(plan), calls.measure_numbers(plan)),
     };
   }

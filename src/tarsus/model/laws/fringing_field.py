@@ -14,7 +14,7 @@ class FringingField(SmoothLaw):
 
     It adds to `Electrostatic` of the same coefficient and offset: by Palmer's capacitance of a strip across a gap
     :math:`h`, :math:`\varepsilon [t/h + (1 + \ln(2 \pi t/h))/\pi]` per length, the attraction is
-    :math:`1 + h / \pi t` times that of plates without edges. ``volts`` are those of the foot's electrode.
+    :math:`1 + h / \pi t` times that of figures without edges. ``volts`` are those of the foot's electrode.
     """
 
     title = "attraction of the fringes"
@@ -25,7 +25,7 @@ class FringingField(SmoothLaw):
     needs_electrode = True
     uses_rate: ClassVar[bool] = False
 
-    coefficient: Amount = quantity("N m^2/V^2", "electrostatic coefficient C_e of the plates", ge=0)
+    coefficient: Amount = quantity("N m^2/V^2", "electrostatic coefficient C_e of the figures", ge=0)
     offset: Amount = quantity("m", "electrode distance in contact g_e", gt=0)
     height: Amount = quantity("m", "height t of the strip", gt=0)
 

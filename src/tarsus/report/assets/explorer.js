@@ -248,11 +248,11 @@ class Explorer {
   }
 
   /** What was run, by the names of its channels. */
-  read({ sights, seenWidth, ...run }) {
-    const count = seenWidth ? sights.length / seenWidth : 0, { events } = run, out = { ...run };
+  read({ frames, seenWidth, ...run }) {
+    const count = seenWidth ? frames.length / seenWidth : 0, { events } = run, out = { ...run };
     let next = 0;
     for (const [name, many, rows] of this.info.columns) {
-      const own = Array.from({ length: many }, () => sights.subarray(next * count, ++next * count));
+      const own = Array.from({ length: many }, () => frames.subarray(next * count, ++next * count));
       out[name] = rows ? own : own[0];
     }
     out.lost = new Float64Array(count);

@@ -30,7 +30,7 @@ function run({ row, place, end: asked, ...shown }) {
   const period = engine.array("lattice.periods")[place], end = Math.min(asked, engine.duration);
   engine.array("rows.scales")[2] = period;
   const times = timesOf({ end, period, ...shown }), found = engine.run(times.all, true, end);
-  return { ...found, period, end, times, sights: columnsOf(found.sights, found.seenWidth) };
+  return { ...found, period, end, times, frames: columnsOf(found.frames, found.seenWidth) };
 }
 
 async function answer(data) {
@@ -40,7 +40,7 @@ async function answer(data) {
   }
   if (!engine) return; // why was said
   const begun = performance.now(), found = run(data);
-  const moved = [found.sights, found.events, found.measures, found.times.all, found.times.film].map(({ buffer }) => buffer);
+  const moved = [found.frames, found.events, found.measures, found.times.all, found.times.film].map(({ buffer }) => buffer);
   postMessage({ ...found, took: performance.now() - begun }, moved);
 }
 

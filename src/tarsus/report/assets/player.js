@@ -49,7 +49,7 @@ class Player {
     this.again = false; // whether it begins again at its end
     for (const name of ["play", "icon", "back", "next", "time", "clock", "speed", "up", "along", "forces", "follow",
       "says"]) this[name] = part(name);
-    this.stage = new Stage(part("stage"), this.walk);
+    this.stage = new RobotDrawing(part("stage"), this.walk);
     this.fillChoices();
     this.listen();
     root.classList.add("live");

@@ -82,7 +82,7 @@ function mark(pen, state, x, y, size, colors) {
 }
 
 /** The robot as its drawing says. `draw` takes a moment of the motion, the choices of the reader and the page's look. */
-class Stage {
+class RobotDrawing {
   constructor(canvas, walk) {
     this.canvas = canvas;
     this.walk = walk;

@@ -68,7 +68,7 @@ struct Account {
   // The gap of a foot in the air at an end of a stretch, where its displacement upward is known.
   TARSUS_INLINE double end_gap(int i, double up, double fraction) const {
     const Leg& leg = s.body.legs[i];
-    return leg.leans() || s.profile != nullptr ? gap_above_slope(i, fraction) : leg.clearance(up, 0.0);
+    return leg.is_tilted() || s.profile != nullptr ? gap_above_slope(i, fraction) : leg.clearance(up, 0.0);
   }
   TARSUS_APART double gap_above_slope(int i, double fraction) const { return gap_at(s, i, h, fraction).u; }
 
@@ -109,7 +109,7 @@ struct Account {
       const double high = s.film(i, end_gap(i, path.high, over.start + over.width));
       s.energy.film -= by_film(path.w, film, share, rate, leg.mass, low, high);
     }
-    const bool acted = (d == UP || leg.leans()) && foot.contact == AIR;  // by what acts along the normal of the ground
+    const bool acted = (d == UP || leg.is_tilted()) && foot.contact == AIR;  // by what acts along the normal of the ground
     if (acted && leg.foot >= 0 && !s.shares.empty()) add_shares(i, d, over, path, rate);
     const Row across = rate - over.of(leg.hip[d].motion(s.at.v));
     s.energy.damping += leg.damping[d] * integral(across * across) * span;

@@ -92,13 +92,13 @@ struct Leg {
   bool sloping = false, turned = false;
 
   // Whether the gap of the foot depends on where it is along the way.
-  bool leans() const { return sloping && !turned; }
+  bool is_tilted() const { return sloping && !turned; }
 
   // The ground below a foot, by default level: the clearance [m] of a foot displaced by ``up`` and ``along``, and the displacement of
   // one that stands on the ground.
   template <class Real>
   TARSUS_INLINE Real clearance(const Real& up, const Real& along) const {
-    return leans() ? up * normal[UP] + along * normal[ALONG] + gap : up + gap;
+    return is_tilted() ? up * normal[UP] + along * normal[ALONG] + gap : up + gap;
   }
   double standing() const { return -gap; }
 };

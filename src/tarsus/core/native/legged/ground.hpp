@@ -122,7 +122,7 @@ inline void begin_contact(Legged& s, int i) {
   foot.apex.restart(s.clock.time);
   const bool any_way = s.directions() > DIRECTIONS;
   const double along = foot.w[ALONG], across = any_way ? foot.w[ACROSS] : 0.0, slip = any_way ? std::hypot(along, across) : along;
-  const Footing on(s.laws.rubs(s.body.legs[i].foot, std::fabs(slip)), slip, s.settings.speed_zero);
+  const Footing on(s.laws.has_friction_at(s.body.legs[i].foot, std::fabs(slip)), slip, s.settings.speed_zero);
   if (on.sticks) foot.w[ALONG] = foot.w[ACROSS] = 0.0;
   const bool turned = any_way && on.sense != 0.0;
   foot.set_sliding(!on.sticks, turned ? along / slip : on.sense, turned ? across / slip : 0.0, false);
@@ -243,7 +243,7 @@ inline void stand_in_corner(Legged& s, int i, int way, bool shifts) {
     way = -way;
     at = bearing_of(s, i, strength_now(s, i));
   }
-  const bool had = foot.contact == STUCK, friction = s.laws.rubs(f), sticks = friction && at.holds(s.settings.force_zero);
+  const bool had = foot.contact == STUCK, friction = s.laws.has_friction_at(f), sticks = friction && at.holds(s.settings.force_zero);
   foot.set_sliding(!sticks, sticks || !friction ? 0.0 : double(-way), 0.0, !sticks);
   if (had != sticks) s.log.add(s.clock.time, f, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, at.along, at.most);
 }

@@ -35,7 +35,7 @@ struct LeggedFoot : Grip {
 
   bool held(int d) const { return contact == STUCK || (contact == SLIPPING && d == UP); }
   bool just_slides() const { return start == JUST_SLIDING; }
-  bool rubs() const { return contact == SLIPPING && (sense[ALONG] != 0.0 || sense[ACROSS] != 0.0); }
+  bool slides_with_friction() const { return contact == SLIPPING && (sense[ALONG] != 0.0 || sense[ACROSS] != 0.0); }
   // Go on along the ground: held, or with a sense, from a speed of exactly zero where it ``begins``.
   void set_sliding(bool slips, double along, double across, bool begins) {
     sense[ALONG] = along;
@@ -165,7 +165,7 @@ struct PatchedLaws : ActingLaws {
     const Real out = ActingLaws::friction(foot, margin, held, speed);
     return patches.empty() ? out : out * patches[foot].friction;
   }
-  bool rubs(int foot, double speed = 0.0) const { return (patches.empty() || patches[foot].friction > 0.0) && has_friction(*this, foot, speed); }
+  bool has_friction_at(int foot, double speed = 0.0) const { return (patches.empty() || patches[foot].friction > 0.0) && has_friction(*this, foot, speed); }
 };
 
 struct Profile;
@@ -214,7 +214,7 @@ struct Legged {
   int legs() const { return int(feet.size()); }
   int directions() const { return body.directions; }
   // Whether a foot slides with friction in two directions, against its velocity in both (legged/slip.hpp).
-  bool any_way(int i) const { return directions() > DIRECTIONS && feet[i].rubs(); }
+  bool any_way(int i) const { return directions() > DIRECTIONS && feet[i].slides_with_friction(); }
 
   // Momentum [N s] of the film under a foot at a gap, from that at its base on.
   template <class Real>
@@ -236,13 +236,13 @@ struct Legged {
     const double gap = gap_now(i);
     const double momentum = film(i, gap);
     foot.w[UP] += film_share(i, UP) * momentum / body.legs[i].mass;
-    if (body.legs[i].leans()) foot.w[ALONG] += film_share(i, ALONG) * momentum / body.legs[i].mass;
+    if (body.legs[i].is_tilted()) foot.w[ALONG] += film_share(i, ALONG) * momentum / body.legs[i].mass;
     base_at(i, gap);
   }
   // What a force along the facet's normal does in a direction, and the momentum of the film: 0 for none.
   double normal_share(int i, int d) const {
     const Leg& leg = body.legs[i];
-    return leg.leans() ? leg.normal[d] : d == UP ? 1.0 : 0.0;
+    return leg.is_tilted() ? leg.normal[d] : d == UP ? 1.0 : 0.0;
   }
   double film_share(int i, int d) const { return feet[i].filmed() ? normal_share(i, d) : 0.0; }
 

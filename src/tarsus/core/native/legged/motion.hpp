@@ -116,7 +116,7 @@ inline Motion foot_at(const Legged& s, int i, int d, double h, double fraction) 
 inline Motion gap_at(const Legged& s, int i, double h, double fraction) {
   const Leg& leg = s.body.legs[i];
   Motion at = foot_at(s, i, UP, h, fraction);
-  if (!leg.leans()) return {leg.clearance(at.u, 0.0), at.w};
+  if (!leg.is_tilted()) return {leg.clearance(at.u, 0.0), at.w};
   const Motion along = foot_at(s, i, ALONG, h, fraction);
   return {leg.clearance(at.u, along.u), at.w * leg.normal[UP] + along.w * leg.normal[ALONG]};
 }

@@ -21,7 +21,7 @@ constexpr int SLIP_ROUNDS = 12;
 constexpr double SAME_SPEED = 1e-6;  // part of the speeds that Newton's last step may change: its square is rounding
 
 // Whether friction brakes a foot by a bound that depends on its slip speed.
-inline bool slips_by_speed(const Legged& s, int i) { return s.laws.laws.friction_by_speed && s.feet[i].rubs(); }
+inline bool slips_by_speed(const Legged& s, int i) { return s.laws.laws.friction_by_speed && s.feet[i].slides_with_friction(); }
 
 // The bound of friction on a foot that slides, at speeds [m/s] in the sense of the slip.
 inline SlidingBound bound_at(const Legged& s, int i, const Row& margin, const Row& strength, const Row& speed) {

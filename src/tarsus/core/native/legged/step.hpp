@@ -118,7 +118,7 @@ inline void first_guess(Legged& s, int k, double h) {
     if (foot.film) {
       r.film = s.film(i, r.gap);
       double reach = s.tables.of(k, leg.kind[UP]).reach_film;
-      if (leg.leans()) reach += s.tables.of(k, leg.kind[ALONG]).reach_film;
+      if (leg.is_tilted()) reach += s.tables.of(k, leg.kind[ALONG]).reach_film;
       r.stiff = is_stiff(s, reach, leg.foot, r.gap);
     }
     if (!foot.force) continue;
@@ -162,8 +162,8 @@ TARSUS_INLINE void carry_free(Legged& s, int i, int d, const Row& own, double h,
   const LeggedFoot& foot = s.feet[i];
   const Row momentum = (r.w[d] - foot.w[d]) * leg.mass;
   const Row place = (r.u[d] - foot.u[d] - s.nodes.times() * (foot.w[d] * h)) * leg.mass;
-  if (d == UP && foot.film) leg.hip[d].carry(leg.leans() ? r.film * leg.normal[d] : r.film, s.at.film);
-  if (d == ALONG && leg.leans() && foot.filmed()) leg.hip[d].carry(r.film * leg.normal[d], s.at.film);
+  if (d == UP && foot.film) leg.hip[d].carry(leg.is_tilted() ? r.film * leg.normal[d] : r.film, s.at.film);
+  if (d == ALONG && leg.is_tilted() && foot.filmed()) leg.hip[d].carry(r.film * leg.normal[d], s.at.film);
   leg.hip[d].carry(own, s.at.push);
   leg.hip[d].carry(momentum, s.at.momentum);
   leg.hip[d].carry(place, s.at.place);

@@ -211,9 +211,9 @@ struct Margin {
 
   // First s in (0, limit] at which the foot has its event, or 2 if there is none: looks at the doubtful node intervals,
   // with the interior minimum where the slope turns.
-  double first_root(const Doubt& doubt, double limit, double zero, int terms) const {
+  double first_root(const UnresolvedRoot& interval, double limit, double zero, int terms) const {
     const double* tau = m.nodes.tau;
-    for (int j = doubt.first; j <= doubt.last; j++) {
+    for (int j = interval.first; j <= interval.last; j++) {
       const double a = tau[j - 1];
       if (a >= limit) break;
       double fa = m.margin[event][j - 1], b = tau[j], fb = m.margin[event][j];
@@ -275,8 +275,8 @@ TARSUS_INLINE Margin expanded(Modal& m, const StepClass& step, int event, double
 TARSUS_APART inline void find_simultaneous(Modal& m, const StepClass& step, double t, const Located& at, int terms) {
   constexpr double APART = 1e-6;  // part of a step: events farther apart are not simultaneous
   for (int e = 0; e < m.events(); e++) {
-    if (e == at.event || m.doubts[e].last == 0 || m.doubts[e].at - at.s > APART) continue;
-    if (expanded(m, step, e, t, terms)(0, at.s) <= m.doubts[e].zero) m.happening.push_back(e);
+    if (e == at.event || m.unresolved[e].last == 0 || m.unresolved[e].at - at.s > APART) continue;
+    if (expanded(m, step, e, t, terms)(0, at.s) <= m.unresolved[e].zero) m.happening.push_back(e);
   }
 }
 
@@ -290,14 +290,14 @@ inline Located locate(Modal& m, const StepClass& step, double t, double limit, i
   Located out;
   int found = 0;
   for (int i = 0, events = m.events(); i < events; i++) {
-    Doubt& doubt = m.doubts[i];
-    if (doubt.last == 0) continue;
-    if (doubt.zero == 0.0) doubt.zero = no_event(m, i);
+    UnresolvedRoot& root = m.unresolved[i];
+    if (root.last == 0) continue;
+    if (root.zero == 0.0) root.zero = no_event(m, i);
     const Margin margin = expanded(m, step, i, t, terms);
-    const double s = doubt.at = margin.first_root(doubt, limit, doubt.zero, terms);
+    const double s = root.at = margin.first_root(root, limit, root.zero, terms);
     if (s > limit) continue;
     if (margin.slips && nothing_along(m, margin, s) && size_of(m.margin[m.sizes.feet + margin.foot] + m.margin[2 * m.sizes.feet + margin.foot]) > 0.0) {
-      doubt.last = 0;
+      root.last = 0;
       continue;
     }
     found++;

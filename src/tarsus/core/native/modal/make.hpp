@@ -45,7 +45,7 @@ inline double largest_row(double x, double y, const Matrix2* matrices, int count
 }
 
 // Bounds of outputs at all later times under constant inputs, from y' = T y + inputs now: c y(t) = c y - c T^-1 y' +
-// c T^-1 exp(T t) y'. level is c T^-1, and sway the largest norm of c T^-1 exp(T t) in each block, infinite for one without
+// c T^-1 exp(T t) y'. level is c T^-1, and amplitude_bound the largest norm of c T^-1 exp(T t) in each block, infinite for one without
 // a place of rest.
 inline void fill_levels(ContactMode& mode) {
   const int ns = mode.sizes.stride;
@@ -62,14 +62,14 @@ inline void fill_levels(ContactMode& mode) {
       flows[n] = exponential_of(block, n == 0 ? 0.0 : std::pow(10.0, -3.0 + 6.0 * (n - 1) / (TIMES - 1.0)) / size);
     }
     for (int o = 0; o < mode.sizes.constraints(); o++) {
-      double& sway = mode.sway[o * ns + b];
-      sway = INF;
+      double& amplitude_bound = mode.amplitude_bound[o * ns + b];
+      amplitude_bound = INF;
       if (!rests) continue;
       const double x = mode.outputs[o * 2 * ns + b], y = mode.outputs[o * 2 * ns + ns + b];
       const double first = x * inverse.a[0][0] + y * inverse.a[1][0], second = x * inverse.a[0][1] + y * inverse.a[1][1];
       mode.level[o * 2 * ns + b] = first;
       mode.level[o * 2 * ns + ns + b] = second;
-      sway = 1.1 * largest_row(first, second, flows, TIMES + 1);
+      amplitude_bound = 1.1 * largest_row(first, second, flows, TIMES + 1);
     }
   }
 }

@@ -176,12 +176,12 @@ inline Scan scan_bounded(Modal& m, double bound, double limit) {
   const bool held = m.mode->is_held[0];
   const double* margin = reinterpret_cast<const double*>(&m.margin[0]);
   Scan out;
-  m.doubts[0] = Doubt();
+  m.unresolved[0] = UnresolvedRoot();
   const bool clear = m.feet[0].departure == UNDER_WAY && !any_not_below(Row(bound), m.margin[0]);
-  if (!clear && find_doubt(m, 0, margin, bound, limit, m.feet[0].departure, m.doubts[0])) {
-    out.doubt = true;
-    out.interval = m.doubts[0].first;
-    out.far = m.nodes.tau[m.doubts[0].last];
+  if (!clear && find_unresolved(m, 0, margin, bound, limit, m.feet[0].departure, m.unresolved[0])) {
+    out.unresolved = true;
+    out.interval = m.unresolved[0].first;
+    out.far = m.nodes.tau[m.unresolved[0].last];
   }
   out.coarse = m.settings.track && !held && hides_peak(m, 0, bound, limit);
   return out;

@@ -29,25 +29,25 @@ inline bool bears(const Modal& m, int event) {
 
 // Whether what pulls on a contact has jumped, so that its margin is below zero as the step begins: not on a foot that was let go at
 // this very moment and came back at once.
-TARSUS_APART inline bool has_jumped(const Modal& m, int event, double margin, Doubt& doubt) {
+TARSUS_APART inline bool has_jumped(const Modal& m, int event, double margin, UnresolvedRoot& root) {
   if (!bears(m, event) || (event < m.sizes.feet && m.just_let_go(event))) return false;
-  doubt.zero = no_event(m, event);
-  if (!(margin < -doubt.zero)) return false;
-  doubt.first = doubt.last = 1;
+  root.zero = no_event(m, event);
+  if (!(margin < -root.zero)) return false;
+  root.first = root.last = 1;
   return true;
 }
 
 // Node intervals in which an event may lie before the scaled time ``limit``; bound: of its margin's deviation from the chord
 // of two nodes; departure: how the foot begins the step. Returns whether there is any.
-inline bool find_doubt(const Modal& m, int event, const double* margin, double bound, double limit, int departure, Doubt& doubt) {
+inline bool find_unresolved(const Modal& m, int event, const double* margin, double bound, double limit, int departure, UnresolvedRoot& root) {
   const double* tau = m.nodes.tau;
-  doubt = Doubt();
+  root = UnresolvedRoot();
   if (departure == UNDER_WAY && lowest(load(margin)) > bound) return false;
-  if (margin[0] < 0.0 && has_jumped(m, event, margin[0], doubt)) return true;
+  if (margin[0] < 0.0 && has_jumped(m, event, margin[0], root)) return true;
   for (int j = 1; j < N && tau[j - 1] < limit; j++) {
     const double local = bound * m.chord[j];
-    if (margin[j] < 0.0 && doubt.zero == 0.0) doubt.zero = no_event(m, event);
-    const bool crossing = margin[j] < -doubt.zero;
+    if (margin[j] < 0.0 && root.zero == 0.0) root.zero = no_event(m, event);
+    const bool crossing = margin[j] < -root.zero;
     bool unsure;
     if (j == 1 && departure > UNDER_WAY) {
       // it starts at zero and rises: the chord must beat the steepest parabola of that bound
@@ -58,12 +58,12 @@ inline bool find_doubt(const Modal& m, int event, const double* margin, double b
       unsure = low > 0.0 && std::min(margin[j - 1], margin[j]) * 16.0 * local <= low * low;
     }
     if (crossing || unsure) {
-      if (doubt.last == 0) doubt.first = j;
-      doubt.last = j;
+      if (root.last == 0) root.first = j;
+      root.last = j;
     }
     if (crossing) break;
   }
-  return doubt.last > 0;
+  return root.last > 0;
 }
 
 // Part of a new highest gap that the nodes may miss: a highest gap is reported, and decides nothing.
@@ -104,7 +104,7 @@ inline bool hides_peak(const Modal& m, int foot, double bound, double limit) {
 }
 
 struct Scan {
-  bool doubt = false;   // an event may be inside
+  bool unresolved = false;   // an event may be inside
   bool coarse = false;  // too coarse to see the top of a flight
   int interval = N;     // first doubtful node interval
   double far = 0.0;     // end of the last one, in scaled time
@@ -112,11 +112,11 @@ struct Scan {
 
 // Note the intervals in which an event may lie, by its margin and the bound of that between nodes.
 inline void look(Modal& m, int event, double bound, double limit, int departure, Scan& out) {
-  Doubt& doubt = m.doubts[event];
-  if (!find_doubt(m, event, reinterpret_cast<const double*>(&m.margin[event]), bound, limit, departure, doubt)) return;
-  out.doubt = true;
-  out.interval = std::min(out.interval, doubt.first);
-  out.far = std::max(out.far, m.nodes.tau[doubt.last]);
+  UnresolvedRoot& root = m.unresolved[event];
+  if (!find_unresolved(m, event, reinterpret_cast<const double*>(&m.margin[event]), bound, limit, departure, root)) return;
+  out.unresolved = true;
+  out.interval = std::min(out.interval, root.first);
+  out.far = std::max(out.far, m.nodes.tau[root.last]);
 }
 
 // The margins of a foot along the ground; of_margin, of_along: bounds, between nodes, of its
@@ -124,7 +124,7 @@ inline void look(Modal& m, int event, double bound, double limit, int departure,
 inline void look_along(Modal& m, const StepClass& step, int foot, double t, double of_margin, double of_along, double limit, Scan& out) {
   const int feet = m.sizes.feet, forward = feet + foot, backward = 2 * feet + foot;
   m.margin[forward] = m.margin[backward] = Row(0.0);
-  m.doubts[forward] = m.doubts[backward] = Doubt();
+  m.unresolved[forward] = m.unresolved[backward] = UnresolvedRoot();
   const double sense = m.mode->is_held[foot] ? m.feet[foot].sense : 0.0;
   if (!m.mode->is_stuck[foot]) {
     if (sense == 0.0) return;

@@ -33,7 +33,7 @@ struct Foot : Grip {
 
 // Node intervals (tau[j - 1], tau[j]] in which a foot may have an event: first to last; last 0: none. at: its scaled time; zero:
 // `no_margin` of the foot once it was asked for.
-struct Doubt {
+struct UnresolvedRoot {
   int first = N, last = 0;
   double at = 2.0, zero = 0.0;
 };
@@ -111,7 +111,7 @@ struct Modal {
   bool jammed = false;            // friction has no solution: see modal/friction.hpp
   std::vector<double> room;       // of a foot to where its film is infinite [m]; negative: see runs_deep
   std::vector<double> gaps;       // [m]
-  std::vector<Doubt> doubts;
+  std::vector<UnresolvedRoot> unresolved;
   double film_now = NOT_A_NUMBER;  // one foot's film at the start of the step, where the last one has left it
   double noted = -INF;             // [s] the moment of `Foot::speeds` and those beside it
   double rounding = 0.0;           // [m] of the gaps of feet in strong films, excluded from the error of a step
@@ -141,7 +141,7 @@ struct Modal {
         values(sizes.inputs(), Row(0.0)),
         volts(sizes.feet, Row(0.0)), linear(2 * sizes.feet, Row(0.0)), outputs(2 * sizes.feet, Row(0.0)),
         margin(events(), Row(0.0)), constant(sizes.inputs(), 0), frictional(sizes.feet, 0), room(sizes.feet), gaps(sizes.feet),
-        doubts(events()), per_gap(1.0 / s.gap), per_drive(1.0 / s.drive), powers(sizes.inputs(), Row(0.0)), shares(sizes.inputs(), Row(0.0)),
+        unresolved(events()), per_gap(1.0 / s.gap), per_drive(1.0 / s.drive), powers(sizes.inputs(), Row(0.0)), shares(sizes.inputs(), Row(0.0)),
         volt_powers(sizes.feet, Row(0.0)), collected(2 * sizes.feet, Row(0.0)), moved(sizes.feet, Row(0.0)), memory_(4 * rows(), Row(0.0)), state_(numbers(0)), ahead_(numbers(1)),
         chain_(numbers(2)) {
     constexpr double WIDEST_INTERVAL = 0.2092;  // of the node intervals, in scaled time

@@ -225,7 +225,7 @@ TARSUS_INLINE bool take(Modal& m, const StepClass& step, const Scan& seen, doubl
   Located at;
   if (far > 0.0) {
     scale_inputs(m, step);
-    if (seen.doubt) at = locate(m, step, t, limit, terms);
+    if (seen.unresolved) at = locate(m, step, t, limit, terms);
   }
   taken = {GOING_ON, at.foot};
   if (!advance<S>(m, step, at, ahead, limit, terms)) {

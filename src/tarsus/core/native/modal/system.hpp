@@ -30,7 +30,7 @@ struct OneHeld {
 
 // Whether feet that are all held stay so for ``left`` at least, under drives that do not change. Each pull deviates from its
 // value at rest by no more than its modal amplitudes: with y = state, c y(t) = c y - c T^-1 y' + c T^-1 exp(T t) y', where
-// ``level`` is c T^-1 and ``sway`` the largest norm of c T^-1 exp(T t) in each block.
+// ``level`` is c T^-1 and ``amplitude_bound`` the largest norm of c T^-1 exp(T t) in each block.
 template <class S>
 bool stays_held(Modal& m, double left) {
   const ContactMode& mode = *m.mode;
@@ -45,22 +45,22 @@ bool stays_held(Modal& m, double left) {
   for (int i : m.inputs) {
     for (int r = 0; r < 2 * ns; r++) z[r] += mode.inputs[i * 2 * ns + r] * m.value(i)[0];
   }
-  double sway = 0.0;
+  double amplitude_bound = 0.0;
   const auto at_rest = [&](int o) {
     double level = m.along(mode.outputs, o) + m.bias->feed[o];
     for (int r = 0; r < 2 * ns; r++) level -= mode.level[o * 2 * ns + r] * z[r];
     for (int f = 2 * m.sizes.feet; f < m.sizes.last(); f++) level += mode.feed[o * ni + f] * m.value(f)[0];
     level += m.of_places(o);
-    sway = 0.0;
-    for (int b = 0; b < mode.blocks_used; b++) sway += mode.sway[o * ns + b] * std::sqrt(z[b] * z[b] + z[ns + b] * z[ns + b]);
+    amplitude_bound = 0.0;
+    for (int b = 0; b < mode.blocks_used; b++) amplitude_bound += mode.amplitude_bound[o * ns + b] * std::sqrt(z[b] * z[b] + z[ns + b] * z[ns + b]);
     return level;
   };
   for (int i = 0; i < m.sizes.feet; i++) {
-    const double pull = at_rest(i), most = pull + sway, least = pull - sway;
+    const double pull = at_rest(i), most = pull + amplitude_bound, least = pull - amplitude_bound;
     const Row times = t + m.nodes.times() * left, breaking = breaking_pull(m, i, times, Row(m.volts[i][0])), margin = breaking - most;
     if (any_not_below(Row(m.settings.force_zero), margin)) return false;
     if (!mode.is_stuck[i]) continue;
-    const double along = std::fabs(at_rest(m.sizes.feet + i)) + sway + m.settings.force_zero;
+    const double along = std::fabs(at_rest(m.sizes.feet + i)) + amplitude_bound + m.settings.force_zero;
     for (const Row& bearing : {margin, breaking - least}) {
       const Row bound = m.laws.friction(i, bearing, m.laws.strength(i, times - m.feet[i].since, Row(m.volts[i][0])), Row(0.0));
       if (any_not_below(Row(along), bound)) return false;

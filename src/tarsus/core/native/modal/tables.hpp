@@ -127,7 +127,7 @@ struct ContactMode {
   std::vector<int> terms; // of every class
 
   double *blocks, *inputs, *input_norm, *beta, *outputs, *feed, *feed_rate, *to_physical, *from_physical;
-  double *held_rows, *held_feed, *jump, *mobility, *reaction, *side, *side_rate, *skew, *level, *sway;
+  double *held_rows, *held_feed, *jump, *mobility, *reaction, *side, *side_rate, *skew, *level, *amplitude_bound;
   double *printed, *printed_feed, *printed_damping;
   double* spanned;  // (feet, leading): gap of a free foot per unit of those, in addition to its gap at rest
   // per unit of a source, source by source: inputs (state), direct parts of outputs (2 feet), place (2 n), direct parts of
@@ -154,7 +154,7 @@ struct ContactMode {
             {{&blocks, 4 * ns}, {&inputs, ni * st}, {&input_norm, ni * ns}, {&outputs, 2 * m * st}, {&feed, 2 * m * ni},
              {&beta, m * st}, {&feed_rate, 2 * m * ni}, {&to_physical, n2 * st}, {&from_physical, st * n2},
              {&held_rows, m * st}, {&held_feed, m * ni}, {&jump, m * st}, {&mobility, m}, {&reaction, m * m},
-             {&side, m * st}, {&side_rate, m * st}, {&skew, m}, {&level, all * st}, {&sway, all * ns}, {&printed, m * st},
+             {&side, m * st}, {&side_rate, m * st}, {&skew, m}, {&level, all * st}, {&amplitude_bound, all * ns}, {&printed, m * st},
              {&printed_feed, m * ni}, {&printed_damping, m}, {&ladder, all * st * TERMS}, {&markov, all * ni * MARKOV},
              {&placed, ways * n2 / 2}, {&slide, ways * st}, {&slide_rate, ways * st}, {&slide_feed, 2 * ways * ways},
              {&powers, TERMS * 4 * ns}, {&bias_inputs, sr * st}, {&bias_feed, sr * 2 * m}, {&bias_offset, sr * n2},

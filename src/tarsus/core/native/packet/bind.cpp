@@ -29,12 +29,12 @@ nb::tuple run_packaged(OwnPackaged& own, const Doubles& times) {
                         returned_rows(std::vector<Refusal>(plan.refused)));
 }
 
-// Code, events, rows of what a page shows at the times (see Sights), and measures: value, spread and n of each.
+// Code, events, rows of what a page shows at the times (see PageSamples), and measures: value, spread and n of each.
 nb::tuple show_packaged(OwnPackaged& own, const Doubles& times) {
   own.plan.show(copied(times));
   std::vector<double> measures;
   for (const measure::Summary& one : own.plan.measures) measures.insert(measures.end(), {one.value, one.spread, double(one.n)});
-  return nb::make_tuple(own.plan.code, returned_rows(std::vector<Event>(own.plan.events)), returned(std::vector<double>(own.plan.sights), own.plan.seen_width), returned(std::move(measures), 3));
+  return nb::make_tuple(own.plan.code, returned_rows(std::vector<Event>(own.plan.events)), returned(std::vector<double>(own.plan.frames), own.plan.seen_width), returned(std::move(measures), 3));
 }
 
 }  // namespace
@@ -42,7 +42,7 @@ nb::tuple show_packaged(OwnPackaged& own, const Doubles& times) {
 void bind_packet(nb::module_& m) {
   for (const bool walks : {false, true}) {
     nb::list names;
-    for (const char* name : judged_names(walks)) names.append(name);
+    for (const char* name : measure_names(walks)) names.append(name);
     m.attr(walks ? "WALK_MEASURES" : "FOOT_MEASURES") = nb::tuple(names);
   }
   nb::class_<OwnPackaged>(m, "Packaged").def(nb::init<const nb::bytes&>()).def("run", &run_packaged).def("show", &show_packaged);

@@ -9,9 +9,9 @@
 #include "modal/make.hpp"
 #include "modal/run.hpp"
 #include "modal/unpack.hpp"
-#include "packet/judged.hpp"
+#include "packet/page_measures.hpp"
 #include "packet/packet.hpp"
-#include "packet/sights.hpp"
+#include "packet/page_samples.hpp"
 
 namespace tarsus {
 
@@ -48,10 +48,10 @@ class Packaged {
   int code = DONE;
   double finish[3] = {};
   std::vector<Event> events;
-  std::vector<double> samples, marks, sights;
+  std::vector<double> samples, marks, frames;
   size_t width = 0, seen_width = 0;
   std::vector<Refusal> refused;
-  std::vector<measure::Summary> measures;  // of the names of `judged_names`
+  std::vector<measure::Summary> measures;  // of the names of `measure_names`
 
   Packaged(char* at, size_t bytes)
       : packet_(at, bytes), nodes_(nodes_of(PartOf(packet_, "nodes."))), signals_(signals_of(PartOf(packet_, "signals."))),
@@ -88,13 +88,13 @@ class Packaged {
     book_ != nullptr ? run_by_modes(data, times) : walk(data, times, energies);
   }
 
-  // The same, with its measures, and rows of what a page shows of it (see Sights), of a packet that says what these are.
+  // The same, with its measures, and rows of what a page shows of it (see PageSamples), of a packet that says what these are.
   void show(const std::vector<double>& times) {
     run(times, false);
-    sights.clear();
+    frames.clear();
     measures.clear();
     if (!refused.empty()) return;
-    const Sights shown(packet_);
+    const PageSamples shown(packet_);
     shown.check(rules_, signals_);
     seen_width = shown.width(feet());
     const Starting own = row();
@@ -103,20 +103,20 @@ class Packaged {
     driven.restart(own.channels);
     volts.restart(packet_.at<int64_t>("rows.shown", packet_.size("rows.shown")));
     Ages ages(events, acting_, feet());
-    Glance at(rules_.n, feet());
+    PageFrame at(rules_.n, feet());
     for (size_t k = 0; k < times.size() && times[k] <= finish[0]; k++) {
       at.time = times[k];
       for (int c = 0; c < driven.channels(); c++) driven.seek(c, at.time);
       for (int d = 0; d < volts.channels(); d++) volts.seek(d, at.time);
-      book_ != nullptr ? glance_at_modes(&samples[k * width], at) : glance_at_walker(&samples[k * width], own, shown, driven, at);
+      book_ != nullptr ? frame_of_modes(&samples[k * width], at) : frame_of_walker(&samples[k * width], own, shown, driven, at);
       ages.seek(at.time);
-      shown.add(rules_, at, acting_, ages, volts, driven, sights);
+      shown.add(rules_, at, acting_, ages, volts, driven, frames);
     }
     const size_t body = book_ != nullptr ? 0 : size_t(body_.coordinates());
-    const size_t names = judged_names(body > 0).size();
+    const size_t names = measure_names(body > 0).size();
     const double* gravity = own.sources + rules_.m;
     const double weight = *packet_.at<double>("measure.mass", 1) * std::hypot(gravity[0], gravity[1]);
-    measures = judged({events, feet(), own.scales[2], finish[0], marks, body, *packet_.at<double>("measure.length", 1), weight,
+    measures = page_measures({events, feet(), own.scales[2], finish[0], marks, body, *packet_.at<double>("measure.length", 1), weight,
                        *packet_.at<double>("rows.drawn", 1), packet_.at<int64_t>("measure.worst", names)});
   }
 
@@ -154,7 +154,7 @@ class Packaged {
     samples = std::move(out.samples);
   }
 
-  void glance_at_modes(const double* from, Glance& at) const {
+  void frame_of_modes(const double* from, PageFrame& at) const {
     const size_t n = rules_.n, m = rules_.m, ways = size_t(book_->sizes.ways);
     std::copy(from, from + n, at.x.begin());
     std::copy(from + n, from + 2 * n, at.v.begin());
@@ -177,7 +177,7 @@ class Packaged {
     }
   }
 
-  void glance_at_walker(const double* from, const Starting& own, const Sights& shown, const Player& driven, Glance& at) const {
+  void frame_of_walker(const double* from, const Starting& own, const PageSamples& shown, const Player& driven, PageFrame& at) const {
     const size_t nb = size_t(body_.coordinates()), nl = body_.legs.size(), m = rules_.m;
     const double *legs = from + 2 * nb, *footing = legs + 4 * nl;  // of a leg: height, its rate, way along, its rate
     std::copy(from, from + nb, at.x.begin());

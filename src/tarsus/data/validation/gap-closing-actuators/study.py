@@ -115,7 +115,7 @@ class Actuator:
         return {**self.changes(), "signals.gate.start": volts, "signals.gate.stop": volts}
 
     def pull_in_volts(self) -> float:
-        """Static pull-in of two plates without fringe and back electrode [V]: a scale for ramps."""
+        """Static pull-in of two figures without fringe and back electrode [V]: a scale for ramps."""
         return math.sqrt(8.0 * self.stiffness * self.front**3 / (27.0 * 2.0 * self.attraction))
 
 

@@ -23,7 +23,7 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter, MaxNLocator, NullFormatter
 
-from tarsus.report.pages import Plate
+from tarsus.report.pages import PageFigure
 from tarsus.report.style import CONTACT, INK, MUTED, decimate, scale_of, themed
 from tarsus.tables.numbers import number, set_power
 
@@ -168,7 +168,7 @@ def named(axes: Axes) -> tuple[list[str], list[Any]]:
     return list(looks), list(looks.values())
 
 
-class Sheet:
+class PanelGrid:
     """The panels of one figure."""
 
     def __init__(self) -> None:
@@ -212,35 +212,35 @@ class Sheet:
         )
 
 
-def plate(draw: Callable[[Sheet], object], caption: str) -> Plate:
+def page_figure(draw: Callable[[PanelGrid], object], caption: str) -> PageFigure:
     """A figure as ``draw`` draws it."""
     with figure_style():
-        sheet = Sheet()
-        draw(sheet)
-        for figure in sheet.figures:
+        page = PanelGrid()
+        draw(page)
+        for figure in page.figures:
             _read_powers(figure)
-        pictures = [to_svg(one, f"{caption} {number}") for number, one in enumerate(sheet.figures)]
+        pictures = [to_svg(one, f"{caption} {number}") for number, one in enumerate(page.figures)]
     panels = Markup("").join(Markup('<div class="plate">{}</div>').format(one) for one in pictures)
-    small = bool(sheet.figures) and sheet.figures[0].get_figwidth() <= QUARTER
+    small = bool(page.figures) and page.figures[0].get_figwidth() <= QUARTER
     picture = Markup('<div class="panels{}" role="img" aria-label="{}">{}</div>')
-    return Plate(picture.format(" quarters" if small else "", caption, panels), caption)
+    return PageFigure(picture.format(" quarters" if small else "", caption, panels), caption)
 
 
 def panels(
     shown: Iterable[Shown], height: float, draw: Callable[[Axes, Shown], object], caption: str, *, width: float = WIDTH
-) -> Plate:
+) -> PageFigure:
     """A figure of a panel of a height [inch] for each thing that is shown, with the names of what it shows above it."""
     things = list(shown)
 
-    def each(sheet: Sheet) -> None:
-        for axes, one in zip(sheet.grid(len(things), height, width=width), things, strict=True):
+    def each(page: PanelGrid) -> None:
+        for axes, one in zip(page.grid(len(things), height, width=width), things, strict=True):
             draw(axes, one)
-            sheet.legend(axes)
+            page.legend(axes)
 
-    return plate(each, caption)
+    return page_figure(each, caption)
 
 
-def panel(height: float, draw: Callable[[Axes], object], caption: str, *, width: float = WIDTH) -> Plate:
+def panel(height: float, draw: Callable[[Axes], object], caption: str, *, width: float = WIDTH) -> PageFigure:
     """A figure of one panel."""
     return panels((None,), height, lambda axes, _: draw(axes), caption, width=width)
 

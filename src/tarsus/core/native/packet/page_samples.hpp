@@ -8,11 +8,11 @@ namespace tarsus {
 
 // A sampled moment: time [s]; coordinates x, v (n,) of the structure; of every foot its gap [m] and gap rate [m/s], what it does, its
 // place [m], speed [m/s] and sense along the ground; of feet in a structure also its force on a held one [N].
-struct Glance {
+struct PageFrame {
   double time = 0.0;
   std::vector<double> x, v, gap, rate, state, along, speed, sense, pull, friction;
 
-  Glance(size_t n, size_t feet) : x(n), v(n), gap(feet), rate(feet), state(feet), along(feet), speed(feet), sense(feet), pull(feet), friction(feet) {}
+  PageFrame(size_t n, size_t feet) : x(n), v(n), gap(feet), rate(feet), state(feet), along(feet), speed(feet), sense(feet), pull(feet), friction(feet) {}
 };
 
 // How long each foot has been held [s], by the events of a run; as `tarsus.solve.series.strength_of` has it.
@@ -46,9 +46,9 @@ class Ages {
 // Rows of a run: time [s]; volts of the drives; of every foot its gap [m], the force of the ground on it upward and along the ground [N],
 // what it does (Contact) and its place along the ground [m]; coordinates of the structure that are the body's; kinetic and elastic
 // energy [J]. mass, damping (n, n): of the structure; stiffness, loads: see StartRules; body: how many coordinates are shown.
-class Sights {
+class PageSamples {
  public:
-  explicit Sights(const Packet& packet)
+  explicit PageSamples(const Packet& packet)
       : packet_(packet), mass_(packet.doubles("seen.mass")), damping_(packet.doubles("seen.damping")), shown_(packet.size("rows.shown")),
         body_(size_t(packet.whole("seen.body"))) {}
 
@@ -61,7 +61,7 @@ class Sights {
   }
 
   // The force of the structure on a coordinate that is held [N]: loads and weight less springs and dampers.
-  double onto(const StartRules& rules, const Starting& run, const std::vector<double>& drives, const Glance& at, size_t r) const {
+  double onto(const StartRules& rules, const Starting& run, const std::vector<double>& drives, const PageFrame& at, size_t r) const {
     double sum = 0.0;
     for (size_t g = 0; g < GRAVITIES; g++) sum += rules.weight[GRAVITIES * r + g] * run.sources[rules.m + g];
     for (size_t d = 0; d < rules.drives; d++) sum += rules.loads[r * rules.drives + d] * drives[d];
@@ -69,7 +69,7 @@ class Sights {
     return sum;
   }
 
-  void add(const StartRules& rules, const Glance& at, const ActingLaws& laws, const Ages& ages,
+  void add(const StartRules& rules, const PageFrame& at, const ActingLaws& laws, const Ages& ages,
            const Player& volts, const Player& driven, std::vector<double>& out) const {
     const size_t m = rules.m;
     out.push_back(at.time);

@@ -8,8 +8,8 @@ namespace tarsus {
 
 constexpr const char* WALKED[] = {"stride", "mean_speed", "body_lengths_per_second", "vertical_amplitude", "foot_slip", "slip_ratio", "electrical_energy", "cost_of_transport", "max_heave", "max_surge"};
 
-// Names in the order of `judged`; of a robot that does not walk those of its feet alone.
-inline std::vector<const char*> judged_names(bool walks) {
+// Names in the order of `page_measures`; of a robot that does not walk those of its feet alone.
+inline std::vector<const char*> measure_names(bool walks) {
   std::vector<const char*> out;
   if (walks) out.assign(std::begin(WALKED), std::end(WALKED));
   for (const auto& one : measure::PER_WINDOW) out.push_back(one.name);
@@ -19,7 +19,7 @@ inline std::vector<const char*> judged_names(bool walks) {
 
 // A run as measures see it. period, reached [s]; marks (see legged::Notes) of so many body coordinates, none of a robot that does not
 // walk, of length [m] and weight [N], whose drives draw so much [J] in a period (NaN where it is not known); worst: of each of the names whether it is that of the worst foot.
-struct Judged {
+struct MeasuredRun {
   const std::vector<Event>& events;
   size_t feet;
   double period, reached;
@@ -29,7 +29,7 @@ struct Judged {
   const int64_t* worst;
 };
 
-inline void judge_walk(const Judged& run, const measure::Used& used, std::vector<measure::Summary>& out) {
+inline void measure_walk(const MeasuredRun& run, const measure::Used& used, std::vector<measure::Summary>& out) {
   using namespace measure;
   const size_t width = 3 + run.body + 2 * run.feet;
   Marks marks;
@@ -63,11 +63,11 @@ inline void judge_walk(const Judged& run, const measure::Used& used, std::vector
   for (double once : {max_heave(marks), max_surge(marks)}) out.push_back(moments(&once, 1));
 }
 
-inline std::vector<measure::Summary> judged(const Judged& run) {
+inline std::vector<measure::Summary> page_measures(const MeasuredRun& run) {
   using namespace measure;
   const Used used = measure::used(run.reached, run.period);
   std::vector<Summary> out;
-  if (run.body > 0) judge_walk(run, used, out);
+  if (run.body > 0) measure_walk(run, used, out);
   std::vector<std::vector<Happening>> events(run.feet);
   for (const Event& e : run.events) events[size_t(e.foot)].push_back({e.time, e.kind, e.before, e.apex, e.apex_time, e.gap_integral});
   std::vector<Foot> feet;

@@ -72,20 +72,20 @@ def passed(values: Floats, step: float, factor: Callable[[Complexes], Complexes]
 
 
 @dataclass(frozen=True)
-class Lateness:
-    """Of responses behind the drive: late [s] of what is slow, all together; low: the low-pass among it, None for a
-    pure delay."""
+class Delay:
+    """Of responses behind the drive: time [s] by which what is slow comes later, all together; low: the low-pass in it,
+    None for a pure delay."""
 
-    late: WithError
+    time: WithError
     low: LowPass | None
 
     def off(self, step: float) -> bool:
         """Whether it is more than what does no harm to records of a sampling step [s]."""
-        return self.low is not None or self.late.off(0.0, SAMPLES * step)
+        return self.low is not None or self.time.off(0.0, SAMPLES * step)
 
 
-def lateness_of(fit: ModalFit) -> Lateness | None:
-    """Lateness of the responses of modes; None where the lines are too few to tell."""
+def delay_of(fit: ModalFit) -> Delay | None:
+    """Delay of the responses of modes; None where the lines are too few to tell."""
     lines = _Lines(fit)
     if len(lines.s) < 4 * (len(fit.modes) + 2):
         return None
@@ -185,7 +185,7 @@ class _Lines:
             low = replace(low, corner=float(np.exp(found.x[-1])))
         return _Explained(found.x, low, found.fun, found.jac)
 
-    def judged(self, found: _Explained) -> Lateness:
+    def judged(self, found: _Explained) -> Delay:
         """Delay and angle with their errors: what single repeats differ by, or else what the fit leaves."""
         inverse = np.linalg.pinv(found.slopes.T @ found.slopes)
         if self.repeats is None or len(self.repeats) < 2:
@@ -195,4 +195,4 @@ class _Lines:
             count = len(off)
             error = np.sqrt(np.mean((off @ found.slopes @ inverse) ** 2, axis=0) / count) * student(float(count))
         m, turn = 2 * self.modes, 2.0 * np.pi * self.highest
-        return Lateness(WithError(float(found.x[m]) / turn, float(error[m]) / turn), found.low)
+        return Delay(WithError(float(found.x[m]) / turn, float(error[m]) / turn), found.low)

@@ -11,12 +11,12 @@ import numpy as np
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths
-from tarsus.identify.airborne import AirRecord, air_records
 from tarsus.identify.checks import GROUND, air_checks, gap_check, held_out_check, left_check, smeared_check, with_checks
 from tarsus.identify.draws import DRAWS, NORMAL
 from tarsus.identify.estimates import Estimates
 from tarsus.identify.evidence import Evidence
 from tarsus.identify.foot import FootModel
+from tarsus.identify.free_motion import AirRecord, air_records
 from tarsus.identify.heldout import Comparison, compare
 from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.prediction import fit_air
