@@ -38,7 +38,7 @@ def finished(tmp_path_factory):
 @pytest.mark.slow
 def test_the_numbers_of_the_ball_are_recovered_and_each_row_is_predicted_without_it(tmp_path):
     rows = true_rows(tmp_path, TRUTH, (40, 50, 65, 80, 100, 120))
-    long = BALL.replace('"spread": 3', '"spread": 20')
+    long = BALL.replace('"spread": 3', '"spread": 40')
     file = ball_study(tmp_path, rows, long, generations=20, leave_out=True)
     found = calibrate(file, threads=2)
     solution = found.solution

@@ -10,6 +10,7 @@ from tarsus.calibrate.calibrating import solve
 from tarsus.calibrate.objective import Hypothesis, SoftLimit
 from tarsus.files.runstore import RunStore
 from tarsus.fit import Prior, Range, Verdict
+from tarsus.fit.chain import mixing
 from tarsus.fit.ensemble import drawn_evenly
 
 X = np.array([1.0, 2.0, 3.0, 4.0])
@@ -55,6 +56,12 @@ def test_the_ensemble_is_as_wide_as_the_likelihood():
     assert np.sqrt(ensemble.weights @ (a - mean) ** 2) == pytest.approx(spread, rel=0.4)
     spread = np.cov(ensemble.points.T, aweights=ensemble.weights)
     assert spread[0, 1] / np.sqrt(spread[0, 0] * spread[1, 1]) == pytest.approx(-0.91, abs=0.1)
+
+
+def test_chains_that_have_not_mixed_determine_nothing():
+    found = solve(of(0), search(spread=2))
+    assert "the chains of the ensemble have not mixed" in found.fit.best.doubt
+    assert mixing(np.array([[0.0], [2.0], [2.0], [4.0]]), 2) == pytest.approx(np.sqrt(1.5))  # variances 2 and 2, of two
 
 
 def test_options_that_the_data_do_not_decide_stay_open():

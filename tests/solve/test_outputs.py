@@ -45,6 +45,7 @@ def test_a_capacitor_alone_takes_c_v() -> None:
     np.testing.assert_allclose(current, F * 1600.0 * np.array([1.0, 1.0, -1.0, 0.0]), rtol=1e-12, atol=1e-24)
     series = run.series
     np.testing.assert_allclose(series["charge"], F * series["volts"], rtol=1e-12, atol=1e-24)
+    assert "charge" in series and "chagre" not in list(series)
 
 
 def test_motional_current_at_resonance_is_g_squared_v_over_c() -> None:

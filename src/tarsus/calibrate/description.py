@@ -96,7 +96,7 @@ class Search(Description):
     short: int = Field(default=6, ge=0, description="generations before hypotheses are rejected")
     generations: int = Field(default=40, ge=0, description="generations of a hypothesis that is not")
     local_search: int = Field(default=10, ge=0, description="most steps of the local search; 0: none")
-    spread: int = Field(default=10, ge=0, description="generations of the ensemble")
+    spread: int = Field(default=40, ge=0, description="generations of the ensemble")
     leave_out: bool = Field(
         default=True, description="search again without each row, and predict it; as much again for every row"
     )

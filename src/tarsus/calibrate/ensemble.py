@@ -15,6 +15,7 @@ from tarsus.base.arrays import Floats
 from tarsus.calibrate.prediction import Discrepancy, Prediction, discrepancy_of, predict_row
 from tarsus.calibrate.problem import Archive, CalibrationProblem, HypothesisFit
 from tarsus.calibrate.search import LEVEL, WITHIN, SearchResult, search_hypotheses
+from tarsus.fit.chain import MIXED
 from tarsus.fit.ensemble import Ensemble, drawn_evenly
 from tarsus.fit.ranges import FEWEST
 
@@ -34,12 +35,19 @@ class HypothesisEnsemble(Ensemble):
     doubt: str = ""
 
 
-def _doubt(gained: float, scale: float, inside: int) -> str:
-    """Why a search was too short, of what its chain gained (`SearchResult`) and the visited sets inside the likelihood
-    region; a residual scale is a likelihood ratio of 1.6, about what a chain sees of the hollow around a best set."""
-    if gained > scale:
-        return f"the generations of the ensemble came {gained / scale:.3g} residual scales below it"
-    return f"{inside} of its sets lie in the likelihood region, {FEWEST} make an interval" if inside < FEWEST else ""
+def _doubt(found: SearchResult, scale: float, inside: int) -> str:
+    """Why a search was too short, and what it needs more of, by what it found and the visited sets inside the
+    likelihood region; a residual scale is a likelihood ratio of 1.6, about what a chain sees of the hollow around a
+    best set."""
+    if found.gained > scale:
+        below = f"the generations of the ensemble came {found.gained / scale:.3g} residual scales below it"
+        return f"{below}. Give it more generations"
+    if inside < FEWEST:
+        return f"{inside} of its sets lie in the likelihood region, {FEWEST} make an interval. Give it more generations"
+    if found.mixing > MIXED:
+        seen = f"the chains of the ensemble have not mixed (R-hat {found.mixing:.2f}, {MIXED} at most)"
+        return f"{seen}. Give it a longer spread"
+    return ""
 
 
 def ensemble_of(fit: HypothesisFit, scale: float, count: int, found: SearchResult) -> HypothesisEnsemble:
@@ -63,7 +71,7 @@ def ensemble_of(fit: HypothesisFit, scale: float, count: int, found: SearchResul
     members = np.concatenate([points[best][None], cloud[places]])
     weights = np.concatenate([[1.0], times])
     readings = fit.archive.evaluate(fit.hypothesis.run, members)
-    weights, doubt = weights / weights.sum(), _doubt(found.gained, scale, int(inside.sum()))
+    weights, doubt = weights / weights.sum(), _doubt(found, scale, int(inside.sum()))
     return HypothesisEnsemble(members, weights, fit.cost_at(members), fit.hypothesis, readings, doubt)
 
 

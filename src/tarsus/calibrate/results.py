@@ -268,7 +268,7 @@ def calibration_table(numbers: Mapping[str, Any]) -> Table:
         "search set an end; assumed: its spread is that of its prior."
     )
     notes += [
-        f"The search of the hypothesis {options_word(one)} was too short: {one['doubt']}. Give it more generations."
+        f"The search of the hypothesis {options_word(one)} was too short: {one['doubt']}."
         for one in kept
         if one["doubt"]
     ]

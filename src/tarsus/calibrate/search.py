@@ -16,7 +16,7 @@ import numpy as np
 from tarsus.base.arrays import Floats, Ints
 from tarsus.calibrate.degrees import Freedom, freedom_of_best
 from tarsus.calibrate.problem import Archive, HypothesisFit
-from tarsus.fit.chain import chain
+from tarsus.fit.chain import chain, mixing
 from tarsus.fit.front import farthest
 from tarsus.fit.least_squares import least_squares_from
 from tarsus.fit.regressions import STEPS, Valleys, steps
@@ -50,12 +50,13 @@ PRESCREENING, SHORT, CHAIN = 0, 1, 4
 @dataclass(frozen=True)
 class SearchResult:
     """What the search found of a hypothesis: its lowest cost, whether and why it was rejected, states (n, nu) of its
-    chain, and by how much the chain, which only looks about, came below the search."""
+    chain, by how much the chain, which only looks about, came below the search, and how well it is mixed (`mixing`)."""
 
     cost: float
     rejected: str
     states: Floats | None
     gained: float = 0.0
+    mixing: float = 1.0
 
 
 @dataclass
@@ -143,9 +144,12 @@ def search_hypotheses(archive: Archive, search: Search) -> tuple[dict[int, Searc
         least_squares_from(one, points[starts], search.local_search, LOCAL)
     freedom = _reject(fits, rejected)
     best = {one.number: one.lowest() for one in fits}
-    states = {b: _chained(fits[b], search, freedom.scale) for b in best if search.spread and b not in rejected}
-    least = {b: fits[b].lowest() if b in states else cost for b, cost in best.items()}
-    found = {b: SearchResult(least[b], rejected.get(b, ""), states.get(b), best[b] - least[b]) for b in best}
+    chains = {b: _chained(fits[b], search, freedom.scale) for b in best if search.spread and b not in rejected}
+    least = {b: fits[b].lowest() if b in chains else cost for b, cost in best.items()}
+    found = {}
+    for b, cost in best.items():
+        states, mixed = chains.get(b, (None, 1.0))
+        found[b] = SearchResult(least[b], rejected.get(b, ""), states, cost - least[b], mixed)
     return found, freedom_of_best(fits, least)
 
 
@@ -160,8 +164,8 @@ def _reject(fits: list[HypothesisFit], rejected: dict[int, str], least: float = 
     return freedom
 
 
-def _chained(fit: HypothesisFit, search: Search, scale: float) -> Floats:
-    """States (n, nu) of chains as many as an ensemble has members.
+def _chained(fit: HypothesisFit, search: Search, scale: float) -> tuple[Floats, float]:
+    """States (n, nu) of chains as many as an ensemble has members, and how well these are mixed.
 
     They start spread over the visited points that cost as much more than the best as a state of the chain does on
     average, ``scale`` for each unknown, filled up with the next best.
@@ -173,4 +177,5 @@ def _chained(fit: HypothesisFit, search: Search, scale: float) -> Floats:
     taken = set(chosen)
     chosen += [int(i) for i in order if int(i) not in taken][: search.members - len(chosen)]
     rng = randomness(search, fit.archive.part, CHAIN, fit.number)
-    return chain(fit.cost_at, points[chosen], search.spread, rng, scale)
+    states = chain(fit.cost_at, points[chosen], search.spread, rng, scale)
+    return states, mixing(states, len(chosen))

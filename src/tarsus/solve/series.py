@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -59,6 +59,10 @@ class Series(Hinted):
         if name not in known:
             raise KeyError(f"a run has no series '{name}'{nearest(name, known)}")
         return self.of(known[name])
+
+    def __iter__(self) -> Iterator[str]:
+        """Names of the channels."""
+        return (one.name for one in channels.CHANNELS)
 
     def of(self, channel: RunChannel) -> Any:
         """A channel of the run."""
