@@ -146,7 +146,7 @@ def test_one_impact_at_another_speed_shows_that_restitution_goes_by_speed(power,
 
 def influence_of(found: RobustRatio, events: np.ndarray) -> Influence:
     score = found.score[:, None]
-    return Influence((PATH,), found.information[:, None, None], score, np.ones(1), {EVENT: events}, {})
+    return Influence((PATH,), found.clipped_information[:, None, None], score, np.ones(1), {EVENT: events}, {})
 
 
 def test_what_repeats_show_of_events_that_scatter_counts_once():
@@ -195,7 +195,7 @@ def trend(falling: float, seed: int) -> Surprises:
     found = ratio_of(fitted, np.arange(36))
     one = Influence(
         (PATH,),
-        found.told[:, None, None],
+        found.clipped_information[:, None, None],
         found.clipped[:, None],
         np.ones(1),
         {EVENT: np.arange(36)},

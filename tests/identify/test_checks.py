@@ -28,7 +28,7 @@ from tarsus.identify.free_motion import air_records
 from tarsus.identify.prediction import AirFit, fit_air
 from tarsus.identify.step import Check, Residual, StepResult, failures
 from tarsus.identify.traces import Trace
-from tarsus.identify.validation import _along, _nudged
+from tarsus.identify.validation import _along, _perturbed
 from tarsus.identify.verdict import judge_samples
 from tarsus.model.drive.waveforms import Square
 from tarsus.model.scene import Provenance
@@ -210,9 +210,9 @@ def test_what_the_device_file_states_with_an_interval_is_moved_by_its_standard_e
     provenance = FrozenDict({**model.scene.provenance, "robot.feet.tip.gap": Provenance.model_validate(gap)})
     stated = model.changed({"provenance": provenance})
     opened = Opened(Campaign.model_construct(records=FrozenDict()), Path(), stated)
-    ((moved, _),) = _nudged(StepRunner.of(opened))
+    ((moved, _),) = _perturbed(StepRunner.of(opened))
     assert moved.gap == pytest.approx(model.gap + 1e-6, rel=1e-4)
-    assert not list(_nudged(StepRunner.of(replace(opened, model=model))))
+    assert not list(_perturbed(StepRunner.of(replace(opened, model=model))))
 
 
 def test_a_constant_that_counts_from_the_gap_as_stated_must_bear_an_error_of_it():

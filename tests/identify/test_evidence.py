@@ -27,7 +27,7 @@ def test_a_calibration_moves_all_motion_by_its_standard_error(tmp_path):
     chain = StepRunner.of(read_campaign(folder))
     chain.read()
     chain.find_ground()
-    *_, there = chain.evidence.nudged()
+    *_, there = chain.evidence.perturbed()
     for own, other in zip(chain.evidence.traces[Purpose.RAMPS], there.traces[Purpose.RAMPS], strict=True):
         np.testing.assert_allclose(other.v, 1.01 * own.v, rtol=1e-12)
         np.testing.assert_array_equal(other.volts, own.volts)

@@ -24,7 +24,7 @@ from tarsus.identify.campaign import RecordSet
 from tarsus.identify.walk_feet import _scatter, alike, asked_of_feet, odd_feet, with_feet
 from tarsus.identify.walk_prediction import missed, prediction_check, reliance_of
 from tarsus.identify.walk_step import identify_walking, noise_of, unknowns_of
-from tarsus.identify.walk_symmetry import untold
+from tarsus.identify.walk_symmetry import mirrored
 from tarsus.identify.walking import WalkRecord, _joined, identify_walk
 from tarsus.model.scene import Provenance, Scene, Source
 from tarsus.model.structure import Walker
@@ -124,7 +124,7 @@ def test_legs_that_no_record_tells_apart_widen_the_intervals(turns: bool) -> Non
     record = WalkRecord(scene, times, outputs, values, noise)
     walker = scene.robot.structure
     assert isinstance(walker, Walker)
-    added = untold(walker, [record], {**legs, "ground.friction.coefficient": 0.4})
+    added = mirrored(walker, [record], {**legs, "ground.friction.coefficient": 0.4})
     # half a turn puts L1 in the place of R2 and R1 in that of L2: 1.2 and 1.5, 1.3 and 1.4 N/m
     off = np.log([1.5 / 1.2, 1.4 / 1.3, 1.3 / 1.4, 1.2 / 1.5, 1.0])
     assert added == pytest.approx(np.zeros((5, 5)) if turns else 0.5 * np.outer(off, off))

@@ -1,8 +1,8 @@
 """Ramped squares -> pull-off force against contact time -> C_a0 and C_a.
 
-The pull (2.13) at the moment at which the foot let go is its adhesion ``f_a = C_a0 + C_a (t - t_c)`` (2.14); a line
-through pulls over contact durations, weighted by the errors of both, gives both constants. Where the restitution is
-known, the contacts are counted from the last touchdown by a simulation (`tarsus.identify.touchdown`).
+The pull (2.13) at the moment of release is the foot's adhesion ``f_a = C_a0 + C_a (t - t_c)`` (2.14); a line through
+pulls over contact durations, weighted by the errors of both, gives both constants. Where the restitution is known, the
+contacts are counted from the last touchdown by a simulation (`tarsus.identify.touchdown`).
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _PASSES = 2
 @dataclass(frozen=True)
 class Line:
     """A weighted straight line: values (2,), at zero and slope, neither of which is negative; free (2,): those that
-    least squares alone would have; scatter [N] beside the errors; weights (n,)."""
+    least squares alone would have; scatter [N] beyond the errors; weights (n,)."""
 
     values: Floats
     free: Floats
@@ -160,8 +160,7 @@ def _near_line(duration: Floats, pull: Floats, error: Floats, late: Floats) -> N
 
 
 def _line(duration: Floats, pull: Floats, error: Floats, late: Floats) -> Line:
-    """Weighted line; ``late`` [s] are the errors of the durations; a scatter beside the errors is found by
-    moments."""
+    """Weighted line; ``late`` [s] are the errors of the durations; the scatter beyond the errors follows by moments."""
     design = np.column_stack([np.ones_like(duration), duration])
     slope, scatter, weights, values, free = 0.0, 0.0, np.ones_like(pull), np.zeros(2), np.zeros(2)
     for _ in range(_ROUNDS):

@@ -1,4 +1,4 @@
-"""What a whole identification says of its numbers: a verdict for each, and how they hang together."""
+"""What a whole identification says of its numbers: a verdict for each, and their correlations."""
 
 from __future__ import annotations
 

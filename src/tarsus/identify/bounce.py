@@ -5,7 +5,7 @@ the mass-weighted impact law; before and after it the structure flies free.
 
 Where the ground is as seen from a record is known from the rest before it, some ten nanometres uncertain, and from the
 common level of all records. At an impact the structure's modes accelerate the foot by thousands of m/s^2, so that its
-velocity at the ground hangs on that; the flights before and after the impact meet there, which tells it as well.
+velocity at the ground depends on it; the flights before and after the impact meet there, which determines it too.
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ def find_bounces(traces: Sequence[Trace], foot: str, level: float) -> tuple[list
 
     An impact lies between two samples, at most two apart, at which the foot approaches and departs; between
     impacts, and between an impact and a stretch on the ground, there must be samples enough. A jump of the drive, whose
-    moment no sample tells, ends what is fitted; one sample on that side is enough where the other has the rest, for
-    all coordinates of the state are measured."""
+    moment no sample shows, ends what is fitted; one sample on that side is enough where the other has the rest, for all
+    coordinates of the state are measured."""
     found: list[SegmentStart] = []
     left: list[Excluded] = []
     for number, trace in enumerate(traces):
@@ -65,8 +65,8 @@ def find_bounces(traces: Sequence[Trace], foot: str, level: float) -> tuple[list
         jumps = jumps_of(trace.volts)
         ends = np.unique(np.concatenate([contacts, jumps]))
         for i in impacts.tolist():
-            free = _beside(contacts, i, len(v))
-            fitted = (0, 0) if i in jumps else _beside(ends, i, len(v))
+            free = _clear(contacts, i, len(v))
+            fitted = (0, 0) if i in jumps else _clear(ends, i, len(v))
             few = min(free)
             if few >= FEWEST and min(fitted) > 0 and sum(fitted) >= 2 * FEWEST:
                 found.append(SegmentStart(number, i, min(fitted[0], LONGEST), min(fitted[1], LONGEST)))
@@ -79,7 +79,7 @@ def find_bounces(traces: Sequence[Trace], foot: str, level: float) -> tuple[list
     return found, left
 
 
-def _beside(ends: NDArray[np.intp], last: int, count: int) -> tuple[int, int]:
+def _clear(ends: NDArray[np.intp], last: int, count: int) -> tuple[int, int]:
     """Samples before and after an impact, the last sample before which is given, to the nearest of some ends."""
     k = int(np.searchsorted(ends, last))
     before = last - int(ends[k - 1]) if k else last + 1
@@ -92,8 +92,8 @@ class BounceFit:
     """Impacts as fitted.
 
     unknowns (ni, q): moment [s] after the last sample before the impact, places and speeds of the free coordinates,
-    where the impact map is free the velocities [m/s] it adds to the mass-weighted one, approach and departure
-    velocity of the foot [m/s]; inverse (ni, q, q): their covariance; chi (ni,): chi-squared per degree of freedom."""
+    where the impact law is free the velocities [m/s] it adds to the mass-weighted ones, approach and departure velocity
+    of the foot [m/s]; inverse (ni, q, q): their covariance; chi (ni,): chi-squared per degree of freedom."""
 
     unknowns: Floats
     inverse: Floats
@@ -115,12 +115,12 @@ class BounceFit:
 
 
 class Bounces(FlightProblem):
-    """Flights to both sides of impacts of several records. Besides the moment, which counts from the last sample
-    before, and the state each has the velocities that the impact adds beside the mass-weighted ones where these are
-    free, and the foot's approach and departure velocity.
+    """Flights to both sides of impacts of several records. Unknowns of each are the moment, counted from the last
+    sample before, the state, the velocities that a free impact law adds to the mass-weighted ones, and the foot's
+    approach and departure velocity.
 
-    ``free``: the velocities of all coordinates jump as they like; of a device with an impact map of its own, unless
-    given, which need not follow the mass-weighted law.
+    ``free``: the velocities of all coordinates jump freely; unless given, where the device has its own impact law,
+    which need not be the mass-weighted one.
     """
 
     def __init__(
@@ -137,13 +137,13 @@ class Bounces(FlightProblem):
     def of_sides(self) -> tuple[FlightSide, ...]:
         """Back from just before the impact, and onward from just after it."""
         n, m = self.free.shape
-        beside = self.free if self.jumps_freely else self.free[:, :0]
-        q = 3 + 2 * m + beside.shape[1]
+        extra = self.free if self.jumps_freely else self.free[:, :0]
+        q = 3 + 2 * m + extra.shape[1]
         before = np.zeros((2 * n, q))
         before[:n, 1 : 1 + m] = before[n:, 1 + m : 1 + 2 * m] = self.free
         before[n:, q - 2] = self.model.row / float(self.model.row @ self.model.row)
         change = np.zeros((n, q))
-        change[:, 1 + 2 * m : q - 2] = beside
+        change[:, 1 + 2 * m : q - 2] = extra
         change[:, q - 2], change[:, q - 1] = -self.model.jump, self.model.jump
         after = before.copy()
         after[n:] += change
@@ -161,9 +161,9 @@ class Bounces(FlightProblem):
         along = model.rows @ (model.row / float(model.row @ model.row))
         last[:points] -= (model.rows @ self.grounded)[:, None]
         last[points:] -= np.outer(along, approach)
-        basis, beside = model.rows @ self.free, self.sides[0].rates.shape[1] - 3 - 2 * self.free.shape[1]
+        basis, extra = model.rows @ self.free, self.sides[0].rates.shape[1] - 3 - 2 * self.free.shape[1]
         at, speed = (np.linalg.lstsq(basis, one, rcond=None)[0].T for one in np.split(last, 2))
-        return np.column_stack([late, at, speed, np.zeros((len(late), beside)), approach, departure])
+        return np.column_stack([late, at, speed, np.zeros((len(late), extra)), approach, departure])
 
     def fit(self, law: Floats | None = None, start: Floats | None = None) -> BounceFit:
         """Fit every impact, under the forces of the model's ground or others (5,), from unknowns (ni, q) if given."""

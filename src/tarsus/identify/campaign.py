@@ -273,7 +273,7 @@ def _unknown(campaign: Campaign, scene: Scene) -> list[str]:
 
 
 def read_records(opened: Opened, name: str) -> list[RecordFile]:
-    """Records of a set, each as read; what is wrong with a file is reported beside it.
+    """Records of a set, each as read, with what is wrong with its file.
 
     Files that are missing, and files with the same content as an earlier one for the same purpose, have no record.
     """

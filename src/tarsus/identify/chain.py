@@ -31,7 +31,7 @@ from tarsus.records.purpose import Purpose
 Kind = TypeVar("Kind")
 
 _MESSAGES = len({one.name for one in STEPS}) + len(AFTERWARDS)
-"""Of progress, beside those of the files."""
+"""Of progress, without those of the files."""
 
 
 @dataclass
@@ -39,8 +39,7 @@ class StepRunner:
     """Runs the steps; what it has found so far.
 
     opened: the campaign; evidence: its records; known: parameters found so far; seed: of all draws; progress: called as
-    ``progress(done, total, what)``; steps: results by name; resonances, film, bounces: what later steps take beside
-    these.
+    ``progress(done, total, what)``; steps: results by name; resonances, film, bounces: what later steps take besides.
     """
 
     opened: Opened
@@ -180,7 +179,7 @@ class StepRunner:
         return {self.opened.campaign.records[name].purpose for name in sets}
 
     def _need(self, step: ChainStep) -> None:
-        """Raise InputError without a part of the device that no step has found and nobody knows beforehand."""
+        """Raise InputError where a part of the device is needed that neither a step nor the device file states."""
         parts = {
             "resonances": ("structure", "robot.structure.frequencies", Purpose.MODAL, "sweeps in the air"),
             "hysteresis": ("drive's law", f"robot.drives.{self.opened.model.drive}.law", Purpose.LOOPS, "static loops"),

@@ -1,5 +1,5 @@
 """Whether motion and drive were recorded by one clock: sweeps up and down pass a frequency at different times.
-Whether all records begin alike: a sweep whose trigger was late is turned along the frequency beside the others.
+Whether all records begin alike: compared with the others, a sweep whose trigger was late is turned along the frequency.
 
 Motion recorded in steps that are longer than stated by a share p is what happened ``p t`` later: at a frequency f,
 which a sweep passes at t(f), its response is turned by ``2 pi f p t(f)``, another angle in every sweep. A structure,
@@ -17,7 +17,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import resample
 
 from tarsus.base.arrays import Floats
-from tarsus.identify.with_error import UNTOLD, WithError
+from tarsus.identify.with_error import UNKNOWN, WithError
 from tarsus.model.drive.waveforms import SweptSine
 from tarsus.records.measurement import Measurement, Quantity
 
@@ -45,13 +45,13 @@ over several sweeps less again."""
 class Clocks:
     """What sweeps say of the clocks of motion and drive.
 
-    pace: share by which steps between samples of the motion are longer than those of the drive, untold where all sweeps
-    pass all frequencies at the same times; starts [s]: by the source of its record, how much later than in the mean of
-    the sweeps the motion of each comes behind its drive; empty where all begin alike; lost: both explain only a
+    pace: share by which steps between samples of the motion are longer than those of the drive, unknown where all
+    sweeps pass all frequencies at the same times; starts [s]: by the source of its record, how much later than in the
+    mean of the sweeps the motion of each comes behind its drive; empty where all begin alike; lost: both explain only a
     part of how the sweeps are turned, since samples of the motion were lost.
     """
 
-    pace: WithError = UNTOLD
+    pace: WithError = UNKNOWN
     starts: dict[str, float] = field(default_factory=dict)
     lost: bool = False
 
@@ -102,7 +102,7 @@ def _fitted(design: Floats, turned: Floats, weight: Floats) -> tuple[list[WithEr
 
 
 def _paired(first: tuple[Measurement, SweptSine], other: tuple[Measurement, SweptSine]) -> _Pair | None:
-    """A sweep beside the first, all channels together, lines that turn alike as one; None where they cannot be
+    """A sweep compared with the first, all channels together, lines that turn alike as one; None where they cannot be
     compared."""
     (a, _), (b, _) = first, other
     if a.drive is None or b.drive is None or a.count != b.count or a.step != b.step:

@@ -1,9 +1,9 @@
 """The film at contact, determined by impacts where the records above the ground leave it open.
 
-Records that never touch tell ``C / (g + g0)^3`` at their gaps. At the ground a thin film is stronger by orders, and the
-velocities there, with them the restitution, hang on it. The flights before and after an impact show it: all impacts
-together are a further piece of evidence about the logarithms of C and g0, beside the zeros of the displacements, which
-bend the flights near the ground alike."""
+Records without contact determine ``C / (g + g0)^3`` at their gaps. At the ground a thin film is stronger by orders, and
+the velocities there, and thus the restitution, depend on it. The flights before and after an impact show it: all
+impacts together inform about the logarithms of C and g0, with the zeros of the displacements, which bend the flights
+near the ground alike, as further unknowns."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ matters, for the interval is that wide."""
 def film_by_impacts(
     known: Estimates, step: StepResult, traces: Sequence[Trace], close: Sequence[Trace], level: tuple[float, float]
 ) -> tuple[Estimates, StepResult]:
-    """The film of a step that saw it from above, with what impacts say; all that hangs on it moves along.
+    """The film of a step that saw it from above, with what impacts say; all that depends on it moves with it.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def film_by_impacts(
 
 
 def _unchanged(step: StepResult, why: str) -> StepResult:
-    """The step as it was, and why impacts tell nothing of its film."""
+    """The step as it was, and why impacts show nothing of its film."""
     return replace(step, notes=(*step.notes, f"The impacts do not determine the film: {why}."))
 
 
@@ -156,7 +156,7 @@ def _determined(
 
 
 def _with(step: StepResult, moved: Estimates, close: Sequence[Trace], used: Used, files: frozenset[str]) -> StepResult:
-    """The step with the numbers that it and the impacts tell together."""
+    """The step with the numbers that it and the impacts determine together."""
     own = [moved.paths.index(path) for path in step.paths]
     values, samples = moved.values[own], moved.samples[:, own]
     parameters = FlightParameters(step.paths, np.eye(len(values)), np.log(values), np.eye(len(values)))

@@ -1,4 +1,4 @@
-"""How parameters hang together: correlations, and the product of two, one to a power, that draws hold fixed."""
+"""How parameters are correlated, and the product of two, one to a power, that draws hold fixed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tarsus.fit.verdict import LEVEL, WIDTH
 _STEEPEST = 20.0
 """Largest ratio of the two exponents: beyond, one number is so much better known that it ties nothing."""
 _GAIN = 3.0
-"""Times by which a product must be narrower than the parameter in question, beside being as narrow as a determined
+"""Times by which a product must be narrower than the parameter in question, and at least as narrow as a determined
 number (`tarsus.fit.verdict.WIDTH`)."""
 
 

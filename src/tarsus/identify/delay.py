@@ -24,8 +24,8 @@ from tarsus.modes.lsfd import stacked
 from tarsus.modes.modal import ModalFit
 
 SAMPLES = 0.004
-"""Samples of a delay that is looked for at least: a film is found 0.7 % off behind 0.2 us at 20 kHz, a twentieth of
-its usual standard error."""
+"""Samples of a delay that is looked for at least: behind 0.2 us at 20 kHz a film is found wrong by 0.7 %, a twentieth
+of its usual standard error."""
 _LINES = 4000
 """Lines that are fitted at most, evenly from all: a delay is known to a hundredth of the above from these."""
 _BETTER = 0.1

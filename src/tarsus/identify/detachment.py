@@ -1,7 +1,7 @@
 """Detachments: the motion of the structure from the moment at which its foot leaves the ground.
 
-Until the moment the foot stands still. A fit of the flight from there on tells the moment, the state at it, and with
-them the pull (2.13) at which the foot let go; all flights together tell the film."""
+Until the moment the foot stands still. A fit of the flight from there on gives the moment, the state at it, and with
+them the pull (2.13) at release; all flights together give the film."""
 
 from __future__ import annotations
 
@@ -128,8 +128,8 @@ class Detachments(FlightProblem):
         """Unknowns from the beginnings of the flights, each flight's best from several first guesses of the
         moment.
 
-        Two moments less than a sample apart may fit as well, one with the foot still pressed to the ground. A
-        pressed foot cannot let go: what its pull is below zero counts against a guess, by the pull's own error.
+        Two moments less than a sample apart may fit as well, one with the foot still pressed to the ground. A pressed
+        foot cannot detach: what its pull is below zero counts against a guess, by the pull's own error.
         """
         begun = self.of([replace(one, after=min(one.after, _BEGINNING)) for one in self.items])
         unknowns = begun.guess()

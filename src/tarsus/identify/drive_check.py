@@ -16,13 +16,13 @@ from tarsus.identify.volts import jumps_of
 from tarsus.model.drive.waveforms import Waveform
 
 _GAIN = 0.03
-"""Factor of the size: amplifiers are specified to a few percent, and a wrong unit or range is off by more."""
+"""Factor of the size: amplifiers are specified to a few percent, and a wrong unit or range deviates by more."""
 _OFFSET = 0.03
 """Part of the amplitude, as for the size."""
 _LATE = 2.0
-"""Samples: a trigger is off by one, and the recorder may round it once more."""
+"""Samples: a trigger errs by one, and the recorder may round it once more."""
 _PACE = 2e-3
-"""Pace off 1: clocks agree to 1e-5, and rates that are stated wrongly are off by percents."""
+"""Deviation of the pace from 1: clocks agree to 1e-5, and wrongly stated rates deviate by percents."""
 _DRIFT = 1.0
 """Samples over the record by which the pace may be off besides: what a delay may be."""
 _SHAPE = 0.15
@@ -47,7 +47,7 @@ _SETTLED = 1e-3
 _FASTEST = 4.0
 """Factor of the pace beyond which no record is the drive that was meant."""
 _AWAY = 0.5
-"""Part of the samples that must be left when those beside jumps are dropped; else all count."""
+"""Part of the samples that must be left when those next to jumps are dropped; else all count."""
 _ROUNDED = 0.6
 """Digits by which rounding takes volts from their fit: half of one, and what the fit itself may be off."""
 _DIGIT = 0.02
@@ -153,7 +153,7 @@ def _refined(case: _Case, late: float, pace: float) -> DriveFit:
     """Gauss-Newton from a start, as long as less is left at each step.
 
     Whole steps: where edges are compared what is left is no smooth function of their place, and the damped descent of
-    `tarsus.fit` ends beside it (a slow square that is 2 % fast: 1.9 samples off)."""
+    `tarsus.fit` ends next to the least (a slow square that is 2 % fast: 1.9 samples away)."""
     recorded, length, half = case.averaged(case.volts), float(case.time[-1]), 0.5 * case.step
     least, place = np.inf, (late, pace)
     for _ in range(_STEPS):
@@ -185,7 +185,7 @@ def _least_squares(columns: Floats, values: Floats) -> Floats:
 
 
 def _judged(case: _Case, late: float, pace: float) -> DriveFit:
-    """Size and offset at a place in time, and what is left, without the samples beside jumps."""
+    """Size and offset at a place in time, and what is left, without the samples next to jumps."""
     meant = case.meant(late, pace)
     away = np.ones(len(meant), dtype=bool)
     if case.running > 1:

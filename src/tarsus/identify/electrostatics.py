@@ -141,5 +141,5 @@ def _parameters(model: FootModel, names: Sequence[str], gap: float, volts: float
 
 
 def wide_attraction(model: FootModel, volts: float, seed: int) -> StepResult:
-    """The attraction as an unknown that no record tells, for drives of up to so many volts."""
+    """The attraction as an unknown that no record shows, for drives of up to so many volts."""
     return _parameters(model, ATTRACTION, model.gap, volts).wide("electrostatics", seed)

@@ -64,7 +64,7 @@ class Estimates:
         paths = tuple(self.paths[i] for i in kept)
         return replace(self, paths=paths, values=self.values[kept], samples=self.samples[:, kept])
 
-    def told(self, step: StepResult) -> StepResult:
+    def updated(self, step: StepResult) -> StepResult:
         """A step with the values and draws that its numbers have by now: what later steps say moves them as well."""
         own = [self.paths.index(path) for path in step.paths]
         return replace(step, values=self.values[own], samples=self.samples[:, own])

@@ -52,7 +52,7 @@ class Evidence:
     relations: dict[str, Mapping[str, Relation]] = field(default_factory=dict)
 
     def read(self, tell: Callable[[str], None]) -> None:
-        """Read every file; faults are kept beside it."""
+        """Read every file, and keep its faults."""
         for name in self.opened.campaign.records:
             tell(f"reading {name}")
             found = read_records(self.opened, name)
@@ -71,7 +71,7 @@ class Evidence:
             self.relations = dict(zip(files, found.relations, strict=True))
             self.correct(replace(found, pace=clocks.pace, starts=clocks.starts, lost=clocks.lost))
 
-    def nudged(self) -> Iterator[Evidence]:
+    def perturbed(self) -> Iterator[Evidence]:
         """The same records with each number that was corrected of them moved by its standard error."""
         for instruments in self.instruments.uncertain():
             yield self._otherwise(instruments, self.readings)
@@ -153,7 +153,7 @@ class Evidence:
     def _check_sizes(self) -> None:
         """Leave out all records where the foot moves a thousand times too far, or too little, for the device's gap.
 
-        Displacement and velocity of each record may agree when the unit of both is wrong; only the gap tells then.
+        Displacement and velocity of each record may agree when the unit of both is wrong; only the gap shows it then.
         """
         foot, own = self.opened.model.foot_point, self.opened.model.gap
         ramps = self.traces.get(Purpose.RAMPS, [])

@@ -1,7 +1,7 @@
 """Ring-down after detachment -> the film's C and g0.
 
-Fitted to the flights of `tarsus.identify.detachment` with ``F = -C g' / (g + g0)^3`` (2.10 with the sign of E2). What
-the decay near the ground tells best is ``C / g0^3`` [N s/m], the damping at contact; C and g0 alone hang together.
+Fitted to the flights of `tarsus.identify.detachment` with ``F = -C g' / (g + g0)^3`` (2.10 with the sign of E2). The
+decay near the ground determines ``C / g0^3`` [N s/m], the damping at contact, best; C and g0 alone are correlated.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ itself."""
 PRIOR = (3.0, 2.0)
 """Standard deviations of log C/g0^3 and log g0 about the first guess, which only keep a fit from running away."""
 ASIDE = 4.0
-"""Standard errors along the direction in which C and g0 hang together, to both sides, from which a fit starts again:
-flights whose moments are unknowns themselves leave valleys beside the lowest (of 150 devices two were 3.5 and 6.3
-standard errors off in one)."""
+"""Standard errors along the direction in which C and g0 are correlated, to both sides, from which a fit starts again:
+flights whose moments are unknowns themselves leave valleys next to the lowest (of 150 devices two ended in one, 3.5 and
+6.3 standard errors away)."""
 AGAIN = 6
 """Times that such neighbours are looked for at most."""
 _LIMITS = (1e-8, 1e-2)
@@ -139,7 +139,7 @@ def film_parameters(model: FootModel) -> FlightParameters:
 
 
 def wide_film(model: FootModel, seed: int) -> StepResult:
-    """The film as an unknown that no record tells, about what the device file knows of it, or about the first guess
+    """The film as an unknown that no record shows, about what the device file knows of it, or about the first guess
     where that is a placeholder."""
     film, parameters = model.scene.ground.acting.film, film_parameters(model)
     origin = model.scene.origin(FILM[0])
@@ -150,15 +150,15 @@ def wide_film(model: FootModel, seed: int) -> StepResult:
 
 
 def _lowest(fitted: FlightFit) -> FlightFit:
-    """The fit, or that which is come to by going on from the lowest of those from beside it."""
+    """The fit, or a lower one that is reached by way of the lower of its two neighbours."""
     for _ in range(AGAIN if fitted.parameters.names else 0):
         size, axes = np.linalg.eigh(fitted.system.reduced()[0].sum(axis=0) + fitted.parameters.information)
         aside = ASIDE * axes[:, 0] / np.sqrt(size[0])
-        beside = (
+        neighbours = (
             fitted.problem.together(fitted.unknowns, fitted.parameters, fitted.place + by * aside, JOINT)
             for by in (1.0, -1.0)
         )
-        other = min(beside, key=lambda one: float(one.system.cost.sum()))
+        other = min(neighbours, key=lambda one: float(one.system.cost.sum()))
         gain = float(fitted.system.cost.sum() - other.system.cost.sum())
         if gain > 0.0:
             fitted = other

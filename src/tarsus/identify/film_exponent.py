@@ -20,7 +20,7 @@ from tarsus.identify.step import Check, StepResult
 
 ASSUMED = 3.0
 _FEWEST = 4
-"""Records whose scatter tells how well one more unknown is known."""
+"""Records whose scatter shows how well one more unknown is known."""
 _TOLD = 1e12
 """Condition of the scaled information beyond which it is rounding: flights that do not feel an unknown say nothing."""
 _MOST = 1.0
@@ -47,7 +47,7 @@ class Exponent:
         return float(min(np.hypot(self.error, self.value - ASSUMED), _MOST))
 
     def checks(self, step: StepResult) -> tuple[Check, Check]:
-        """Whether flights show another exponent, which tells their pulls wrong as well; and whether those that they
+        """Whether flights show another exponent, which makes their pulls wrong as well; and whether those that they
         leave open move the film's numbers no farther than their intervals reach."""
         said = f"{self.value:.3g} with standard error {self.error:.2g}"
         far = np.abs(self.moves) * self.open * step.values
@@ -79,8 +79,8 @@ def film_checked(film: FilmFit, seed: int) -> FilmFit:
 
 
 def exponent_of(film: FilmFit, seed: int) -> Exponent | None:
-    """The exponent that the flights show, with the level of the ground free beside it as far as it is not known; None
-    of few records, or of no film or one that they do not feel."""
+    """The exponent that the flights show, with the level of the ground free, too, as far as it is not known; None of
+    few records, or of no film or one that they do not feel."""
     offs = film.offs
     records = [one.trace for one in offs.items]
     if not film.step.paths or len(set(records)) < _FEWEST:

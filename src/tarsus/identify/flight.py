@@ -1,7 +1,7 @@
 """Segments of records that fly free from a moment at which the state has few unknowns, fitted together.
 
-At an impact, and where the foot lets go, it is on the ground, so that the state there has few unknowns: the moment,
-where the rest of the structure is, and how fast; before its drive begins a device is at rest. From such a moment the
+At an impact, and at a release, the foot is on the ground, so that the state there has few unknowns: the moment, where
+the rest of the structure is, and how fast; before its drive begins a device is at rest. From such a moment the
 structure flies free under the drive's force and those at the foot (`tarsus.solve.flights`): onward, and back to what
 was before. What every segment has of its own is eliminated (`tarsus.fit.normal_equations`); what is left are the
 constants of the ground, which all share.
@@ -39,9 +39,9 @@ ATTRACTION = ("ground.electrostatic.coefficient", "ground.electrostatic.offset")
 WORST = 5.0
 """Chi-squared per degree of freedom beyond which a flight is not that of this structure."""
 SAME_EVENT = 2e-3
-"""Time [s] within which releases of two repeats are the same event: the foot lets go at next to the same volts."""
+"""Time [s] within which releases of two repeats are the same event: the foot is released at nearly the same volts."""
 _REACH = 8
-"""Samples beside a flight in which its moment may lie: more than a guess is ever off."""
+"""Samples next to a flight in which its moment may lie: more than a guess ever errs."""
 _LIMITS = (np.log(1e-30), np.log(1.0))
 """Logarithms of constants [SI] within which exponentials neither overflow nor underflow; no film or attraction of the
 field comes near."""
@@ -108,7 +108,7 @@ class FlightParameters:
         return out
 
     def wide(self, name: str, seed: int) -> StepResult:
-        """The constants as unknowns that no record tells: draws as wide as what is known beforehand."""
+        """The constants as unknowns that no record shows: draws as wide as what is known beforehand."""
         spread = np.linalg.cholesky(np.linalg.inv(self.information))
         drawn = self.centre + np.random.default_rng([seed, 31]).standard_normal((DRAWS, len(spread))) @ spread.T
         return StepResult(
@@ -148,7 +148,7 @@ class FlightSide:
 
     back: to what was before; rates (2n, q): of the state at the moment by the unknowns; begin [s]: the moment is
     begin[0] + begin[1] times the first unknown after the first sample of this side; offset (2, q): rates of a force
-    beside the drive's at the first sample [N], and of its drift [N/s].
+    added to the drive's at the first sample [N], and of its drift [N/s].
     """
 
     rates: Floats
@@ -218,7 +218,7 @@ class FlightProblem:
         self.gaps = np.array([self.gap(self.traces[one.trace]) for one in items])
 
     def _drive(self) -> None:
-        """Force of the drive along the flights, and beside their first samples; held before and after the record."""
+        """Force of the drive along the flights, and next to their first samples; held before and after the record."""
         firsts = [max(one.first - one.before - _REACH, 0) for one in self.items]
         if self.stretches is None:
             self.stretches = Stretches(

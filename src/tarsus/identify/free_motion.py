@@ -39,7 +39,7 @@ _NUDGE = 1e-2
 
 @dataclass(frozen=True)
 class AirRecord:
-    """One set of records in the air, its repeats averaged, beside the identified device.
+    """One set of records in the air, its repeats averaged, compared with the identified device.
 
     set: its name; model: the device; time (nt,) [s]; predicted (2 np, nt): displacements before velocities; left (h, 2
     np, nt): measured less predicted, mean of every second repeat, or of the only one; white (h, 2 np): its noise;

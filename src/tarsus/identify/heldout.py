@@ -44,7 +44,7 @@ class Moved:
 
 
 def moved(model: FootModel, trace: Trace, signal: Waveform, level: float, until: float = np.inf) -> Moved:
-    """A record from the begin of its drive, up to a time [s], beside a simulation of the device with that drive.
+    """A record from the begin of its drive, up to a time [s], compared with a simulation of the device with that drive.
 
     level: contact level from the rest [m]. Raises InputError for a simulation that does not reach its end.
     """

@@ -279,8 +279,8 @@ def identify_hysteresis(
     before = np.concatenate([known.samples, drawn_level(at, seed)[:, None], shares.draws], axis=1)
 
     def again(values: Floats) -> Floats:
-        told = replace(shares, values=values[count + 1 :])
-        return _estimate(known.model(values[:count]), fit.loops, float(values[count]), told)
+        moved = replace(shares, values=values[count + 1 :])
+        return _estimate(known.model(values[:count]), fit.loops, float(values[count]), moved)
 
     from_before = carried(again, np.concatenate([known.values, at[:1], shares.values]), before)
     panels, residuals = _shown(fit)

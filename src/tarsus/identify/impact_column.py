@@ -1,4 +1,4 @@
-"""Impacts -> the column of the impact map: how all points follow the foot at an impact.
+"""Impacts -> the column of the impact law: how all points follow the foot at an impact.
 
 The flights on both sides of every impact are fitted again, with the velocities of all coordinates free to jump. The
 change of each point's velocity per unit change of the foot's, one number for all impacts, is a column of (3.22); the
@@ -28,7 +28,7 @@ from tarsus.records.measurement import Measurement, Quantity
 
 
 def identify_impact_column(model: FootModel, near: Bounces, seed: int) -> StepResult:
-    """Column of the impact map at every point but the foot, beside that of the mass-weighted law.
+    """Column of the impact law at every point but the foot, compared with the mass-weighted law's.
 
     It has no parameter of the device: a device without a map of its own follows the mass-weighted law.
 
@@ -93,9 +93,9 @@ class Pair:
 
 
 def map_from_pairs(model: FootModel, pairs: Sequence[Pair]) -> tuple[dict[str, ImpactMapEstimate], list[Excluded]]:
-    """Restitution and impact column by the sets near the ground, after section 3.4.2 of the source, and the pairs
-    that cannot tell them, with the reason: where the ground is felt before it is touched, through a film, the record
-    in the air does not explain the one near the ground."""
+    """Restitution and impact column by the sets near the ground, after section 3.4.2 of the source, and the pairs that
+    cannot give them, with the reason: where the ground acts before it is touched, through a film, the record in the air
+    does not explain the one near the ground."""
     found: dict[str, ImpactMapEstimate] = {}
     left: list[Excluded] = []
     for pair in pairs:

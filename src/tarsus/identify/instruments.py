@@ -17,7 +17,7 @@ from tarsus.base.arrays import Complexes, Floats
 from tarsus.identify.clock import PACE, stretched
 from tarsus.identify.consistency import ALIKE, COARSE, Relation, relations_of
 from tarsus.identify.delay import SAMPLES, Delay, LowPass, delay_of, passed
-from tarsus.identify.with_error import UNTOLD, WithError
+from tarsus.identify.with_error import UNKNOWN, WithError
 from tarsus.modes.modal import ModalFit
 from tarsus.records.measurement import Measurement, Quantity
 
@@ -29,7 +29,7 @@ _MIDDLE = 1.2533
 """Standard error of a median over that of a mean, of normal numbers."""
 _STRONGEST = 4.0
 """Factor at most by which what a low-pass has weakened is brought back: noise is, too."""
-_PROMPT = Delay(UNTOLD, None)
+_PROMPT = Delay(UNKNOWN, None)
 """Of channels that are not known to be late."""
 
 
@@ -48,11 +48,11 @@ class Instruments:
 
     step: float
     gains: Mapping[str, WithError] = field(default_factory=dict)
-    lag: WithError = UNTOLD
+    lag: WithError = UNKNOWN
     velocities: frozenset[str] = frozenset()
     delay: Delay = _PROMPT
     of: Quantity = Quantity.DISPLACEMENT
-    pace: WithError = UNTOLD
+    pace: WithError = UNKNOWN
     starts: Mapping[str, float] = field(default_factory=dict)
     lost: bool = False
     relations: Sequence[Mapping[str, Relation]] = ()
@@ -115,8 +115,8 @@ class Instruments:
 
     @property
     def shared(self) -> float:
-        """Part of itself by which the gain that all channels share is unknown: where all displacements are off their
-        velocities by one factor, no shape tells which of both are wrong."""
+        """Part of itself by which the gain that all channels share is unknown: where all displacements differ from
+        their velocities by one factor, no shape shows which of both are wrong."""
         if not self.wrong or len(self.wrong) < len(self.gains):
             return 0.0
         mean = float(np.mean([one.value for one in self.gains.values()]))
@@ -125,7 +125,7 @@ class Instruments:
     @property
     def prompt(self) -> Instruments:
         """The gains alone, as if no channel were late."""
-        return replace(self, lag=UNTOLD, delay=_PROMPT)
+        return replace(self, lag=UNKNOWN, delay=_PROMPT)
 
     @property
     def delaying(self) -> bool:
@@ -225,14 +225,14 @@ SOUND = Instruments(1.0)
 
 
 def compared(records: Sequence[Measurement], points: Sequence[str]) -> Instruments:
-    """Gains and lag of displacements against velocities: medians over records, weighted by what each tells; and how
+    """Gains and lag of displacements against velocities: medians over records, weighted by their information; and how
     both are related in each once these are corrected."""
     step = min(record.step for record in records)
     fine = [record.step < COARSE * step for record in records]
     first = _compared(records, fine, points, step)
     if not first.differ:
         return first
-    # gains and lags are told apart once most of both is gone
+    # gains and lags are distinguished once most of both is corrected
     again = _compared([first.corrected(record, False) for record in records], fine, points, step)
     gains = {
         point: WithError(first.gain(point, Quantity.DISPLACEMENT) * one.value, one.error)
@@ -244,9 +244,9 @@ def compared(records: Sequence[Measurement], points: Sequence[str]) -> Instrumen
 def _compared(records: Sequence[Measurement], fine: Sequence[bool], points: Sequence[str], step: float) -> Instruments:
     relations = tuple(relations_of(r, points) if yes else {} for r, yes in zip(records, fine, strict=True))
     found = {point: [r[point] for r in relations if point in r and _of_instrument(r[point])] for point in points}
-    gains = {point: middle_of([one.gain for one in told]) for point, told in found.items() if told}
-    lags = [one.lag for told in found.values() for one in told]
-    return Instruments(step, gains, middle_of(lags) if lags else UNTOLD, relations=relations)
+    gains = {point: middle_of([one.gain for one in known]) for point, known in found.items() if known}
+    lags = [one.lag for known in found.values() for one in known]
+    return Instruments(step, gains, middle_of(lags) if lags else UNKNOWN, relations=relations)
 
 
 def middle_of(found: Sequence[WithError]) -> WithError:

@@ -25,7 +25,7 @@ from tarsus.model.laws.landing import AnyLanding, CaptureUnlessPulled, PullAsPri
 
 WORSE = 2.0
 """The right rule leaves what numbers and noise leave, which differs by some per cent between records; a foot that is
-held where it should have flown is off by its whole flight."""
+held where it should have flown misses its whole flight."""
 SURE = 2
 """Records more than under the best rule that must contradict another one: a single one may be a landing at the edge of
 being held, which an uncertain number decides."""
@@ -79,7 +79,7 @@ class LandingVerdict:
         return self.chosen != self.assumed
 
     def sentences(self) -> list[str]:
-        """In words: what was decided, and what a reader should know beside it."""
+        """In words: what was decided, and what a reader should know with it."""
         count = len(self.sets)
         if self.decided:
             wrong: dict[str, list[int]] = {}

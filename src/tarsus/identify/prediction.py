@@ -22,13 +22,13 @@ _WIDE = 30.0
 """Standard deviations by which identified numbers may move: what they are off where something else is."""
 ALIKE = 2.0**0.5
 """Root mean square over the noise of what the best of all such devices leaves, up to which a difference is a small one:
-it is no larger than the noise. Of a larger one no record tells how far numbers are off."""
+it is no larger than the noise. Of a larger one no record shows how wrong numbers are."""
 _BOTH = 2.0
-"""Times their difference that both readings of a number may be off one way: of the foreign laboratory's spring that
-stiffens by 0.3 % both have the first frequency off, its own data by 3.4 times the difference."""
+"""Times their difference that both readings of a number may err in one direction: of the foreign laboratory's spring
+that stiffens by 0.3 % both have the first frequency wrong, its own data by 3.4 times the difference."""
 _FREE = 1e3
 """The same where it is asked how far they are off: beyond, a number that the air does not feel would run away."""
-_UNFELT = 1e-12
+_UNSEEN = 1e-12
 """Share of the largest information below which records do not feel a direction of the numbers: rounding."""
 _ZERO = 10.0
 """Deviations of its noise by which the zero of a displacement may be off."""
@@ -61,8 +61,8 @@ class AirFit:
 
     @property
     def beyond(self) -> float:
-        """By how many of its standard deviations any number may be off: what is wrong may do to it what it does to that
-        which is told most differently."""
+        """By how many of its standard deviations any number may be off: what is wrong may move it as far as that on
+        which records differ most."""
         return max(self.apart, self.predicted)
 
     @property
@@ -131,19 +131,19 @@ class _Sums:
         values = np.linalg.solve(self.square + np.diag(held), self.cross)
         return float(np.sqrt((self.whole - 2.0 * values @ self.cross + values @ self.square @ values) / self.count))
 
-    def told(self) -> tuple[Floats, Floats]:
+    def information(self) -> tuple[Floats, Floats]:
         """Information (q, q) and score (q,) of these records about the identified numbers."""
         own, square, cross = len(self.believed), self.square, self.cross
-        beside = np.linalg.solve(square[own:, own:] + np.eye(len(cross) - own), square[own:, :own]).T
-        return square[:own, :own] - beside @ square[own:, :own], cross[:own] - beside @ cross[own:]
+        eliminated = np.linalg.solve(square[own:, own:] + np.eye(len(cross) - own), square[own:, :own]).T
+        return square[:own, :own] - eliminated @ square[own:, :own], cross[:own] - eliminated @ cross[own:]
 
     def apart(self, scale: float) -> tuple[float, Floats, Floats]:
         """What these records and all others have in common of the identified numbers, what is left being so many times
         the noise: the largest difference along a direction, in its standard deviations; by how many of its standard
         deviations each number moves (p,), and the standard error of that."""
-        information, score = self.told()
+        information, score = self.information()
         size, axes = np.linalg.eigh(0.5 * (information + information.T))
-        seen = size > _UNFELT * size[-1]
+        seen = size > _UNSEEN * size[-1]
         along, size, axes = axes.T[seen] @ score, size[seen], axes[:, seen]
         most = float(np.sqrt(np.max(along**2 / (size * (scale + size)))))
         length = np.linalg.norm(self.believed, axis=0)
@@ -160,7 +160,7 @@ def fit_air(records: Sequence[AirRecord], known: Estimates) -> AirFit | None:
     sums = _Sums.of(records, known)
     predicted, left = sums.left(1.0), sums.left(_WIDE)
     apart, off, error = sums.apart(max(left**2, 1.0))
-    # beside what is wrong anywhere, of which either reading may be off by as much as they differ
+    # added to what is wrong anywhere: either reading may err by as much as they differ
     beyond = np.hypot(_BOTH * off, max(apart, predicted))
     missed = {known.paths[k]: float(by) for k, by in zip(own, beyond, strict=True)}
     sure = dict(zip(missed, np.abs(off) / np.hypot(1.0, error), strict=True))

@@ -71,8 +71,8 @@ def open_questions(
 
 
 def _numbers(found: Identification, judged: Assessment | None, words: Mapping[str, str]) -> list[Question]:
-    """Numbers that are undecided or assumed, those of one reason that the same record tells together: what decides the
-    widest of them decides all."""
+    """Numbers that are undecided or assumed, those of one reason that the same record decides together: what decides
+    the widest of them decides all."""
     slopes, alike = law_slopes(found.known), dict[tuple[str, str], list[tuple[float, str]]]()
     for path in (path for step in found.steps.values() for path in step.paths):
         if words[path] == ASSUMED:

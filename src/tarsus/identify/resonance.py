@@ -47,7 +47,7 @@ _KNOWN_TO = 3e-4
 _SWAPPED = 0.5
 """Part of the mismatch of shapes that another order, or sign, of channels must leave to be named."""
 _ALIKE = 1e-3
-"""Difference of the MAC below which two shapes are alike: gains of channels that are 3 % off turn a shape by as
+"""Difference of the MAC below which two shapes are alike: gains of channels that are wrong by 3 % turn a shape by as
 much."""
 _UNEXPLAINED = 0.3
 """Part of the responses unexplained from which on a fit is remarked: as in `tarsus.modes`."""

@@ -34,7 +34,7 @@ BOUNDS = (0.0, 1.0)
 """A foot that departs has lost energy in the impact, and does not depart into the ground."""
 
 MOST = 200
-"""Impacts that are fitted at most: the ratio is then known to a fourteenth of what one tells, and the scatter to a
+"""Impacts that are fitted at most: the ratio is then known to a fourteenth of the error of one, and the scatter to a
 twentieth."""
 _OUTSIDE = 3.5
 """Deviations from the middle ratio beyond which an impact is none like the others: of two thousand normal ones one
@@ -112,8 +112,8 @@ def _sooner(model: FootModel, step: float) -> str:
 @dataclass(frozen=True)
 class Kept:
     """Of impacts (ni,): settled: whose fit has settled; single: of these, one impact between free flights; caught: of
-    these, at which the foot was caught and let go again, where others rebound; like: of the rebounds, those whose ratio
-    of velocities is like that of the others."""
+    these, at which the foot was caught and released again, where others rebound; like: of the rebounds, those whose
+    ratio of velocities is like that of the others."""
 
     settled: NDArray[np.bool_]
     single: NDArray[np.bool_]
@@ -157,7 +157,7 @@ def _seen(fitted: BounceFit) -> NDArray[np.bool_]:
 
 
 def _why_not(bounces: Bounces, fitted: BounceFit, kept: Kept, r: int, foot: str) -> Excluded:
-    """Why an impact tells nothing of the restitution."""
+    """Why an impact shows nothing of the restitution."""
     trace = bounces.traces[bounces.items[r].trace]
     at = f"the impact at {trace.time[bounces.items[r].last]:.5g} s"
     if kept.caught[r]:
@@ -172,8 +172,8 @@ def _why_not(bounces: Bounces, fitted: BounceFit, kept: Kept, r: int, foot: str)
 
 
 def _caught(fitted: BounceFit, single: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Impacts of single ones at which adhesion held the foot and let it go at once: it departs with no velocity where
-    others, as many as are needed, depart with one that its error tells from this."""
+    """Impacts of single ones at which adhesion held the foot and released it at once: it departs with no velocity where
+    others, as many as are needed, depart with one that its error distinguishes from none."""
     departure, approach = fitted.speeds[:, 0], -fitted.speeds[:, 1]
     none = departure < _OUTSIDE * np.sqrt(np.maximum(fitted.covariance[:, 0, 0], 0.0))
     rebounds = single & ~none
@@ -245,7 +245,7 @@ def _result(
         bounds={PATH: reached[0]},
         influence=replace(
             influence,
-            information=found.told[:, None, None],
+            information=found.clipped_information[:, None, None],
             score=found.clipped[:, None],
             shared=(found.weight * shared[:, 1:])[:, :, None],
         ),
@@ -285,7 +285,7 @@ def _influence(bounces: Bounces, events: NDArray[np.intp], found: RobustRatio) -
     covariates[SPEED] = np.log(found.support)
     return Influence(
         (PATH,),
-        found.information[:, None, None],
+        found.clipped_information[:, None, None],
         found.score[:, None],
         np.ones(1),
         {EVENT: events} | levels,

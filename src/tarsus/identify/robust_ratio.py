@@ -54,7 +54,7 @@ class RobustRatio:
     support: Floats
 
     @property
-    def told(self) -> Floats:
+    def clipped_information(self) -> Floats:
         """Information (n,) of the clipped scores: what they change by with the value."""
         return self.weight * self.support
 
@@ -134,7 +134,7 @@ def _by_event(
 
 
 def _scatter(left: Floats, noise: Floats) -> float:
-    """Variance beside that of noise (ne,) with which deviations (ne,) have the weighted mean square of normal ones."""
+    """Variance that gives deviations (ne,), with that of noise (ne,), the weighted mean square of normal ones."""
 
     def beyond(variance: float) -> float:
         off = left / np.sqrt(noise + variance)

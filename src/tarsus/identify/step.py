@@ -144,15 +144,14 @@ class StepResult:
     """What one step found.
 
     name: of the step; paths: of the np parameters in the device, such as "ground.film.coefficient"; values (np,) in
-    SI; samples (ns, np): draws of the estimate over repeats, with what earlier steps do not know drawn along (draw
-    i of every step of a chain belongs together); combinations: named functions of the parameters that the data
-    determine better than each alone, as (value, draws (ns,), unit); residuals; used and left_out: the account of
-    the data; panels: for figures; notes: sentences; taken: paths among them that these data do not
-    tell, whose values only go with the others; files: of which something was used; bounds: by path, ends [SI] that
-    physics sets a parameter and these data do not exclude, infinite where the data set the end; checks of what was
-    found; about: a sentence on what is fitted to which data; records: these in a word;
-    influence: how far parts of the data pull the parameters, where the step tells. Tables and pages show all of it as
-    it stands here.
+    SI; samples (ns, np): draws of the estimate over repeats, with what earlier steps do not know propagated (draw i of
+    every step of a chain belongs together); combinations: named functions of the parameters that the data determine
+    better than each alone, as (value, draws (ns,), unit); residuals; used and left_out: the account of the data;
+    panels: for figures; notes: sentences; taken: paths among them that these data do not tell, whose values only go
+    with the others; files: of which something was used; bounds: by path, ends [SI] that physics sets a parameter and
+    these data do not exclude, infinite where the data set the end; checks of what was found; about: a sentence on what
+    is fitted to which data; records: these in a word; influence: how far parts of the data pull the parameters, where
+    the step states it. Tables and pages show all of it as it stands here.
 
     Raises
     ------

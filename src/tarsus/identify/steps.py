@@ -1,7 +1,7 @@
 """The table of steps: which records each is for, which do as well, what it needs, and the sentence that says so.
 
-A step that lacks what it needs is not done, and says why; none stops the others. What a later step cannot do without
-and no record tells is a wide unknown (`wide_film`, `wide_attraction`), whose draws reach all that hangs on it.
+A step that lacks what it needs is not done, and says why; none stops the others. What a later step needs and no record
+shows is a wide unknown (`wide_film`, `wide_attraction`), whose draws reach all that depends on it.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class ChainStep:
     """One entry: name of its result; purpose: of the records that it is for, in words as well; find: what it finds;
     about: a sentence on what is fitted; needs: steps, or what the device file knows in their place, without which it
     is nothing; instead: purpose of records that do where none of its own can be used; when: whether it is to be tried,
-    beside having records."""
+    where it has records."""
 
     name: str
     purpose: Purpose

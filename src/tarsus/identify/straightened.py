@@ -1,8 +1,8 @@
 """Sweeps as a drive without hysteresis and curvature would have made them: its force, as volts, for the volts.
 
 A force that bends by a thousandth excites the modes by its harmonics, which no spread between sweeps that are alike
-shows: it moves damping ratios by parts of a thousandth, and a film that is felt beside that damping by a hundred times
-as much.
+shows: it moves damping ratios by parts of a thousandth, and a film whose damping adds to theirs by a hundred times as
+much.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ def straightened(
 ) -> list[Measurement]:
     """Records with the force of the model's law in place of their volts, in volts of the law's mean slope over all.
 
-    Between its samples a drive is the one that was meant, as it fits them, and what they have beside it. The samples
-    alone do not tell: of a sine that begins or ends at once Fourier's series overshoots, and plays keep that. One slope
-    for all, for a mean of responses that differ by factors has ripples where their drives do.
+    Between its samples a drive is the one that was meant, as it fits them, and what they deviate from it. The samples
+    alone do not suffice: of a sine that begins or ends at once Fourier's series overshoots, and plays keep that. One
+    slope for all, for a mean of responses that differ by factors has ripples where their drives do.
 
     Drive and motions are their changes from sample to sample, whose ratio is the same: plays let a sweep end at another
     rest than it began at, which is no motion of the Fourier transform's period. Unless all have a known drive that
@@ -69,8 +69,8 @@ def straightened(
 
 
 def _resampled(values: Floats, count: int) -> Floats:
-    """Values (n,) at ``count`` places of the same stretch of time, by Fourier's series of what they are beside the line
-    through their ends."""
+    """Values (n,) at ``count`` places of the same stretch of time, by Fourier's series of their deviations from the
+    line through their ends."""
     line = np.polynomial.Polynomial([values[0], (values[-1] - values[0]) / (len(values) - 1)])
     places = np.arange(count) * (len(values) / count)
     return np.asarray(resample(values - line(np.arange(len(values))), count)) + line(places)

@@ -57,7 +57,7 @@ _RECORD = {
     FILE: "repeat each set",
     SET: "record four sets of each purpose, and the first again at the end",
 }
-"""What tells more of it."""
+"""What shows more of it."""
 
 
 @dataclass(frozen=True)
@@ -132,14 +132,14 @@ def surprises(influences: Sequence[Influence], seed: int) -> Surprises:
 
 @dataclass(frozen=True)
 class _Number:
-    """What the data say of number j of an influence being another one in some of their parts: score (n,) of it in each
-    part, told (n,): information; what the estimate of all numbers takes off the scores by their sum: taken (p, n, p),
-    of this number by (n, p); sums (ne, p) of the scores of events; events (n,)."""
+    """What the data say of number j of an influence being another one in some of their parts: score (n,) and
+    information (n,) of it in each part; what the estimate of all numbers takes off the scores by their sum: taken (p,
+    n, p), of this number by (n, p); sums (ne, p) of the scores of events; events (n,)."""
 
     one: Influence
     j: int
     score: Floats
-    told: Floats
+    information: Floats
     taken: Floats
     by: Floats
     sums: Floats
@@ -175,18 +175,18 @@ class _Number:
     def slope(self, along: str, signs: Floats) -> tuple[Surprise, Floats] | None:
         """Over a covariate; None where it would be another number of the same influence."""
         at = self.one.covariates[along]
-        away = (at - float(self.told @ at) / float(self.told.sum()))[:, None]
-        whole, moved = float(self.told @ away[:, 0] ** 2), self.one.information[:, self.j] * away
+        away = (at - float(self.information @ at) / float(self.information.sum()))[:, None]
+        whole, moved = float(self.information @ away[:, 0] ** 2), self.one.information[:, self.j] * away
         moved -= np.tensordot(moved.sum(axis=0), self.taken, 1)  # by what the estimates of all numbers go along
-        left, told = (
+        left, known = (
             self.summed(away, self.score, self.sums),
             self.summed(away, moved[:, self.j], self.by_event(moved)),
         )
-        left, told = left[:, 0], told[:, 0]
+        left, known = left[:, 0], known[:, 0]
         size = float(np.sum(left**2))
-        if not (told.sum() > _SAME * whole and size > 0.0):
+        if not (known.sum() > _SAME * whole and size > 0.0):
             return None
-        freedom = float(told.sum() ** 2 / np.sum(told**2)) - 1.0
+        freedom = float(known.sum() ** 2 / np.sum(known**2)) - 1.0
         if freedom < _FREEDOM:
             return None
 
@@ -194,8 +194,8 @@ class _Number:
 
         def student(total: Floats, across: Floats) -> Floats:
             """Squares of slopes over their errors, by what they leave of the events."""
-            slope = total / told.sum()
-            rest = size - 2.0 * slope * across + slope**2 * float(np.sum(told**2))
+            slope = total / known.sum()
+            rest = size - 2.0 * slope * across + slope**2 * float(np.sum(known**2))
             return np.asarray(total**2 / (np.maximum(rest, _SAME * size) + unknown.var()), dtype=np.float64)
 
         def normal(square: Floats) -> Floats:
@@ -203,26 +203,26 @@ class _Number:
             shrunk = (8.0 * freedom + 1.0) / (8.0 * freedom + 3.0)
             return np.asarray(shrunk * np.sqrt(freedom * np.log1p(square / freedom)), dtype=np.float64)
 
-        square = student(left.sum(), left @ told)
-        slope = float(left.sum()) * float(self.one.units[self.j]) / float(told.sum())
+        square = student(left.sum(), left @ known)
+        slope = float(left.sum()) * float(self.one.units[self.j]) / float(known.sum())
         error = abs(slope) / float(np.sqrt(square)) if square > 0.0 else np.inf
         half = 0.5 * abs(slope) * float(np.ptp(at))
         found = Surprise(self.one.paths[self.j], along, float(normal(square)), slope, error, half)
-        # without the slope, which is no chance if it is one; an event that tells much of it has taken it along
-        left = (left - told * float(left.sum()) / float(told.sum())) / (1.0 - told / told.sum())
+        # without the slope, which is no chance if it is one; an event that says much of it has taken it along
+        left = (left - known * float(left.sum()) / float(known.sum())) / (1.0 - known / known.sum())
         size = float(np.sum(left**2))
-        return found, normal(student(signs @ left + unknown, signs @ (left * told)))
+        return found, normal(student(signs @ left + unknown, signs @ (left * known)))
 
     def apart(self, level: str, signs: Floats) -> tuple[Surprise, Floats] | None:
         """From group to group of a level; None where no exchange of signs moves them."""
         weights = np.equal.outer(self.one.levels[level], np.unique(self.one.levels[level])).astype(np.float64)
-        weights = weights[:, self.told @ weights > 0.0]  # groups that say something of the number
+        weights = weights[:, self.information @ weights > 0.0]  # groups that say something of the number
         if weights.shape[1] < 2:
             return None
-        own, left = self.by_event(weights * self.told[:, None]), self.summed(weights, self.score, self.sums)
-        told, seen = own.sum(axis=0), own > 0.0
+        own, left = self.by_event(weights * self.information[:, None]), self.summed(weights, self.score, self.sums)
+        known, seen = own.sum(axis=0), own > 0.0
         whole = float(np.sum(left[seen] ** 2 / own[seen]))  # of events, in groups and between them
-        freedom = len(told) - 1.0, float(np.count_nonzero(seen)) - len(told)
+        freedom = len(known) - 1.0, float(np.count_nonzero(seen)) - len(known)
         if not freedom[1] >= _FREEDOM:
             return None
 
@@ -233,13 +233,13 @@ class _Number:
             top = (1.0 - shrunk[1]) * np.cbrt(ratio) - (1.0 - shrunk[0])
             return np.asarray(top / np.sqrt(shrunk[0] + shrunk[1] * np.cbrt(ratio) ** 2), dtype=np.float64)
 
-        between = np.sum(left.sum(axis=0) ** 2 / told)
+        between = np.sum(left.sum(axis=0) ** 2 / known)
         strength = normal(between)
-        by_chance = np.sum((signs @ left + self.pushed(weights)) ** 2 / told, axis=1)
+        by_chance = np.sum((signs @ left + self.pushed(weights)) ** 2 / known, axis=1)
         chance = normal(by_chance)
         if not chance.std() > _SAME:
             return None
-        beyond = max(float(between - by_chance.mean()), 0.0) / float(told.sum() - np.sum(told**2) / told.sum())
+        beyond = max(float(between - by_chance.mean()), 0.0) / float(known.sum() - np.sum(known**2) / known.sum())
         half = float(np.sqrt(beyond) * self.one.units[self.j])
         found = Surprise(
             self.one.paths[self.j], level, float((strength - chance.mean()) / chance.std()), np.nan, np.nan, half
@@ -278,27 +278,27 @@ def with_surprises(
         Of the signs that are exchanged.
     """
     of = {name: one.influence for name, one in steps.items() if one.influence is not None}
-    told = surprises([*of.values(), *(() if ground is None else (ground[0],))], seed)
+    varying = surprises([*of.values(), *(() if ground is None else (ground[0],))], seed)
     out, units = dict(steps), float_paths(known.base.scene)
     for number, (name, influence) in enumerate(of.items()):
         step = out[name]
         checks, samples = list(step.checks), step.samples.copy()
         random = np.random.default_rng([seed, 67, number])
-        for one in filter(None, map(told.of, influence.paths)):
+        for one in filter(None, map(varying.of, influence.paths)):
             k = step.paths.index(one.path)
             if not one.moves(float(step.std[k])):
                 continue
             if not np.isnan(one.slope):
                 samples[:, k] += one.half * random.uniform(-1.0, 1.0, len(samples))
-            # what differs from file to file is in the interval, and all numbers of a fit hang on what varies
+            # what differs from file to file is in the interval, and all numbers of a fit depend on what varies
             paths = () if one.along == FILE else influence.paths
-            checks.append(_check(one, told.limit, units[one.path].unit, paths))
+            checks.append(_check(one, varying.limit, units[one.path].unit, paths))
         out[name] = replace(step, samples=samples, checks=tuple(checks))
-    level = told.of(LEVEL)
+    level = varying.of(LEVEL)
     if ground is not None and level is not None and out:
         last = "hysteresis" if "hysteresis" in out else next(reversed(out))
         own = (*touched(known, (GROUND,)), *(path for path in known.paths if path.endswith(OFFSET)))
-        check = _check(level, told.limit, "m", own if level.moves(ground[1]) else ())
+        check = _check(level, varying.limit, "m", own if level.moves(ground[1]) else ())
         out[last] = replace(out[last], checks=(*out[last].checks, check))
     return out
 

@@ -1,9 +1,9 @@
 """When the contacts before detachments began.
 
-Adhesion grows from the last touchdown on (2.14). A foot that lands bounces, or is let go again at once, and the last of
-these rebounds are lower than the noise and shorter than a few samples: the record shows a contact that begins too
-early. The device as found so far, simulated with the same drive, shows the touchdowns between. They are believed
-where the simulation shows the contact begin and end where the record does.
+Adhesion grows from the last touchdown on (2.14). A foot that lands bounces, or is released again at once, and the last
+of these rebounds are lower than the noise and shorter than a few samples: the record shows a contact that begins too
+early. The device as found so far, simulated with the same drive, shows the touchdowns between. They are believed where
+the simulation shows the contact begin and end where the record does.
 """
 
 from __future__ import annotations

@@ -37,7 +37,7 @@ class Trace:
     file; set: name of the set of records it belongs to; points (np); time (ns,) [s], 0 where the drive begins;
     noise_x, noise_v (np,): standard deviations of a sample; zero (np,) [m]: standard deviation of the zero of x;
     gap [m]: of the foot at the neutral position in this record, None where it is the device's own; order: of its file
-    among those of the campaign, in which they were recorded unless it is told otherwise."""
+    among those of the campaign, in which they were recorded unless stated otherwise."""
 
     file: str
     set: str
@@ -113,8 +113,8 @@ def trace_of(
     late
         Time [s] by which the motion was recorded behind the drive: times and volts are those of the motion.
     pace
-        Share by which its clock runs slow beside the drive's, so that its samples lie farther apart: they agree where
-        the drive begins.
+        Share by which its clock runs slow compared with the drive's, so that its samples lie farther apart: they agree
+        where the drive begins.
 
     Raises
     ------

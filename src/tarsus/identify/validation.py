@@ -35,7 +35,7 @@ _UNIT = ".load.participation.0"
 
 
 def _unknown(chain: StepRunner) -> list[str]:
-    """Numbers of the device that are placeholders still, or wide unknowns that no record tells. The first participation
+    """Numbers of the device that are placeholders still, or wide unknowns that no record shows. The first participation
     of a load is the unit of the drive's force, whose law goes with it: a placeholder does as well there."""
     known = set(chain.known.paths)
     for step in chain.steps.values():
@@ -82,15 +82,15 @@ def held_out(chain: StepRunner) -> list[Comparison]:
 
 
 def in_the_air(chain: StepRunner) -> list[AirRecord]:
-    """Records in the air, and loops up to the ground, beside the device as identified; those that cannot be simulated
-    are remarked."""
+    """Records in the air, and loops up to the ground, compared with the device as identified; those that cannot be
+    simulated are remarked."""
     if "hysteresis" not in chain.steps:
         return []
     chain.report(IN_THE_AIR)
     # near the ground a film that no step has found would be taken for something else
     wide = {path for step in chain.steps.values() for path in step.taken}
-    told = chain.opened.model.scene.ground.acting.film is None or _FILM in set(chain.known.paths) - wide
-    purposes = (Purpose.LOOPS, Purpose.AIR) if told else (Purpose.AIR,)
+    film_known = chain.opened.model.scene.ground.acting.film is None or _FILM in set(chain.known.paths) - wide
+    purposes = (Purpose.LOOPS, Purpose.AIR) if film_known else (Purpose.AIR,)
     signals, level, instruments = chain.signals(*purposes), chain.ground()[0], chain.evidence.instruments
     found, said = air_records(chain.known, chain.evidence.as_seen(purposes), signals, level, instruments)
     chain.evidence.remarks += said
@@ -105,8 +105,8 @@ def check(chain: StepRunner, comparisons: Sequence[Comparison], air: Sequence[Ai
         steps[name] = with_checks(step, left_check(step, known))
     if "hysteresis" in steps:
         fit = fit_air(air, known)
-        told, beside = air_checks(fit, known), smeared_check(chain.evidence.instruments, known)
-        steps["hysteresis"] = with_checks(steps["hysteresis"], (*told, *beside))
+        fitted, smeared = air_checks(fit, known), smeared_check(chain.evidence.instruments, known)
+        steps["hysteresis"] = with_checks(steps["hysteresis"], (*fitted, *smeared))
         if fit is not None and fit.widens:
             steps.update({name: fit.widened(step) for name, step in steps.items()})
     steps.update(with_surprises(steps, chain.known, chain.evidence.ground(), chain.seed))
@@ -122,9 +122,9 @@ def check(chain: StepRunner, comparisons: Sequence[Comparison], air: Sequence[Ai
 
 def draw_given(chain: StepRunner) -> None:
     """Draw all numbers along with what was corrected of the records, and with what the device file states with an
-    interval: each is moved by its standard error, and what the steps find with it tells how far the numbers go along;
+    interval: each is moved by its standard error, and what the steps find with it shows how far the numbers go along;
     those of the ground go by factors."""
-    for number, (model, evidence) in enumerate(_nudged(chain)):
+    for number, (model, evidence) in enumerate(_perturbed(chain)):
         chain.report(GIVEN)
         there = _again(chain, model, evidence)
         drawn = np.random.default_rng([chain.seed, 53, number]).standard_normal(DRAWS)
@@ -134,10 +134,10 @@ def draw_given(chain: StepRunner) -> None:
                 chain.known = chain.known.redrawn(chain.steps[name])
 
 
-def _nudged(chain: StepRunner) -> Iterator[tuple[FootModel, Evidence]]:
+def _perturbed(chain: StepRunner) -> Iterator[tuple[FootModel, Evidence]]:
     """Device and records with one number that no step finds moved by its standard error."""
     model = chain.opened.model
-    yield from ((model, evidence) for evidence in chain.evidence.nudged())
+    yield from ((model, evidence) for evidence in chain.evidence.perturbed())
     for path, one in float_paths(model.scene).items():
         ends = model.scene.interval(path)
         stated = path.startswith(("robot.structure.", f"robot.feet.{model.foot}.")) and path not in chain.known.paths
@@ -147,7 +147,7 @@ def _nudged(chain: StepRunner) -> Iterator[tuple[FootModel, Evidence]]:
 
 
 def _along(step: StepResult, there: StepResult, drawn: Floats) -> StepResult:
-    """A step whose numbers are drawn along (draws,) with another result of it, which is one deviation off."""
+    """A step whose numbers move, by draws (draws,), with another result of it at one standard deviation."""
     samples = step.samples.copy()
     for k, path in enumerate(step.paths):
         if path in there.paths:
@@ -189,4 +189,4 @@ def _again(chain: StepRunner, model: FootModel, evidence: Evidence) -> dict[str,
             continue
         other.take((step,))
         other.known = other.known.certain()
-    return {name: other.known.told(step) for name, step in other.steps.items()}
+    return {name: other.known.updated(step) for name, step in other.steps.items()}

@@ -48,7 +48,7 @@ class FollowedWalk:
     """Windows of a record up to where it is predicted.
 
     segments: the open ones last; closed: how many are not fitted any more; moved (np,): numbers; known: what all before
-    the open ones tells of them; covariance (np, np): with the open ones; left (nw,): mean square of what each leaves;
+    the open ones says of them; covariance (np, np): with the open ones; left (nw,): mean square of what each leaves;
     lost: whether an open one is not followed; cost: of the open ones (`RecordFit.cost`).
     """
 
@@ -115,17 +115,17 @@ class WalkFollower:
         soon = self._after(0.0)
         at = FollowedWalk([self._standing(moved, soon)], 0, moved, known, known.covariance, np.ones(1))
         end = max(self._reach(at.segments[0], moved)[0], self._after(soon))
-        told = [] if self.seed and not self.number else [self._further(at, end)]
-        if told and (self.number or self._is_noise(told[0])):
-            return told[0]
+        plain = [] if self.seed and not self.number else [self._further(at, end)]
+        if plain and (self.number or self._is_noise(plain[0])):
+            return plain[0]
         drawn = self._drawn(at, replace(at.segments[0], span=(0.0, end)))
         begun = (replace(at, segments=[self._standing(one, soon)], moved=one) for one in drawn)
-        each = [*told, *(self._further(one, end) for one in begun)]
+        each = [*plain, *(self._further(one, end) for one in begun)]
         return min(each or [self._further(at, end)], key=lambda one: one.cost)
 
     def _is_noise(self, at: FollowedWalk) -> bool:
         """Whether the open windows leave no more than noise does, where that is known: a descent that is there came to
-        the numbers, or to what nothing so far tells from them."""
+        the numbers, or to what nothing so far distinguishes from them."""
         return not at.lost and bool(np.all(at.left < most_of(self.problem, at.segments, 1.0, NOISE)))
 
     def _grown(self, at: FollowedWalk) -> FollowedWalk:

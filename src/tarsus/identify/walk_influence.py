@@ -26,12 +26,12 @@ def influence_of(
     """Influence on the logarithms of the first numbers of a fit, and information (np, np) that was known beforehand.
 
     paths (np,): of the numbers; spread (np,): standard deviations of their logarithms beforehand. Raises nothing: where
-    a number is told by nothing, what was known beforehand remains.
+    nothing determines a number, what was known beforehand remains.
     """
     count, whole = len(paths), pulls.information.sum(axis=0)
     others = slice(count, len(whole))
-    beside = np.linalg.solve(whole[others, others] + np.eye(len(whole) - count), whole[others, :count])
-    ways = np.vstack([np.eye(count), -beside]) / spread
+    eliminated = np.linalg.solve(whole[others, others] + np.eye(len(whole) - count), whole[others, :count])
+    ways = np.vstack([np.eye(count), -eliminated]) / spread
     information = np.einsum("ap,nab,bq->npq", ways, pulls.information, ways)
     segments = [fit.segments[k] for k in pulls.window]
     of = np.array([one.record for one in segments])

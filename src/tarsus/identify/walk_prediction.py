@@ -24,7 +24,7 @@ NAME = "share of its speed by which a walk that was left out is off its predicti
 MOST = 0.1
 """That share from which a prediction is none: a gait that is designed gains several times as much."""
 ALONG = Output(Quantity.DISPLACEMENT, "body_x")
-"""What tells a speed: how far the body has gone."""
+"""What gives a speed: how far the body has gone."""
 
 
 def prediction_check(paths: Sequence[str], samples: Floats, records: Sequence[WalkRecord]) -> Check:
@@ -36,8 +36,8 @@ def prediction_check(paths: Sequence[str], samples: Floats, records: Sequence[Wa
 
 def reliance_of(checks: Iterable[Check]) -> Reliance:
     """How far draws of an identification with these checks can be relied on."""
-    told = list(checks)
-    return Reliance(tuple(failures(told)), max((one.value for one in told if one.name == NAME), default=0.0))
+    found = list(checks)
+    return Reliance(tuple(failures(found)), max((one.value for one in found if one.name == NAME), default=0.0))
 
 
 def missed(paths: Sequence[str], samples: Floats, records: Sequence[WalkRecord]) -> float:

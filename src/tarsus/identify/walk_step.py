@@ -135,7 +135,7 @@ def identify_walking(
         raise InputError("walks are identified of walkers: the structure is of another kind")
     unknowns, units = unknowns_of(scene), float_paths(scene)
     fit = identify_walk(records, unknowns, differing=[path for path in unknowns if path in DIFFERING], differ=by_foot)
-    told = {path: fit.verdict(path) for path in fit.paths}
+    verdicts = {path: fit.verdict(path) for path in fit.paths}
     draws = np.random.default_rng([seed, 23]).standard_normal((DRAWS, len(fit.paths)))
     samples = fit.values * np.exp(draws @ np.linalg.cholesky(fit.covariance).T)
     samples = np.where(
@@ -178,7 +178,7 @@ def identify_walking(
         fit.paths,
         fit.values,
         samples,
-        taken=tuple(path for path in fit.paths if told[path] is Verdict.ASSUMED),
+        taken=tuple(path for path in fit.paths if verdicts[path] is Verdict.ASSUMED),
         residuals=tuple(_residual(r, off, k) for r, off in seen for k in range(len(r.outputs))),
         used=(Used("windows", int(fit.good.sum()), len(fit.good)),),
         checks=(share, jump, *uneven, *predicted),

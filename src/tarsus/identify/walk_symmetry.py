@@ -15,7 +15,7 @@ from tarsus.solve import ResultCode, simulate
 if TYPE_CHECKING:
     from tarsus.identify.walking import WalkRecord
 
-UNTOLD = 9.0
+ALIKE = 9.0
 """Sum of squares over the noise below which records do not show that legs are exchanged: three standard deviations."""
 
 
@@ -26,7 +26,7 @@ def arms_of(walker: Walker) -> dict[str, float]:
     return {name: one or walker.length or 1.0 for name, one in found.items()}
 
 
-def untold(walker: Walker, records: Sequence[WalkRecord], values: Mapping[str, float]) -> Floats:
+def mirrored(walker: Walker, records: Sequence[WalkRecord], values: Mapping[str, float]) -> Floats:
     """What it adds to the covariance (np, np) of logarithms that records show no difference when legs are exchanged, as
     surge and heave do not where legs that face each other across the middle go together: of two answers that are as
     likely the second moment about one is half the square of the distance."""
@@ -42,7 +42,7 @@ def untold(walker: Walker, records: Sequence[WalkRecord], values: Mapping[str, f
         exchanged = {path: values[at] for path, at in zip(paths, other, strict=True)}
         two = _shown(records, exchanged)
         off = np.log(list(exchanged.values())) - logs
-        if own and two and sum(float(np.sum((a - b) ** 2)) for a, b in zip(own, two, strict=True)) < UNTOLD:
+        if own and two and sum(float(np.sum((a - b) ** 2)) for a, b in zip(own, two, strict=True)) < ALIKE:
             out += 0.5 * np.outer(off, off)
     return out
 

@@ -29,7 +29,7 @@ from tarsus.identify.influence import Influence
 from tarsus.identify.walk_feet import alike, asked_of_feet, numbers_of_feet, respread, with_feet
 from tarsus.identify.walk_horizon import MOST, WalkFollower, most_of, samples_of
 from tarsus.identify.walk_influence import influence_of
-from tarsus.identify.walk_symmetry import arms_of, untold
+from tarsus.identify.walk_symmetry import arms_of, mirrored
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Walker
 from tarsus.solve import Output, output_rows
@@ -53,11 +53,11 @@ FOLLOWED = 1.3
 STRAY = 6.0
 """Times its noise up to which each sample of a window is when it is followed: noise is beyond once in 5e8 samples. An
 impact at another moment than in the record leaves one sample of a current or a velocity far off, which hardly moves the
-mean square: a restitution 11 % off, to 0.2 % by its own account, left one of 8 and one of 10 among 12,000."""
+mean square: a restitution wrong by 11 %, by 0.2 % in its own account, left one of 8 and one of 10 among 12,000."""
 JUMP = 2.5
-"""Standard deviations of a tie up to which starts may be off the ends before: where the model is that of the robot they
-are off by 0.7 to 1.7 at most, in dozens of windows, for what ties allow is far above what a model misses; on ground
-that is 0.2 um rougher than the scene says by 3.2 to 3.6, and adhesion is then off by as many of its own."""
+"""Standard deviations of a tie up to which starts may differ from the ends before: where the model is that of the robot
+they do by 0.7 to 1.7 at most, in dozens of windows, for what ties allow is far above what a model misses; on ground
+that is 0.2 um rougher than the scene says by 3.2 to 3.6, and adhesion then errs by as many of its own."""
 ALL = 0.9
 """Share of the samples that are followed of which all are taken to be: the last contacts of a record may be lost."""
 TIES = 40
@@ -261,22 +261,22 @@ def identify_walk(
     problem = _with_noise(problem, segments, moved, records)
     ties, asked = _of_start(_walker(records), TIED), dict[str, float]()
     joint = _together(TiedWindows(problem, ties, windows), segments, moved)
-    told = dict[str, float]()
+    more = dict[str, float]()
     for seed in range(STARTS):  # another start is the simpler answer than ground that differs from foot to foot
         joint = _again(joint, records, begun, seed) if seed else joint
-        told = {} if differ else asked_of_feet(*joint, differing)
-        if not told and not joint.missing(records) and joint.jump <= JUMP:
+        more = {} if differ else asked_of_feet(*joint, differing)
+        if not more and not joint.missing(records) and joint.jump <= JUMP:
             break
     if differ and differing:
         joint = _by_foot(joint, records, differing)
-    while told:
-        path = max(told, key=lambda one: told[one])
+    while more:
+        path = max(more, key=lambda one: more[one])
         other = _by_foot(joint, records, [path])
         # named where what is left is noise: a window that went another way asks for many things, and none mends it
         if other.missing(records) > joint.missing(records) or other.jump > JUMP:
             break
-        joint, asked = other, {**asked, path: told[path]}
-        told = asked_of_feet(*joint, [path for path in differing if path not in asked])
+        joint, asked = other, {**asked, path: more[path]}
+        more = asked_of_feet(*joint, [path for path in differing if path not in asked])
     return _found(records, spread, joint, asked)
 
 
@@ -364,7 +364,7 @@ def _found(
     influence, known = influence_of(records, fit, joint.windows.pulls(fit), paths, prior)
     ahead = fit.ahead[: len(paths)] * prior
     values = {path: fit.values[path] for path in paths}
-    alike = untold(_walker(records), records, values)
+    alike = mirrored(_walker(records), records, values)
     covariance = scatter_over_noise(influence, known) + np.outer(ahead, ahead) + alike
     ends = [[one.span for one in fit.segments if one.record == k] for k in range(len(records))]
     count = sum(len(one.times) for one in records)

@@ -31,5 +31,5 @@ class WithError:
         return self.value if self.off(stated, limit) else stated
 
 
-UNTOLD = WithError(0.0, np.inf)
-"""What no record tells: it is off nothing."""
+UNKNOWN = WithError(0.0, np.inf)
+"""What no record shows: it differs from nothing."""
