@@ -154,7 +154,7 @@ CHANNELS = (
         lambda s: s.friction_across,
     ),
     RunChannel(TIME, "s", "t", "", "time", lambda s: s.time),
-    # what instruments see beside: no series hold it
+    # what instruments measure besides: no series hold it
     RunChannel(
         "acceleration",
         "m/s^2",

@@ -91,8 +91,8 @@ EVENT_TYPE = np.dtype(
 """Fields of an event: time [s]; foot number; kind (1 bounce, 2 capture, 3 release, 4 rest, 5 contact at start);
 approach and departure speed [m/s]; the structure's pull and the contact's strength [N]; kinetic energy lost [J] and
 the part of it that adhesion took by holding a foot that would have bounced [J]; the highest gap [m] of the flight
-that ended, and when [s]; the integral of the foot's gap over time from the start of the run [m s]. Beside period marks
-(kind 6) the highest gap is that since the foot's last event or mark: `without_marks` puts flights together."""
+that ended, and when [s]; the integral of the foot's gap over time from the start of the run [m s]. In a run with period
+marks (kind 6) the highest gap is that since the foot's last event or mark: `without_marks` puts flights together."""
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,5 @@
-"""What drives do when they are told to on the way: voltages of many robots from moments of their own on, and what the
-drives remember of those before."""
+"""Commands to drives during a run: voltages of many robots from moments of their own on, and what the drives remember
+of those before."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ MOST_VISITED = 24
 
 @dataclass(frozen=True)
 class Command:
-    """What one drive is told in nr robots, as R courses of voltage.
+    """The command to one drive in nr robots, as R courses of voltage.
 
     which (nr,): the course of each; begun (R,) [s]: since when; past (R, H) [V]: visited before; level (R,) [V]: of
     courses that are one voltage each, which need no tracks; tracks: of others, the volts of the time since then, asked
@@ -67,7 +67,7 @@ class Command:
         late = np.tile(drive.law.late(given.picked(np.array([0])), drive.history), (courses, 1))
         return cls(which, np.zeros(courses), past, None, (asked, given), late)
 
-    def told(self, drive: Drive, asked: Track | Floats, time: Floats) -> Command:
+    def changed(self, drive: Drive, asked: Track | Floats, time: Floats) -> Command:
         """Another course for all robots, or voltages (nr,) that are held, from times (nr,) [s] on."""
         late = self._lagging(drive, time) if drive.law.by_rate else None
         ideal, own = drive.amplifier.ideal, np.arange(len(time))

@@ -35,7 +35,7 @@ CARRIED = (
 """What a foot carries on from one part of its run to the next, the columns of a row: `tarsus.base.events.FootState`;
 [s] when its contact began, or would have begun had it aged all along, its age when it last left the ground, and when it
 did; [s] when its pull last exceeded its contact and when it last came to the ground or left it, and flights too low to
-count; how its flight and its slide begin (the engine's own numbers; NaN of a foot that has just been let go), sense of
+count; how its flight and its slide begin (the engine's own numbers; NaN of a foot that was just released), sense of
 sliding (NaN of a held foot that sticks or slides as it moves), place [m] where it sticks (of a walker's foot the sense
 across the way), path [m] that a walker's foot has slid; highest gap [m] of the flight and when [s], the gap's integral
 [m s]; 1 where contacts may change at this very moment; of uneven ground the number of the facet (NaN: the one below the
@@ -78,8 +78,8 @@ class Contacts:
     """What the feet do where a window starts.
 
     held: numbers of the feet on the ground; since: begin [s] of each one's contact, at the start unless given (its
-    adhesion counts from there); leaving: numbers of free feet at the ground that have just been let go. A free foot at
-    the ground that is not leaving is judged as everywhere: it bounces, is captured, rests or departs.
+    adhesion counts from there); leaving: numbers of free feet at the ground that were just released. A free foot at the
+    ground that is not leaving is judged as everywhere: it bounces, is captured, rests or departs.
     """
 
     held: Sequence[int] = ()

@@ -1,4 +1,4 @@
-"""Derivatives by differences of whole runs: where the copies beside a run stand, and what their values say.
+"""Derivatives by differences of whole runs: where the perturbed copies of a run stand, and what their values say.
 
 A direction, any numbers of a scene that move together, becomes runs to both sides. Whatever these give is differenced,
 so that every law, ground and drive has derivatives without a line of its own.
@@ -34,12 +34,12 @@ plan's length): runs respond to it by 1e-5 of themselves as a rule, which they r
 LEAST, MOST = 1e-3, 1e1
 """Parts of the first step to which another may be shortened, for late events that depend on a number a thousand
 times as
-much as early ones, and lengthened, for a number that is hardly felt: by more, events would pass what is looked at."""
+much as early ones, and lengthened, for a number that hardly matters: by more, events would pass what is looked at."""
 NEARBY = 3.0
 """A step within this factor of the best one is as good: its error is at most five times the least."""
 BENT = 0.1
-"""Part by which differences to both sides are off their mean where there is a kink: a smooth number bends so much over
-no step that is taken, for its error would be a hundredth then."""
+"""Part by which differences to both sides deviate from their mean where there is a kink: a smooth number bends so much
+over no step that is taken, for its error would be a hundredth then."""
 SURE = 10.0
 """Times the noise of runs, as two of them show it, from which a kink is none of its."""
 ROUNDED = 4e-16
@@ -51,7 +51,7 @@ ROUNDING = 1e-13
 def directions_of(scene: Scene, gradients: Sequence[str] | Mapping[str, Direction]) -> dict[str, Direction]:
     """Directions by name; a path, or short word, is that of its own numbers.
 
-    Raises InputError for what is no number of the scene.
+    Raises InputError for what is not a number in the scene.
     """
     if isinstance(gradients, str):
         gradients = (gradients,)
@@ -138,13 +138,13 @@ class Stencil:
             self._made[place] = with_values(scene, self.values(place))
         return self._made[place]
 
-    def slope(self, own: Floats, beside: Sequence[Floats]) -> Floats:
+    def slope(self, own: Floats, copies: Sequence[Floats]) -> Floats:
         """Derivative of values; exactly zero of those that stay as they are."""
-        return slope_by(beside[0] - own, beside[1] - own, self.places)
+        return slope_by(copies[0] - own, copies[1] - own, self.places)
 
 
 class Slopes(NamedTuple):
-    """Derivatives of values, what they may be off by, and where there is a kink or a jump."""
+    """Derivatives of values, their possible errors, and where there is a kink or a jump."""
 
     value: Floats
     error: Floats
@@ -172,14 +172,14 @@ def cut_off(size: Floats, change: Floats, bent: Floats | float, places: Floats) 
 
 
 def slopes_of(
-    places: Floats, step: float, bent: float, own: Floats, finer: Floats, beside: Sequence[Floats], scale: float = 0.0
+    places: Floats, step: float, bent: float, own: Floats, finer: Floats, copies: Sequence[Floats], scale: float = 0.0
 ) -> Slopes:
     """Derivatives of values of a run from those of its two copies at places in steps, and of the run in other steps.
 
     bent: by which part the slopes of the run's events change over a step. scale: a size of such values, where they may
     be zero.
     """
-    one, two = (np.asarray(of - own, dtype=float) for of in beside)
+    one, two = (np.asarray(of - own, dtype=float) for of in copies)
     slope, change = slope_by(one, two, places) / step, change_by(one, two, places) / step
     size, same = np.abs(slope), (one == 0.0) & (two == 0.0)
     noise = (np.abs(finer - own) + ROUNDING * np.maximum(np.abs(own), scale)) / step
@@ -200,13 +200,13 @@ def better_step(bent: float, noise: float) -> float:
 
 @dataclass(frozen=True)
 class MotionValues:
-    """Values of something of windows: of themselves, of one in other steps, of the two beside (c, k); which of these
-    two count (2, k); first (nw + 1,): where those of each window begin; blocks: rows of one kind, weights (c,) with
-    which they have one unit; of_events: whether they are those of events."""
+    """Values of something of windows: of themselves, of one in other steps, of the two perturbed ones (c, k); which of
+    these two count (2, k); first (nw + 1,): where those of each window begin; blocks: rows of one kind, weights (c,)
+    with which they have one unit; of_events: whether they are those of events."""
 
     own: Floats
     finer: Floats
-    beside: tuple[Floats, Floats]
+    perturbed: tuple[Floats, Floats]
     valid: Flags
     first: Integers
     blocks: Sequence[slice]
@@ -256,7 +256,7 @@ class Differences:
 
     @cached_property
     def _off(self) -> tuple[Floats, Floats]:
-        one, two = (each - self.values.own for each in self.values.beside)
+        one, two = (each - self.values.own for each in self.values.perturbed)
         return one, two
 
     @cached_property
@@ -322,7 +322,7 @@ class Differences:
         return np.divide(of, self.scale, out=np.full_like(of, np.nan), where=self.scale > 0.0)
 
     def error(self, bent: Floats) -> Floats:
-        """What slopes may be off by; bent (nw,): by which part those of motions change over a step, which is that of a
+        """Possible errors of slopes; bent (nw,): by which part those of motions change over a step, which is that of a
         difference to the one side that counts."""
         size, by = np.abs(self.slope), self.values.rows(np.fmax(self.bents, bent))
         both = cut_off(size, self.change, by, self.places)

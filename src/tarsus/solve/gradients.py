@@ -93,13 +93,13 @@ class GradientRun(Run):
     @cached_property
     def _best(self) -> Mapping[str, LaneSlopes]:
         """Derivatives of events by path, at the step that suits the number: 1e-5 of it unless runs respond otherwise.
-        Where nothing touches, how it moves at its end tells."""
+        Where nothing touches, its motion at the end decides."""
         times = np.zeros(0) if len(self.events) else np.array([self.end_time])
         best = self._differenced(times).best(len(self.stencils))
         return MappingProxyType({path: best[k] for k, path in enumerate(self.stencils)})
 
     def _differenced(self, times: Floats) -> Differenced:
-        """The run and those beside it, sampled at times (nt,) [s]."""
+        """The run and its perturbed copies, sampled at times (nt,) [s]."""
         own, finer = ran_of(self, times), ran_of(self._finer, times)
         return Differenced(
             own,
@@ -113,7 +113,7 @@ class GradientRun(Run):
         )
 
     def _lanes(self, times: Floats, wanted: Sequence[Wanted]) -> list[Lane]:
-        """Runs beside the run, sampled at times (nt,) [s]."""
+        """Perturbed copies of the run, sampled at times (nt,) [s]."""
         stencils, out = list[tuple[Wanted, Stencil]](), list[Lane]()
         for one in wanted:
             first = self.stencils[self.paths[one[0]]]
@@ -135,13 +135,13 @@ class GradientRun(Run):
         engine."""
         rows = [one.values(place) for one in stencils for place in one.places]
         data = [i for i, row in enumerate(rows) if all(slot(self.scene, path) is not None for path in row)]
-        found = dict(zip(data, self._beside_in_one_plan([rows[i] for i in data]), strict=True))
+        found = dict(zip(data, self._copies_in_one_plan([rows[i] for i in data]), strict=True))
         for i in set(range(len(rows))) - found.keys():
             found[i] = changed_run(self.scene, rows[i], self.duration, self.accuracy, self.shared)
         runs = iter([found[i] for i in range(len(rows))])
         return [tuple(next(runs) for _ in one.places) for one in stencils]
 
-    def _beside_in_one_plan(self, rows: Sequence[Mapping[str, float]]) -> list[Run]:
+    def _copies_in_one_plan(self, rows: Sequence[Mapping[str, float]]) -> list[Run]:
         """Runs with other data of the plan by path, in one call of the engine."""
         if not rows:
             return []
@@ -205,12 +205,12 @@ class GradientRun(Run):
 
     def _states(self, times: npt.ArrayLike) -> dict[str, tuple[SampledStates, SampledStates]]:
         when, out = increasing(times), {}
-        beside = self._differenced(when)
+        differenced = self._differenced(when)
         for path, best in self._best.items():
             ran = tuple(ran_of(run, when) for run in best.lane.runs)
-            found = beside.found(best.lane._replace(ran=ran), best.bent).samples
+            found = differenced.found(best.lane._replace(ran=ran), best.bent).samples
             found[:, :, when >= self._since(path)] = np.nan
-            out[path] = tuple(as_states(part, beside.own.states) for part in found)
+            out[path] = tuple(as_states(part, differenced.own.states) for part in found)
         return out
 
     def slopes(self, numbers: Callable[[Sequence[Run]], npt.ArrayLike], unit: str = "") -> Slopes:
@@ -311,10 +311,10 @@ class GradientRun(Run):
         return Gradient(plain, errors, flags, one_sided)
 
 
-def _slopes(best: LaneSlopes, own: Floats, finer: Floats, beside: Sequence[Floats], scale: float = 0.0) -> Slopes:
-    """Derivatives of what a run, the same in other steps, and the two beside it came to."""
+def _slopes(best: LaneSlopes, own: Floats, finer: Floats, copies: Sequence[Floats], scale: float = 0.0) -> Slopes:
+    """Derivatives of what a run, the same in other steps, and its two perturbed copies came to."""
     lane = best.lane
-    return slopes_of(lane.places, float(lane.steps[0]), float(best.bent[0]), own, finer, beside, scale)
+    return slopes_of(lane.places, float(lane.steps[0]), float(best.bent[0]), own, finer, copies, scale)
 
 
 def ran_of(run: Run, times: Floats) -> Ran:

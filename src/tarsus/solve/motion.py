@@ -196,7 +196,7 @@ class _Walked(NamedTuple):
     across: Floats
     footing: Floats
     held: NDArray[np.bool_]
-    beside: Floats
+    across_feet: Floats
     energy: Floats
 
     @classmethod
@@ -206,12 +206,12 @@ class _Walked(NamedTuple):
         nt, nl, nb, kinds = len(samples), len(body.mass), len(body.body_mass), 5 if len(body.points) else 2
         sideways = 2 * nl + m if plan.legs.sways else 0
         place, speed, *parts = np.split(samples.T, np.cumsum([nb, nb, 4 * nl, kinds * m, sideways]))
-        legs, footing, beside = parts[0].reshape(nl, 2, 2, nt), parts[1].reshape(kinds, m, nt), parts[2]
-        across = beside[: sideways and 2 * nl].reshape(-1, 2, nt)
+        legs, footing, across_feet = parts[0].reshape(nl, 2, 2, nt), parts[1].reshape(kinds, m, nt), parts[2]
+        across = across_feet[: sideways and 2 * nl].reshape(-1, 2, nt)
         x = np.concatenate([place, legs[:, ::-1, 0].reshape(2 * nl, nt), across[:, 0]])
         v = np.concatenate([speed, legs[:, ::-1, 1].reshape(2 * nl, nt), across[:, 1]])
         held = np.isin(footing[0], (FootState.STUCK, FootState.SLIPPING))
-        return cls(x, v, legs, across, footing, held, beside[2 * nl :], parts[3])
+        return cls(x, v, legs, across, footing, held, across_feet[2 * nl :], parts[3])
 
 
 def walked(plan: Plan, samples: Floats) -> SampledStates:

@@ -206,7 +206,7 @@ class Readings:
         system = self.system
         per_force = solve(system.mass, self.row(at))  # the mass matrix is its own transpose
         known = per_force @ system.loads @ self._driven + per_force @ system.constant
-        for direction, shift in shifts_of(self.scene).items():  # an accelerometer feels the ground's as well
+        for direction, shift in shifts_of(self.scene).items():  # an accelerometer senses the ground's as well
             way = self.scene.robot.structure.translation(direction)
             assert way is not None  # checked by Scene
             known = known + float(self.row(at) @ way) * shift.at(self.times, 2)
@@ -324,15 +324,14 @@ def output_slopes(
     slopes: WindowSlopes,
     gradients: Sequence[str] | Mapping[str, Direction] = (),
     plan: Plan | None = None,
-    beside: Entered | None = None,
+    perturbed: Entered | None = None,
     drive: LowerDrive = lower,
 ) -> Floats:
     """Derivatives (nc, nt, P) of outputs of windows by what the windows have derivatives by.
 
     states, slopes: of a window or of several end to end, at times (nt,) [s]; gradients: the numbers of the scene among
-    ``slopes.names``, by which rows vary as well; beside: scenes beside it, where they are made; drive: lowers drives.
-    Rows are differentiated by differences: over a step of 1e-5 of a number 1e-10 of a curve remains, and 1e-11 of
-    rounding.
+    ``slopes.names``, by which rows vary as well; perturbed: scenes next to it, where made; drive: lowers drives. Rows
+    are differentiated by differences: over a step of 1e-5 of a number 1e-10 of a curve remains, and 1e-11 of rounding.
 
     Raises InputError as `output_rows`, and for a number that cannot vary.
     """
@@ -360,9 +359,9 @@ def output_slopes(
         if not (moved and which) or late:
             continue
         some, number = [outputs[k] for k in which], slopes.names.index(name)
-        if beside is not None and plan is not None and all(path.endswith(SPRINGS) for path in direction):
-            # an acceleration feels these by the forces of springs and dampers alone
-            places, pair = beside.pairs([name], STEP)[name]
+        if perturbed is not None and plan is not None and all(path.endswith(SPRINGS) for path in direction):
+            # these act on an acceleration by the forces of springs and dampers alone
+            places, pair = perturbed.pairs([name], STEP)[name]
             read = Readings(scene, np.zeros(0), system=plan.system)
             per_force = np.array([solve(plan.system.mass, read.row(one.at)) for one in some])
             one, two = ((plan if copy is None else copy).system for copy, _ in pair)

@@ -190,7 +190,7 @@ class Series(Hinted):
     def _friction(self, of: Sliding) -> Floats:
         out, slides = np.where(of.held, -of.force, 0.0), of.slides
         if slides.any():
-            # what presses feet down is below 0 by rounding where one has just let go
+            # what presses feet down is below 0 by rounding where one was just released
             margin = np.maximum(self.strength - self.state.pull - self._smooth, 0.0)
             given = {"margin": margin, "strength": self.strength, "speed": of.speed}
             for feet, _, bound in self.run.motion.acting.on_feet("friction"):

@@ -250,14 +250,14 @@ class Session(Hinted):
                 raise InputError(f"{which} has stopped at {now.runs.time[robot]:.6g} s and waits for a reset: {said}")
             kept = now.gait
             try:
-                told = now.told(drive or {}, gait or {}, seconds, ramp=ramp) if drive or gait else now.commands
+                commands = now.commanded(drive or {}, gait or {}, seconds, ramp=ramp) if drive or gait else now.commands
                 slopes = None
                 if gradients is not None:
                     from tarsus.solve.step_slopes import StepAsked, step_slopes
 
-                    slopes = step_slopes(StepAsked(now, told, drive or {}, seconds, ramp), gradients)
+                    slopes = step_slopes(StepAsked(now, commands, drive or {}, seconds, ramp), gradients)
                 began = now.runs.state[:, : now.runs.state.shape[1] // 2].copy()
-                parts = now.advance(told, seconds, self.threads)
+                parts = now.advance(commands, seconds, self.threads)
             except InputError:
                 now.gait = kept
                 raise

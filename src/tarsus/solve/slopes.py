@@ -1,5 +1,5 @@
-"""Derivatives of windows, and of runs, which are windows from their start, by differences of those beside them, event
-by event and sample by sample."""
+"""Derivatives of windows, and of runs, which are windows from their start, by differences of perturbed copies, event by
+event and sample by sample."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ UNSEEN = 10.0 * STEP
 """Part by which slopes that show no bend for noise may change over a first step all the same."""
 SHOWN = ("x", "v", "gap", "rate", "resistive", "smooth", "pull", "friction")
 """What of sampled states has derivatives, where there is any."""
-FELT = [a.E_TIME, a.E_BEFORE]
+JUDGED = [a.E_TIME, a.E_BEFORE]
 """What of events it is judged by how much motions respond, where there are no samples: what the others follow from."""
 
 
@@ -131,9 +131,9 @@ class EventsAlike(NamedTuple):
 
 
 class Lane(NamedTuple):
-    """Windows beside some, two of each, along one number: its place among all, the part of the first step that the
-    steps are, the windows (nl,), places (2,) in steps, of which the nearest is one off, steps (nl,), the part (nl,) of
-    them that is rounded off, what both came to, and from when on (nl,) [s] each counts."""
+    """Perturbed copies of some windows, two of each, along one number: its place among all, the part of the first step
+    that the steps are, the windows (nl,), places (2,) in steps, of which the nearest is one away, steps (nl,), the part
+    (nl,) of them that is rounded off, what both came to, and from when on (nl,) [s] each counts."""
 
     number: int
     factor: float
@@ -181,7 +181,7 @@ class WindowSlopes:
 
     names (P,): paths, then ``state.i`` and ``t0``; states: of displacements and velocities (n, nt, P), and of gaps,
     gap rates, forces and pulls of the feet (m, nt, P), at fixed times; rows (ne, 12, P): of the event rows;
-    state_errors and row_errors: what these may be off by; flags: why some are not there.
+    state_errors and row_errors: their possible errors; flags: why some are not there.
     """
 
     names: tuple[str, ...]
@@ -390,11 +390,11 @@ class LaneSlopes:
 
 @dataclass(frozen=True)
 class Differenced:
-    """Windows, the same in other steps, and the derivatives of the first by what lies beside them.
+    """Windows, the same in other steps, and the derivatives of the first by their perturbed copies.
 
     late (nw,) [s]: from when on an event may be missing that comes just beyond a window's end; lanes: makes lanes, none
     of numbers that may not vary so far; weights (n,): by how much coordinates move feet.
-    enough: part of slopes that they may be off by before other pairs are made, in better steps; tries: how often that
+    enough: part of slopes that their errors may be before other pairs are made, in better steps; tries: how often that
     is; farthest: times the first step to which another may be lengthened.
     """
 
@@ -467,14 +467,14 @@ class Differenced:
         since = lane.since or (None, None)
         sides = [base.side(ran, since=when) for ran, when in zip(lane.ran, since, strict=True)]
         samples, rows = (Differences(values, lane.places) for values in base.values(sides, self.weights))
-        judge, felt = (samples, [0, 1]) if len(base.own.times) else (rows, FELT)
-        own, noise = (_filled(np.fmax.reduce(one[felt])) for one in (judge.bents, judge.noises))
+        judge, fields = (samples, [0, 1]) if len(base.own.times) else (rows, JUDGED)
+        own, noise = (_filled(np.fmax.reduce(one[fields])) for one in (judge.bents, judge.noises))
         known = bent is not None
         bent = own if bent is None else bent
         reasons = [*(side.lost for side in sides), base.other.lost]
         if not known:
             kinked = samples.kinked[: 2 * len(self.weights)].any(axis=0)
-            reasons.append(base.kinks(np.asarray(kinked), np.asarray(rows.kinked[FELT].any(axis=0))))
+            reasons.append(base.kinks(np.asarray(kinked), np.asarray(rows.kinked[JUDGED].any(axis=0))))
         lost = Lost.first(reasons)
         parts = []
         for one, gone in (

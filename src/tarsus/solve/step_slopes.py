@@ -62,26 +62,26 @@ class StepSlopes:
 
 @dataclass(frozen=True)
 class StepAsked:
-    """A step of one robot: commands of its drives, of which ``drive`` are told now, how long [s] it takes, and whether
+    """A step of one robot: commands of its drives, of which ``drive`` are given now, how long [s] it takes, and whether
     voltages are reached by ramps."""
 
     robots: SteppedRobots
-    told: Mapping[str, Command]
+    commands: Mapping[str, Command]
     drive: Mapping[str, Any]
     seconds: float
     ramp: bool
 
     def row(self, values: Mapping[str, float], drive: Mapping[str, float]) -> Rows:
-        """The robot's row of data where numbers of its drives, by path, and voltages that it is told are others."""
+        """The robot's row of data where numbers of its drives, by path, and commanded voltages are others."""
         robots = copy(self.robots)
         robots._rows = None
         robots.values = robots.values | {path: np.array([value]) for path, value in values.items()}
         again = self.drive if values else drive
-        told = {
+        commands = {
             name: robots.command(name, drive.get(name, self.drive[name]), self.seconds, ramp=self.ramp)
             for name in again
         }
-        return robots.driven_row({**self.told, **told})
+        return robots.driven_row({**self.commands, **commands})
 
 
 def step_slopes(step: StepAsked, paths: Sequence[str]) -> StepSlopes:
@@ -93,10 +93,10 @@ def step_slopes(step: StepAsked, paths: Sequence[str]) -> StepSlopes:
     if len(robots) != 1:
         raise InputError("gradients: a step of one robot has derivatives; fork a session for each")
     scene = with_values(robots.scene, {path: float(of[0]) for path, of in robots.values.items()})
-    told = [path for one in directions_of(scene, paths).values() for path in one if _is_told(scene, path)]
-    if told:
+    signals = [path for one in directions_of(scene, paths).values() for path in one if _of_signal(scene, path)]
+    if signals:
         raise InputError(
-            [f"{path}: a step has derivatives by its command, not by numbers of its signals" for path in told]
+            [f"{path}: a step has derivatives by its command, not by numbers of its signals" for path in signals]
         )
     plan, end = lower_scene(scene, robots.shared.drive), float(runs.time[0] + step.seconds)
     start = WindowStart(runs.state[0], float(runs.time[0]), [end], runs.feet[0])
@@ -108,7 +108,7 @@ def step_slopes(step: StepAsked, paths: Sequence[str]) -> StepSlopes:
     return StepSlopes(slopes.names, state, error, window)
 
 
-def _is_told(scene: Scene, path: str) -> bool:
+def _of_signal(scene: Scene, path: str) -> bool:
     place = slot(scene, path)
     return place is not None and place.kind in (Kind.DRIVE, Kind.GAIT) and not _of_drive(path)
 
@@ -118,7 +118,7 @@ def _of_drive(path: str) -> bool:
 
 
 def _entered(step: StepAsked, scene: Scene, plan: Plan, paths: Sequence[str]) -> Entered:
-    """What enters the step: by paths of the scene, then by the voltages that drives are told."""
+    """What enters the step: by paths of the scene, then by the commanded voltages of drives."""
     own, row = Entered.of(scene, plan, paths), step.row({}, {})
     ways = {
         name: {path: w for path, w in one.items() if _of_drive(path) and slot(scene, path) is not None}
@@ -134,13 +134,13 @@ def _entered(step: StepAsked, scene: Scene, plan: Plan, paths: Sequence[str]) ->
         values = {path: float(get_value(scene, path)) + place * w for path, w in ways[name].items()}
         return step.row(values, {}) if values else row
 
-    def told(name: str, part: float) -> ScenePair:
+    def commanded(name: str, part: float) -> ScenePair:
         drive, level = levels[name]
         places = np.array([-1.0, 1.0]) * part * (abs(level) or 1.0)
         return ScenePair(places, tuple((None, step.row({}, {drive: level + by})) for by in places.tolist()))
 
-    def beside(names: Sequence[str], part: float) -> dict[str, ScenePair]:
-        found = own.beside([name for name in names if name not in levels], part)
+    def perturbed(names: Sequence[str], part: float) -> dict[str, ScenePair]:
+        found = own.perturbed([name for name in names if name not in levels], part)
         out = {
             name: ScenePair(
                 of.places,
@@ -151,9 +151,9 @@ def _entered(step: StepAsked, scene: Scene, plan: Plan, paths: Sequence[str]) ->
             )
             for name, of in found.items()
         }
-        return out | {name: told(name, part) for name in names if name in levels}
+        return out | {name: commanded(name, part) for name in names if name in levels}
 
-    return Entered(row, (*own.names, *levels), beside)
+    return Entered(row, (*own.names, *levels), perturbed)
 
 
 def _on(row: Rows, ground: Rows) -> Rows:

@@ -1,4 +1,4 @@
-"""Robots that are stepped: where they are, what their drives are told, and what a step did."""
+"""Robots that are stepped: where they are, their drives' commands, and what a step did."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _OWN = tuple(name for name in BY_RUN if name not in ("initial", "channels"))
 class SteppedRobots:
     """Robots of one scene on their way, that differ in slots.
 
-    values (nr,) by path: what each has instead of the scene's; runs: where they are; commands: what drives are told, by
+    values (nr,) by path: what each has instead of the scene's; runs: where they are; commands: those of drives, by
     name; gait (nr,) by path in it: its numbers where they have been changed; start (nr, 2n): states at the last reset;
     spent: energies since then, where an account is kept, and lost (nr, 2) [J]: in impacts and of them to adhesion.
     """
@@ -127,30 +127,29 @@ class SteppedRobots:
             self.spent = self.spent.copy()
             self.spent[robots] = 0.0
 
-    def told(
+    def commanded(
         self, drive: Mapping[str, Any], gait: Mapping[str, Any], seconds: float, *, ramp: bool
     ) -> dict[str, Command]:
-        """Commands of all drives where some are told something now. Raises InputError for drives and numbers that are
-        none."""
+        """Commands of all drives where some get others now. Raises InputError for drives and numbers that are none."""
         drives, time, count = self.scene.robot.drives, self.runs.time, len(self)
         problems = [f"drive: there is no drive '{name}'{nearest(name, drives)}" for name in drive if name not in drives]
         if problems:
             raise InputError(problems)
         out = dict(self.commands)
-        for name, wave in (self._gait_told(gait) if gait else {}).items():
+        for name, wave in (self._gait_waves(gait) if gait else {}).items():
             track = wave.track()
             asked = track if len(track.loops) == count else track.picked(np.zeros(count, dtype=np.intp))
-            out[name] = self.commands[name].told(self.drive(name), asked, time)
+            out[name] = self.commands[name].changed(self.drive(name), asked, time)
         return out | {name: self.command(name, wave, seconds, ramp=ramp) for name, wave in drive.items()}
 
     def command(self, name: str, wave: Any, seconds: float, *, ramp: bool) -> Command:
-        """That of a drive that is told a voltage or a waveform now."""
+        """That of a drive which gets a voltage or a waveform now."""
         before, time = self.commands[name], self.runs.time
         since = before.volts(time, asked=True) if ramp else time
-        return before.told(self.drive(name), asked_of(name, wave, len(self), since, seconds, ramp), time)
+        return before.changed(self.drive(name), asked_of(name, wave, len(self), since, seconds, ramp), time)
 
-    def _gait_told(self, gait: Mapping[str, Any]) -> dict[str, Any]:
-        """Square waves of the gait's drives from now on, by name, with the numbers that it is told."""
+    def _gait_waves(self, gait: Mapping[str, Any]) -> dict[str, Any]:
+        """Square waves of the gait's drives from now on, by name, with the numbers that it is given."""
         own, count = self.scene.gait, len(self)
         if own is None:
             raise InputError("gait: the scene has none; give its drives volts")
@@ -212,14 +211,14 @@ class SteppedRobots:
         """The robots' rows of data with what their drives do."""
         plan, rows = self.runs.plan, self.runs.rows
         each = {name: getattr(rows, name)[self.runs.data] for name in _OWN}
-        told = [(of, self.drive(name), d in plan.charged) for d, (name, of) in enumerate(commands.items())]
+        driven = [(of, self.drive(name), d in plan.charged) for d, (name, of) in enumerate(commands.items())]
         varied = any(path.startswith("robot.drives.") for path in self.values)
-        shaken = range(len(told), plan.drives)  # channels of ground that moves
-        if told and not shaken and (at_once := held(told, len(self), varied)) is not None:
+        shaken = range(len(driven), plan.drives)  # channels of ground that moves
+        if driven and not shaken and (at_once := held(driven, len(self), varied)) is not None:
             return replace(rows, pool=at_once[0], signals=pack(at_once[0]), channels=at_once[1], **each)
         channels = np.zeros((len(self), len(plan.channels)), dtype=np.int64)
         pool: list[Channels] = []
-        for d, (command, drive, charged) in enumerate(told):
+        for d, (command, drive, charged) in enumerate(driven):
             places = plan.channels_of(d)
             force, volts = command.lowered(drive, charged)
             for place, made in zip(places, (force, volts), strict=False):

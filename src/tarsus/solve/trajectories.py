@@ -115,8 +115,8 @@ class Trajectories:
     def advance(
         self, times: Sequence[Floats], runs: NDArray[np.intp] | None = None, threads: Workers = None
     ) -> list[Window]:
-        """Let runs, all or those of these numbers, go on to the last of each one's own times (nt,) [s], which are in
-        order and none before where it is; what came of it: outputs at the times, and events.
+        """Let runs, all or those of these numbers, go on to the last of their own times (nt,) [s], which are in order
+        and none before where they are; what came of it: outputs at the times, and events.
 
         A run that does not reach its end stays where it was, and its code says why.
         """

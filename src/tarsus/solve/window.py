@@ -61,7 +61,7 @@ class Window:
         return self._of_events(self.slopes.rows, name)
 
     def event_errors(self, name: str) -> Floats:
-        """What `event_slopes` may be off by."""
+        """Possible errors of `event_slopes`."""
         assert self.slopes is not None
         return self._of_events(self.slopes.row_errors, name)
 

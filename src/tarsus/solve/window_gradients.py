@@ -1,5 +1,4 @@
-"""By what windows are differentiated, scenes, start states and moments, and the windows beside them: by each number
-two, with it otherwise."""
+"""By what windows are differentiated, scenes, start states and moments, and their perturbed copies, two by number."""
 
 from __future__ import annotations
 
@@ -31,7 +30,7 @@ Integers = npt.NDArray[np.int64]
 
 
 class ScenePair(NamedTuple):
-    """Two scenes beside one along a direction: how far each is (2,), its plan, None for that of the scene itself, and
+    """Two scenes perturbed along a direction: how far each is (2,), its plan, None for that of the scene itself, and
     its row of data."""
 
     places: Floats
@@ -42,26 +41,26 @@ class ScenePair(NamedTuple):
 class Entered:
     """What windows run on, and by which numbers of it they have derivatives.
 
-    row: one row of data; names: of the numbers; beside: pairs by name at a part of their numbers' size, for some names.
+    row: one row of data; names: of the numbers; perturbed: pairs by name, some, at a part of their numbers' size.
     """
 
     row: Rows
     names: tuple[str, ...]
-    beside: Callable[[Sequence[str], float], Mapping[str, ScenePair]]
+    perturbed: Callable[[Sequence[str], float], Mapping[str, ScenePair]]
     _made: dict[tuple[str, float], ScenePair] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def pairs(self, names: Sequence[str], part: float) -> dict[str, ScenePair]:
         """Pairs by name, each made once."""
         lacking = [name for name in names if (name, part) not in self._made]
         if lacking:
-            self._made.update({(name, part): one for name, one in self.beside(lacking, part).items()})
+            self._made.update({(name, part): one for name, one in self.perturbed(lacking, part).items()})
         return {name: self._made[name, part] for name in names}
 
     @classmethod
     def of(cls, scene: Scene, plan: Plan, paths: Sequence[str] | Mapping[str, Direction]) -> Entered:
         """By numbers of the scene of a plan at paths, or along directions by name; where it begins is a window's own.
 
-        Raises InputError for what is no number of the scene, or one that cannot vary.
+        Raises InputError for what is not a number in the scene, or one that cannot vary.
         """
         directions = directions_of(scene, paths)
         moving = with_values(scene, {"initial.standing": None})
@@ -72,7 +71,7 @@ class Entered:
 def _pairs(
     scene: Scene, plan: Plan, directions: Mapping[str, Direction], names: Sequence[str], part: float
 ) -> dict[str, ScenePair]:
-    """Scenes beside one: rows of its plan where all that moves are data, else plans of their own."""
+    """Perturbed scenes: rows of the plan where all that moves are data, else plans of their own."""
     steps = {name: Stencil.of(scene, directions[name], part, plan) for name in names}
     rows = {name: one for name, one in steps.items() if all(slot(scene, path) for path in one.direction)}
     base = {path: value for one in rows.values() for path, value in one.base.items()}
@@ -95,7 +94,7 @@ def _pairs(
 
 
 def _lowered(scene: Scene, plan: Plan, name: str) -> tuple[Plan, Rows]:
-    """A scene beside that of a plan, whose scales it has; its row. Raises InputError where its structure is larger."""
+    """A scene next to that of a plan, with its scales; its row. Raises InputError where its structure is larger."""
     own = replace(lower_scene(scene), length=plan.length, force=plan.force, rate=plan.rate)
     if own.initial.shape != plan.initial.shape:
         raise InputError(f"{name}: there is no derivative by it, for the structure changes its size")
@@ -110,7 +109,7 @@ class WindowGradients:
     in their data several, of which each window names its own. state: by the start state, whose displacements and
     velocities are then ``state.0`` to ``state.{2n - 1}``, or by window along directions (2n, q) of it, ``state.0`` to
     ``state.{q - 1}``; t0: by the moment of the start, with the start state and the times of outputs as they are.
-    Contacts and flights that begin with the window begin later with it. enough: part of slopes that they may be off by
+    Contacts and flights that begin with the window begin later with it. enough: part of slopes that their errors may be
     before a second pair of windows is made, in better steps.
     """
 
@@ -152,10 +151,10 @@ class WindowGradients:
 
 
 SEEN = 8
-"""Moments of each window that are looked at beside those that are asked for: at one alone a slope may be small by
+"""Moments of each window that are looked at besides those that are asked for: at one alone a slope may be small by
 chance, and neither what it changes by nor the noise then says anything."""
 FARTHEST = 1e3
-"""Times the first step to which another may be lengthened, for a number that is hardly felt: by a hundredth of it."""
+"""Times the first step to which another may be lengthened, for a number that hardly matters: by a hundredth of it."""
 AT_END = 1e-3
 """Last part of a window in which an event that another lacks is taken to come to that just beyond the end: over a step
 events move by far less."""
@@ -214,7 +213,7 @@ class _Shift(NamedTuple):
 
 @dataclass(frozen=True)
 class Copies:
-    """Makes windows beside those of a plan, its ``starts``, which run on ``data``.
+    """Makes perturbed copies of a plan's windows, its ``starts``, which run on ``data``.
 
     tables: of the plan's structure; along (nw, 2n, q): directions of the start states; forces: as `run_windows`.
     """
@@ -229,7 +228,7 @@ class Copies:
     forces: bool = True
 
     def differenced(self, own: Ran, finer: Ran) -> Differenced:
-        """Windows, and the same in other steps, with these beside them."""
+        """Windows, and the same in other steps, with their perturbed copies."""
         starts, weights = self.starts, weights_of(self.plan)
         late, enough = starts.ends - AT_END * (starts.ends - starts.t0), self.by.enough
         return Differenced(own, finer, late, self.lanes, weights, enough, tries=1, farthest=FARTHEST)
