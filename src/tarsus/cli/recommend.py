@@ -7,9 +7,9 @@ from tarsus.cli.asked import Asked
 
 def recommend(asked: Asked) -> int:
     """The draws beside the scene file are read."""
-    from tarsus.synthesis.recommend import draws_beside
+    from tarsus.synthesis.recommend import draws_next_to
 
-    draws = asked.words["draws"] or draws_beside(asked.words["device"])
+    draws = asked.words["draws"] or draws_next_to(asked.words["device"])
     with asked.calling(draws=draws) as function:
         found = function()
     return asked.show(found, [])

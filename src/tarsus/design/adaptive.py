@@ -36,7 +36,7 @@ SPREAD_GROUNDS = 32
 PROBES = 4
 """Probes at most, among which the steps are shared out evenly: four of five steps earned more than two of ten."""
 PROBE_STEPS = 2
-"""Steps of a probe at least: the first third tells of the start."""
+"""Steps of a probe at least: the first third depends on the start."""
 WORTH = 0.005
 """Share of the mean value that another gait must add to the few: less is within the scatter of the grounds."""
 YOUNG = 8
@@ -58,7 +58,7 @@ _SENSED = {
 
 
 class AdaptSettings(SearchSettings):
-    """What an adaptive gait is designed for beside the scene, see `tarsus.design.adapt`."""
+    """What an adaptive gait is designed for besides the scene, see `tarsus.design.adapt`."""
 
     SECTIONS: ClassVar[Mapping[str, tuple[str, ...]]] = {
         "objective": ("objective", "gaits", "hidden"),
@@ -279,8 +279,8 @@ class _Adapter:
         points = points if self.request.starts is None else self._moved(points)
         names = tuple(one.measure for one in self.sensed)
         seen = self.quick.measured(values(points), grounds.values, names, steps * period)
-        told = np.stack([seen[name] for name in names], axis=1)
-        return np.where(np.isfinite(told), told, 0.0)
+        sensed = np.stack([seen[name] for name in names], axis=1)
+        return np.where(np.isfinite(sensed), sensed, 0.0)
 
     def _noisy(self, senses: Floats) -> Floats:
         return senses * (1.0 + self.options.noise * self.rng.standard_normal(senses.shape))

@@ -33,7 +33,7 @@ class Sense(Enum):
     NOTHING = "nothing"
     """Nothing: one gait for all grounds."""
     CHARGE = "charge"
-    """The charge of its actuators, which tells when a foot meets and leaves the ground: the share of the time on
+    """The charge of its actuators, which shows when a foot meets and leaves the ground: the share of the time on
     the ground, and touchdowns a step."""
     SLIP = "slip"
     """Its way over the ground: path that the feet slide, and stride."""

@@ -24,9 +24,9 @@ MOST = 64
 """Strategies at most."""
 FIRST_LOOK = int(0.4 * LOOK)
 """Grounds of an attack below which strategies take a share of their generations, unless points are left."""
-OWN, WIDE, BESIDE = (0.03, 0.05), (NEAR, FIRST_STEP), (0.06, 0.04)
+OWN, WIDE, CLOSE = (0.03, 0.05), (NEAR, FIRST_STEP), (0.06, 0.04)
 """Points of so different valleys are begun with, and the first step from them: on one ground, where valleys are narrow;
-in the first search on several; and in those on more grounds, as what is best there lies beside what was best on
+in the first search on several; and in those on more grounds, as what is best there lies close to what was best on
 fewer."""
 TRIED = 2, 3, 4, 6, 8
 """Lengths of a run in periods that the search may be content with: every candidate pays for them."""
@@ -35,7 +35,7 @@ SAMPLE, SHARE, SAME = 48, 0.95, 0.01
 the share within which values are the same."""
 
 
-def valleys(free: Free, points: Floats, costs: Floats, count: int, near: float = BESIDE[0]) -> Floats:
+def valleys(free: Free, points: Floats, costs: Floats, count: int, near: float = CLOSE[0]) -> Floats:
     """So many points (k, nu) at most of points (n, nu) with costs (n,), the best first, each in a valley of its own."""
     return points[Visited(*free.parted(points), costs).best(count, near=near)]
 
@@ -51,7 +51,7 @@ def follow(
     size: tuple[float, float],
 ) -> None:
     """Ask for costs (n,) of about ``count`` points (n, nu) on the way down from the best valleys of points (n, nu).
-    look: grounds that an attack on the box looks at; size: `OWN`, `WIDE` or `BESIDE`."""
+    look: grounds that an attack on the box looks at; size: `OWN`, `WIDE` or `CLOSE`."""
     near, step = size
     starts = valleys(free, points, costs, int(np.clip(count // EACH, 2, MOST)), near)
     numbers, rest = free.parted(starts)

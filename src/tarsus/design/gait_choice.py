@@ -81,7 +81,7 @@ def gait_choice(
     apart = [_apart(sensed, known, own) for sensed, known, own in zip(noise, table, deviations, strict=True)]
     chosen: list[int] = []
     best, lost, width = list(chosen), fixed, 1.0
-    total = np.where(np.eye(len(costs), dtype=bool), np.inf, 0.0)  # no ground tells of itself
+    total = np.where(np.eye(len(costs), dtype=bool), np.inf, 0.0)  # a ground's own readings are left out
     while len(chosen) < min(most, len(apart)):
         tried = [
             (_lost((total + one) / w**2, costs), number, w)

@@ -1,8 +1,7 @@
 """Candidates on grounds, judged by a risk: what every robust design does, whatever its candidates are.
 
 Worst grounds of a box come from cutting planes: candidates are searched on a few grounds, the box is searched for the
-ground that hurts the best of them most, that ground is added, and so on until none is found that is more than 2 %
-worse.
+worst ground of the best of them, that ground is added, and so on until none is found that is more than 2 % worse.
 After the outer approximations of semi-infinite programming (Blankenship and Falk, J. Optim. Theory Appl. 19, 1976).
 """
 
@@ -164,12 +163,12 @@ class Judge:
 
     @property
     def robust(self) -> bool:
-        """Whether there is anything to bear beside the scene's own ground."""
+        """Whether other grounds than the scene's own are to be borne."""
         return self.over is not None and self.risk.tail is not None
 
     @property
     def by_planes(self) -> bool:
-        """Whether the grounds are sought that hurt most: for the worst of a box."""
+        """Whether the worst grounds are sought: for the worst of a box."""
         return isinstance(self.over, Unknowns) and self.risk.tail == 0.0
 
     def costs(self, rows: Floats, grounds: Grounds) -> Floats:
@@ -279,7 +278,7 @@ class Judge:
         Returns
         -------
         tuple
-            The active grounds, the rounds, and the candidate (nx,) of `improve` whose first objective was hurt least.
+            The active grounds, the rounds, and the candidate (nx,) of `improve` with the best worst first objective.
         """
         history: list[Round] = []
         best, least = np.zeros(0), np.inf

@@ -44,7 +44,7 @@ one from day to day; a landing that is soft for 0.2 % to either side is soft on 
 
 
 class LandingSettings(Settings):
-    """What a landing is designed for beside the scene, see `tarsus.design.landing`."""
+    """What a landing is designed for besides the scene, see `tarsus.design.landing`."""
 
     SECTIONS: ClassVar[Mapping[str, tuple[str, ...]]] = {
         "objective": ("objective", "risk", "contact", "lift"),

@@ -178,8 +178,8 @@ class LandingDesign(DesignResult):
             )
         if math.isfinite(self.worst):
             rival = amount(self.nominal_worst, "m/s")
-            told = f"; the nominal design's worst {rival}" if math.isfinite(self.nominal_worst) else ""
-            notes.append(f"worst: {amount(self.worst, 'm/s')} on {len(self.grounds)} grounds{told}")
+            nominal = f"; the nominal design's worst {rival}" if math.isfinite(self.nominal_worst) else ""
+            notes.append(f"worst: {amount(self.worst, 'm/s')} on {len(self.grounds)} grounds{nominal}")
         if self.request.over is not None:
             notes.append(f"borne: {', '.join(self.request.over.names)}")
         notes.append(self.percents.words)

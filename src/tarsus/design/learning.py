@@ -1,8 +1,8 @@
-"""Learning a landing on a ground that nobody knows: from one scalar, or one bit, a step.
+"""Learning a landing on an unknown ground: from one scalar, or one bit, a step.
 
-The hidden ground is known to nobody but the simulation; the learner is given what a cheap sensor gives: how hard the
-last step's impact was (a scalar), or whether the contact was closed at one instant (a bit). It begins with a line of
-designs for grounds that are met sooner or later, and searches along it.
+Only the simulation knows the hidden ground; the learner is given what a cheap sensor gives: how hard the last step's
+impact was (a scalar), or whether the contact was closed at one instant (a bit). It begins with a line of designs for
+grounds that are met sooner or later, and searches along it.
 """
 
 from __future__ import annotations
@@ -60,11 +60,11 @@ GROWS = 1.5
 """Factor on the step of what was softer, and its fourth root below it for what was not: steady at one success in five
 (Rechenberg, Evolutionsstrategie, 1973)."""
 LEAST = 1e-3
-"""Least first step, parts of a plateau: half a microsecond of 0.5 ms, what a timer of 1 us can still tell."""
+"""Least first step, parts of a plateau: half a microsecond of 0.5 ms, what a timer of 1 us can still resolve."""
 SMALLEST, LARGEST = 0.05, 10.0
-"""Limits of the factor on that first step: below a twentieth a timer tells nothing apart, ten times it is a jump."""
+"""Limits of the factor on that first step: below a twentieth a timer resolves nothing, ten times it is a jump."""
 HELD = 0.2
-"""Least share of its length that a hold keeps beside plateaus that grow: a step that is hardly held is none."""
+"""Least share of its length that a hold keeps where plateaus grow: a step that is hardly held is none."""
 PRIOR = 64
 """Grounds that the line of designs is spread over."""
 UNKNOWN = 0.06
@@ -95,8 +95,8 @@ class ArrivalLine:
         first = int(np.argmin(np.abs(known - np.median(known[np.isfinite(known)]))))
         made = {first: first_spans}
         for j in (first, *range(first + 1, MEMBERS), *range(first - 1, -1, -1)):
-            beside = made[j - (j > first) + (j < first)]
-            made[j] = _searched(trials, target, (levels, beside), near, Grounds(prior.rows(chosen[j : j + 1])))
+            neighbour = made[j - (j > first) + (j < first)]
+            made[j] = _searched(trials, target, (levels, neighbour), near, Grounds(prior.rows(chosen[j : j + 1])))
         durations = np.concatenate([made[j] for j in range(MEMBERS)])
         signals = np.concatenate([np.repeat(levels, MEMBERS, axis=0), durations], axis=1)
         return cls(durations, trials.each(signals, prior.rows(chosen)).first)

@@ -27,7 +27,7 @@ SAME = 1e-6
 ENOUGH, DIFFERENCE = 1e-10, 1e-6
 """The optimiser ends where the speed gains less than this share, and takes differences of lengths by parts of the
 longest one: the time of a peak is known to 1e-14, so that slopes are good to 1e-8; with smaller ones the last line
-search hangs on rounding."""
+search depends on rounding."""
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ from tarsus.tables.numbers import amount
 DEFINITIONS: Mapping[str, Definition] = ChainMap[str, Any](WALK, PER_WINDOW, WHOLE_RUN)
 """Measures of a run by name, those among them that were added."""
 ENERGY, TRANSPORT = "electrical_energy", "cost_of_transport"
-"""Measures that hang on the drives alone, or on their energy: made of their switchings here, not run by run."""
+"""Measures that depend on the drives alone, or on their energy: made of their switchings here, not run by run."""
 _WRITTEN = re.compile(r"\s*([\w\s.-]+?)\s*(<|>)=?\s*(.+?)\s*")
 
 

@@ -143,5 +143,5 @@ def motions_of(runs: Runs, points: Sequence[Candidate], starts: Grounds) -> list
 def _repeating(batch: Batch, done: Ints) -> float:
     """Share of the runs whose contacts repeat."""
     each = [repetition(batch.events(i), float(batch.periods[i]), batch.duration) for i in done.tolist()]
-    told = [bool(one.multiple) for one in each if one is not None]
-    return float(np.mean(told)) if told else np.nan
+    known = [bool(one.multiple) for one in each if one is not None]
+    return float(np.mean(known)) if known else np.nan

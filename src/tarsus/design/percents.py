@@ -1,4 +1,4 @@
-"""What one percent of each number that a design hangs on costs: its slope, and the worst within one percent.
+"""What one percent of each number that a design depends on costs: its slope, and the worst within one percent.
 
 Numbers that legs, feet or drives share are those of one batch of parts, and vary together.
 """
@@ -146,8 +146,8 @@ def percents_of(runs: Runs, row: Floats, starts: Grounds, *, periodic: bool) -> 
 
 def _slope(values: Floats, middle: Floats, far: float) -> tuple[float, float]:
     """Mean over starts of the slope by a percent, of measures (2, ns) to both sides, a percent over ``far`` away, and
-    (ns,) between; and what it may be off by: the standard error over starts, and half of what the slopes to both sides
-    differ by."""
+    (ns,) between; and its error: the standard error over starts, and half of what the slopes to both sides differ
+    by."""
     below, above = values
     slopes = 0.5 * far * (above - below)
     bend = 0.5 * far * abs(float((above + below - 2.0 * middle).mean()))
@@ -167,8 +167,8 @@ def numbers_of(scene: Scene, designed: Callable[[str], bool]) -> dict[str, dict[
 
 
 def varied(numbers: Mapping[str, Mapping[str, float]], measured: Measured, steps: Floats) -> dict[str, Floats]:
-    """Measures (ns, ...) by name where one number alone, or all that share its name, are off by shares ``steps`` (ns,);
-    of numbers that vary by themselves."""
+    """Measures (ns, ...) by name where one number alone, or all that share its name, deviate by shares ``steps``
+    (ns,); of numbers that vary by themselves."""
     found = {}
     for name, own in numbers.items():
         try:

@@ -22,7 +22,7 @@ from tarsus.measure.limits import model_range
 
 
 class GaitSettings(DesignSettings):
-    """What a gait is designed for beside the scene: a design, and words of walkers."""
+    """What a gait is designed for besides the scene: a design, and words of walkers."""
 
     objective: Any = setting("speed,energy", DesignSettings.model_fields["objective"].description or "")
     symmetry: Symmetry | None = setting(None, TIED)

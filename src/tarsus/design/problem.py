@@ -49,11 +49,11 @@ LOOK = 48
 """Grounds of an attack unless a number is given."""
 SEARCHED = 0.3
 """Share of their duration that runs of a settled motion have in the search: 0.3 s of `millipede`, after which the mean
-of five starts is off by 0.2 mm/s (root of the mean square of 40 gaits) of up to 4 mm/s."""
+of five starts is wrong by 0.2 mm/s (root of the mean square of 40 gaits) of up to 4 mm/s."""
 
 
 class SearchSettings(Settings):
-    """What every design is given beside the scene."""
+    """What every design is given besides the scene."""
 
     free: Any = setting(..., FREE)
     objective: Any = setting(
@@ -149,7 +149,7 @@ class DesignProblem:
 
     @property
     def text(self) -> str:
-        """What runs and their order depend on beside the scene and `numbers`."""
+        """What runs and their order depend on besides the scene and `numbers`."""
         over = () if self.over is None else self.over.names
         own = self.options.model_dump(mode="json", exclude={"scene", "free", "objective", "over", "risk", "limits"})
         bounds = (f"{one}" for one in self.limits)
@@ -158,7 +158,7 @@ class DesignProblem:
 
     @property
     def numbers(self) -> list[Floats]:
-        """Numbers that runs depend on beside the scene: ranges and grounds."""
+        """Numbers that runs depend on besides the scene: ranges and grounds."""
         free, over = self.free, self.over
         grounds = (
             []
@@ -172,7 +172,7 @@ class DesignProblem:
 
 
 def problem_of(scene: Scene, options: SearchSettings, risk: Any) -> DesignProblem:
-    """Check everything; raises InputError with every problem that can be told at once."""
+    """Check everything; raises InputError with every problem that can be found at once."""
     problems = Problems()
     objectives = problems.tried(lambda: objectives_of(options.objective)) or ()
     free = problems.tried(lambda: free_of(scene, options.free))

@@ -138,7 +138,7 @@ class PulseTrain:
 
 
 def pulse_train(scene: Scene, path: str, asked: Pulses) -> PulseTrain:
-    """The signals that pulses of ``signals.DRIVE`` make; raises InputError with every problem that can be told at
+    """The signals that pulses of ``signals.DRIVE`` make; raises InputError with every problem that can be found at
     once."""
     problems, foot, drive = Problems(), asked.foot, path.removeprefix("signals.")
     if foot not in scene.robot.feet:

@@ -154,7 +154,7 @@ class OwnStep(Step):
 
 def families(step: Step, pairs: int) -> list[Family]:
     """Every way to share 2 ``pairs`` plateaus between the edges, and every sequence of the listed levels on them: no
-    plateau is as the one beside it. Of two levels a pair cannot be torn apart."""
+    plateau is as the one before it. Of two levels a pair cannot be torn apart."""
     if isinstance(step, OwnStep):
         return [Family((len(step.moving), 0))]
     found: list[Family] = []

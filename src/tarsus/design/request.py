@@ -79,7 +79,7 @@ S = TypeVar("S", bound=Settings)
 
 
 def settings_of(kind: type[S], request: Given = None, **given: Any) -> S:
-    """Settings of a kind from a request, with what is ``given`` beside it, unless it is None, in place of its own.
+    """Settings of a kind from a request; what is ``given`` and not None takes the place of its own.
 
     Raises
     ------
@@ -98,7 +98,7 @@ def settings_of(kind: type[S], request: Given = None, **given: Any) -> S:
         else:
             found[name] = dict(_paths(value)) if name in ("over", "free") and isinstance(value, Mapping) else value
     if folder is not None and isinstance(found.get("over"), str):
-        found["over"] = folder / found["over"]  # a file of draws lies beside the request
+        found["over"] = folder / found["over"]  # a file of draws lies in the request's folder
     if folder is not None and isinstance(found.get("scene"), str) and (folder / found["scene"]).is_file():
         found["scene"] = str(folder / found["scene"])
     found |= {name: value for name, value in given.items() if value is not None}

@@ -162,7 +162,7 @@ class Runs:
         return dict(zip(self.free.paths, row.tolist(), strict=True))
 
     def scene_of(self, row: Floats, ground: Mapping[str, float] | None = None) -> Scene:
-        """The scene with a candidate (np,), on a ground with other values by path, put down as these say; it lasts as
+        """The scene with a candidate (np,), on a ground with other values by path, placed as these say; it lasts as
         long as runs do."""
         started, own = self._placed({path: np.array([value]) for path, value in (ground or {}).items()})
         placed = {path: float(value[0]) for path, value in own.items()}

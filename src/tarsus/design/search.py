@@ -1,5 +1,5 @@
-"""The search of a design: candidates by short runs on few grounds, then one list of them, judged by long ones on the
-grounds that hurt most."""
+"""The search of a design: candidates by short runs on few grounds, then one list of them, judged by long ones on their
+worst grounds."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.progress import Progress, silent
-from tarsus.design.descent import BESIDE, OWN, WIDE, follow, settled, valleys
+from tarsus.design.descent import CLOSE, OWN, WIDE, follow, settled, valleys
 from tarsus.design.front import FRONT_FILES, Candidate, Design
 from tarsus.design.grounds import Grounds, corners, drawn, started, with_starts
 from tarsus.design.judge import (
@@ -52,7 +52,7 @@ chance there."""
 MORE_SHARE = 0.02, 0.12
 """Share of the candidates in every further round, and where each of them follows valleys down."""
 FEW = 2
-"""Corners of a box that a search which follows valleys down begins with beside the scene's own ground: what is best on
+"""Corners of a box that a search which follows valleys down begins with, and the scene's own ground: what is best on
 many is found by what is good on these."""
 STARTS = 48
 """Candidates of one search that the next one begins with; and as many of the nominal search that lose no more than a
@@ -245,7 +245,7 @@ class DesignSearch:
         return each
 
     def _search(self, grounds: Grounds, risk: Risk, share: float, starts: Floats, *, again: bool = False) -> _Found:
-        """Search the front under a risk on grounds, from points (ns, nu) beside an even spread; again: whether the
+        """Search the front under a risk on grounds, from points (ns, nu) and an even spread; again: whether the
         points were good on fewer grounds."""
         every: list[tuple[Floats, Floats, Floats]] = []
         size, free = len(self.request.objectives), self.request.free
@@ -270,7 +270,7 @@ class DesignSearch:
         points, found = search_front(costs, len(free), free.circular, search, seed, starts)
         if self.descends:
             left, rng, look = count - len(points), np.random.default_rng(seed), self.options.look
-            valley = OWN if one else BESIDE if again else WIDE
+            valley = OWN if one else CLOSE if again else WIDE
             follow(lambda some: costs(some)[:, 0], free, points, found[:, 0], left, rng, look, valley)
         return _Found(*(np.concatenate(part) for part in zip(*every, strict=True)))
 
@@ -282,10 +282,10 @@ class DesignSearch:
             *rivals, best = self._chosen(found)
             rows = [*(self._rounded(one, grounds) for one in rivals), self._rounded(best, self.sure.own)]
             chosen = np.unique(np.stack(rows), axis=0)
-            made, gap, hurt = self._shown(chosen, grounds)
+            made, gap, worst = self._shown(chosen, grounds)
             if not gap > CLOSED or number == LAST_LOOKS - 1:
                 break
-            grounds = grounds.with_more(hurt)
+            grounds = grounds.with_more(worst)
             rounds.append(Round("last look", len(grounds), gap))
             found = self._sure(pool, grounds)
         members = [made.points[i] for i in self._front(made.risked)]
@@ -364,7 +364,7 @@ class DesignSearch:
 
     def _starts(self, nominal: _Found) -> Floats:
         """Points (k, nu) that the first search under the risk begins with: the nominal front, and what loses little
-        beside it. None where valleys are followed down: those of one ground lead into others than those of several."""
+        against it. None where valleys are followed down: those of one ground lead into others than those of several."""
         free, costs = self.request.free, nominal.own[:, 0]
         if self.descends:
             return np.zeros((0, len(free)))

@@ -58,7 +58,7 @@ def design(
         Of each objective for itself, over the grounds: worst, mean, nominal, or `tarsus.design.cvar`; worst with
         grounds, else nominal.
     request
-        Settings as a mapping or a TOML file, see `settings_text`; what is given beside it prevails.
+        Settings as a mapping or a TOML file, see `settings_text`; what is given as an argument prevails.
     folder
         Where batches of runs are kept; with ``resume`` a design that was killed goes on there, and ends the same.
     threads

@@ -18,7 +18,7 @@ DEAD = "legs that do not move"
 
 
 def gait_problem(scene: Scene, options: SearchSettings, risk: Any) -> DesignProblem:
-    """The problem of a walker's gait, checked; raises InputError with every problem that can be told at once."""
+    """The problem of a walker's gait, checked; raises InputError with every problem that can be found at once."""
     if not isinstance(scene.robot.structure, Walker):
         raise InputError(f"'{scene.name}' does not walk: only a scene whose structure is a walker has a gait to design")
     problems = Problems()

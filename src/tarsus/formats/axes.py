@@ -64,9 +64,9 @@ class Sampling(NamedTuple):
 def axis_series(
     raw: RawFile, domain: Domain, chosen: str | None = None, groups: Collection[str] = ()
 ) -> RawSeries | None:
-    """The series of times or frequencies: the one chosen, or the only one that its unit tells, or its name.
+    """The series of times or frequencies: the one chosen, or the only one that its unit or its name shows to be it.
 
-    groups: those of the channels that are read, told from their names; an axis in the only group is nearer.
+    groups: those of the channels that are read, by their names; an axis in the only group is nearer.
 
     Raises
     ------
@@ -81,9 +81,9 @@ def axis_series(
         return named[0]
     if len(found) > 1 and all(_same(one, found[0]) for one in found):
         return found[0]  # the times of every channel, which are the same
-    beside = [one for one in found if {one.name.rpartition("/")[0]} == set(groups)]
-    if len(found) > 1 and len(beside) == 1:
-        return beside[0]
+    grouped = [one for one in found if {one.name.rpartition("/")[0]} == set(groups)]
+    if len(found) > 1 and len(grouped) == 1:
+        return grouped[0]
     if len(found) > 1:
         shown = " and ".join(f"'{one.name}'" for one in found)
         raise InputError(f"{raw.source}: {shown} may each be the axis; say which with axis")
@@ -144,7 +144,7 @@ def sampling_step(time: ArrayLike, resolution: float = 0.0) -> float:
     time
         Times [s].
     resolution
-        Step of the digits the times were written in [s]; each may be off by that much.
+        Step of the digits the times were written in [s]; each may be wrong by that much.
 
     Raises
     ------

@@ -29,7 +29,7 @@ class SplitText:
     """Lines of a text file split at the first row of numbers.
 
     header, body: lines above it, and from it on; separator: None for blanks; first: number of its line in the file;
-    comma: whether numbers have a decimal comma; beside: whether the header stands beside the numbers, which names no
+    comma: whether numbers have a decimal comma; left: whether the header stands left of the numbers, which names no
     columns; below: lines of words below the numbers.
     """
 
@@ -38,7 +38,7 @@ class SplitText:
     separator: str | None
     first: int
     comma: bool
-    beside: bool = False
+    left: bool = False
     below: Sequence[str] = ()
 
     @cached_property
@@ -65,9 +65,9 @@ def split(source: str, lines: Sequence[str]) -> SplitText:
     InputError
         If there are no rows of numbers, or commas part cells and decimals alike.
     """
-    beside = _beside(lines)
-    if beside is not None:
-        return beside
+    found = _header_left(lines)
+    if found is not None:
+        return found
     lines, merged = _whole_cells(lines)
     for separator in _SEPARATORS:
         for comma in (False, True):
@@ -125,8 +125,8 @@ def _without_words(body: Sequence[str], separator: str | None) -> list[str]:
     return list(body[:count])
 
 
-def _beside(lines: Sequence[str]) -> SplitText | None:
-    """Lines whose header stands in the first three columns, beside the numbers, as some oscilloscopes of Tektronix
+def _header_left(lines: Sequence[str]) -> SplitText | None:
+    """Lines whose header stands in the first three columns, left of the numbers, as some oscilloscopes of Tektronix
     write it; None for all others."""
     filled = [line for line in lines if line.strip()]
     rows = [cells_of(line, ",") for line in filled[:3]]
@@ -141,8 +141,8 @@ def _beside(lines: Sequence[str]) -> SplitText | None:
 
 
 def _without_double_commas(source: str, found: SplitText) -> SplitText:
-    """The same; a comma that parts cells where the header has half as many is a decimal one, told of a single column
-    and refused of several; quoted ones that may all be of thousands are refused."""
+    """The same; a comma that parts cells where the header has half as many is a decimal one, read in a single column
+    and refused in several; quoted ones that may all be of thousands are refused."""
     if found.separator == "," and found.comma:
         with_comma = [cell for row in found.ends for cell in row if "," in cell]
         if with_comma and all(_THOUSANDS.fullmatch(cell) for cell in with_comma):

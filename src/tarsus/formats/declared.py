@@ -1,4 +1,4 @@
-"""Sampling rates and steps that a file states beside its numbers, as attributes or as scalars."""
+"""Sampling rates and steps that a file states with its numbers, as attributes or as scalars."""
 
 from __future__ import annotations
 

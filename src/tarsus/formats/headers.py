@@ -81,7 +81,7 @@ def header_of(lines: SplitText) -> Header:
     facts = list(_facts(rows if lines.separator else [[" ".join(row)] for row in rows]))
     keyed = any(fact.kind == "y_unit" for fact in facts)  # units stand behind keys, of which the last is no name
     valued = keyed and any(_VALUE.match(cell) for cell in rows[-1][1:])
-    labels = [] if lines.beside or valued else [_without_facts(row) for row in rows]
+    labels = [] if lines.left or valued else [_without_facts(row) for row in rows]
     names, units, unused = _labels(labels, lines.width, lines.separator is not None)
     header = Header(names, units, _declared(facts, lines.comma), _announced(facts), unused)
     _complete(header, facts)
@@ -263,8 +263,8 @@ def _seconds(fact: _Fact, comma: bool, x_unit: str) -> tuple[float, float] | Non
     if match is None:
         return None
     parse = frequency_factor if fact.kind == "rate" else time_factor
-    beside = values[1] if len(values) > 1 and is_unit(values[1]) else ""
-    unit = match[2] or fact.unit or beside or ("" if fact.kind == "rate" else x_unit)
+    behind = values[1] if len(values) > 1 and is_unit(values[1]) else ""
+    unit = match[2] or fact.unit or behind or ("" if fact.kind == "rate" else x_unit)
     if not unit and "resolution" in fact.said.lower():
         return None  # it may be that of the converter
     factor = parse(unit) if unit else 1.0

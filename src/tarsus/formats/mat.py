@@ -58,8 +58,8 @@ def variables_of(source: str, content: dict[str, Any]) -> RawFile:
     ``units`` that has a field of the variable's name."""
     if "yspec" in content and {"freq", "npts"} <= content.keys():
         content = _with_lines(content)
-    told = content.pop("units", {})
-    units = dict(_texts(told, "")) if isinstance(told, Mapping) else {}
+    stated = content.pop("units", {})
+    units = dict(_texts(stated, "")) if isinstance(stated, Mapping) else {}
     arrays: list[Array] = []
     notes: list[str] = []
     for name, value in _flat(content, "", DEEPEST):
@@ -70,9 +70,9 @@ def variables_of(source: str, content: dict[str, Any]) -> RawFile:
     return file_of(source, arrays, notes)
 
 
-def _texts(told: Mapping[str, Any], before: str) -> Iterator[tuple[str, str]]:
+def _texts(stated: Mapping[str, Any], before: str) -> Iterator[tuple[str, str]]:
     """Texts of structures within each other, by their whole names."""
-    for name, value in told.items():
+    for name, value in stated.items():
         if isinstance(value, Mapping):
             yield from _texts(value, f"{before}{name}.")
         elif isinstance(value, str):

@@ -96,15 +96,15 @@ def column_step(rows: Sequence[Sequence[str]], column: int, comma: bool) -> floa
     """Step of the digits at the beginning and the end of a column, the coarsest.
 
     Where numbers have as many decimals, or as many digits, it is that of each; else their zeros at the end were left
-    out, and it is that of the most digits at the largest number. A zero that is written otherwise tells none.
+    out, and it is that of the most digits at the largest number. A zero that is written otherwise gives none.
     """
     cells = [row[column].strip() for row in (*rows[:3], *rows[-3:]) if column < len(row)]
     values = [_number_or_zero(cell, comma) for cell in cells]
-    told = [(cell, value) for cell, value in zip(cells, values, strict=True) if value != 0.0]
-    steps = [digit_step(cell, comma) for cell, _ in told]
+    others = [(cell, value) for cell, value in zip(cells, values, strict=True) if value != 0.0]
+    steps = [digit_step(cell, comma) for cell, _ in others]
     if not all(step > 0.0 for step in steps) or not steps:
         return max((digit_step(cell, comma) for cell in cells if "e" not in cell.lower()), default=0.0)
-    orders = [math.floor(math.log10(abs(value))) for _, value in told]
+    orders = [math.floor(math.log10(abs(value))) for _, value in others]
     digits = [1 + order - round(math.log10(step)) for order, step in zip(orders, steps, strict=True)]
     if len(set(steps)) == 1 or len(set(digits)) == 1:
         return max(steps)

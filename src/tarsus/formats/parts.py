@@ -23,7 +23,7 @@ class Amplitude(NamedTuple):
 
 
 def amplitude_of(series: RawSeries) -> Amplitude:
-    """Amplitudes of a series. Decibels, told by unit or name, are of the amplitude, with 1 in their unit at 0 dB."""
+    """Amplitudes of a series. Decibels, by unit or name, are of the amplitude, with 1 in their unit at 0 dB."""
     values = np.asarray(series.values, dtype=float)
     if not (is_decibel(series.unit) or is_decibel(series.name)):
         return Amplitude(values, series.unit)
@@ -32,16 +32,16 @@ def amplitude_of(series: RawSeries) -> Amplitude:
 
 
 def is_decibel(text: str) -> bool:
-    """Whether a unit or a name tells decibels."""
+    """Whether a unit or a name says decibels."""
     return _DECIBEL.search(text) is not None
 
 
 def phase_factor(unit: str, name: str = "") -> float | None:
-    """Factor of a phase to rad, from its unit or else from its name, such as ``phase_deg``; None if neither tells."""
+    """Factor of a phase to rad, from its unit or else from its name, such as ``phase_deg``; None if neither has it."""
     plain = unit.strip("[]() ").lower()
     if not plain:
-        told = re.findall(r"(?<![a-z])(deg|rad)(?![a-z])", name.lower())
-        plain = told[0] if len(told) == 1 else ""
+        units = re.findall(r"(?<![a-z])(deg|rad)(?![a-z])", name.lower())
+        plain = units[0] if len(units) == 1 else ""
     if plain in ("deg", "degree", "degrees", "\N{DEGREE SIGN}"):
         return float(np.pi / 180.0)
     return 1.0 if plain in ("rad", "radian", "radians") else None

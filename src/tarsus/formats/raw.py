@@ -182,11 +182,11 @@ def read_bytes(path: Path) -> bytes:
     """Content of a file; raises InputError if it cannot be read, is no file such as a device, or is too large."""
     try:
         with path.open("rb") as opened:
-            told = os.fstat(opened.fileno())
-            if not (stat.S_ISREG(told.st_mode) or stat.S_ISFIFO(told.st_mode)):
+            status = os.fstat(opened.fileno())
+            if not (stat.S_ISREG(status.st_mode) or stat.S_ISFIFO(status.st_mode)):
                 raise InputError(f"{path} is a device, not a file")
-            if told.st_size <= MOST_BYTES:
-                content = opened.read() if stat.S_ISREG(told.st_mode) else opened.read(MOST_BYTES + 1)
+            if status.st_size <= MOST_BYTES:
+                content = opened.read() if stat.S_ISREG(status.st_mode) else opened.read(MOST_BYTES + 1)
                 if len(content) <= MOST_BYTES:
                     return content
     except OSError as error:
@@ -207,10 +207,10 @@ def parsing(source: str, kind: str) -> Iterator[None]:
     except InputError:
         raise
     except Exception as error:
-        told = str(error) or type(error).__name__
-        if isinstance(error, (EOFError, zlib.error)) or any(word in told.lower() for word in _DAMAGED):
-            raise InputError(f"{source} is damaged or truncated: it cannot be read as {kind} ({told})") from None
-        raise InputError(f"{source} cannot be read as {kind} ({told})") from None
+        said = str(error) or type(error).__name__
+        if isinstance(error, (EOFError, zlib.error)) or any(word in said.lower() for word in _DAMAGED):
+            raise InputError(f"{source} is damaged or truncated: it cannot be read as {kind} ({said})") from None
+        raise InputError(f"{source} cannot be read as {kind} ({said})") from None
 
 
 def truncated(source: str, channel: str, count: int, announced: int) -> str:

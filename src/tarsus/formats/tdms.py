@@ -47,7 +47,7 @@ def read_tdms(path: Path, content: bytes) -> RawFile:
         ) from None
     log_manager.set_level(logging.ERROR)  # what it warns of is said by `_check_end`
     with parsing(path.name, "TDMS"):
-        file = TdmsFile.read(io.BytesIO(content))  # not by name, which takes an index file beside it for granted
+        file = TdmsFile.read(io.BytesIO(content))  # not by name, which takes an index file next to it for granted
         series, unread = _channels(path.name, file)
         unfinished = file.file_status.channel_statuses or {}
     notes = _check_end(path.name, content, {k: (v.read_length, v.expected_length) for k, v in unfinished.items()})

@@ -29,7 +29,7 @@ _NO_NUMBER = 9.9e37
 def read_text(path: Path, content: bytes) -> RawFile:
     """Columns of a table in text.
 
-    The separator (tab, semicolon, comma, blanks) and the decimal sign are told from the numbers; quotation marks hold
+    The separator (tab, semicolon, comma, blanks) and the decimal sign follow from the numbers; quotation marks hold
     a cell together (RFC 4180). The names are those of the last header line with as many cells as the rows; units stand
     in the line below it, behind the names, or behind a key of the header. Pairs of columns (real and imaginary part,
     magnitude and phase) become complex series, and so do cells such as ``(1-2j)``.
@@ -127,7 +127,7 @@ def _since_first(source: str, table: SplitText, column: int, name: str) -> NDArr
 
 
 def _pairs(series: Sequence[RawSeries]) -> list[RawSeries]:
-    """Series with neighbouring columns of real and imaginary part, or magnitude and phase, joined; coherences told."""
+    """Series with neighbouring columns of real and imaginary part, or magnitude and phase, joined, and coherences."""
     out: list[RawSeries] = []
     for one in series:
         before = out[-1] if out else None

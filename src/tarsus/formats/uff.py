@@ -121,8 +121,8 @@ def _unit_notes(source: str, sets: Sequence[DataSet], functions: Sequence[Functi
     for one in functions:
         for which in (one.ordinate, one.denominator):
             unit, factor = _typed(one, which)
-            told = _unit(one, which)
-            if which.label and unit and not scaled(told[0]) and not ratio_of(told[0]):
+            stated = _unit(one, which)
+            if which.label and unit and not scaled(stated[0]) and not ratio_of(stated[0]):
                 yield (
                     f"{source}: '{one.response.name}' is labelled '{which.label}', but its data type and the "
                     f"file's units say {factor:g} {unit}: neither is relied on"
@@ -180,8 +180,8 @@ def _function(source: str, one: Function) -> RawSeries:
 
 
 def _axis(source: str, one: Function, domain: Domain) -> Axis:
-    told: Callable[[str], float | None] = time_factor if domain is Domain.TIME else frequency_factor
-    factor = told(one.abscissa.label) if one.abscissa.label else 1.0
+    parse: Callable[[str], float | None] = time_factor if domain is Domain.TIME else frequency_factor
+    factor = parse(one.abscissa.label) if one.abscissa.label else 1.0
     if factor is None:
         raise InputError(
             f"{source}: the axis of '{one.response.name}' is in '{one.abscissa.label}', which is no unit of its axis"
@@ -289,7 +289,7 @@ def _reference(one: AtNodes, system: SystemOfUnits) -> Reference | None:
 
 
 def _numbered(series: Sequence[RawSeries]) -> list[RawSeries]:
-    """Repeats of a degree of freedom told apart by a number behind its name."""
+    """Repeats of a degree of freedom distinguished by a number behind its name."""
     seen: dict[tuple[Any, ...], int] = {}
     out = []
     for one in series:

@@ -128,8 +128,8 @@ def data_sets(source: str, content: bytes) -> list[DataSet]:
         except InputError as error:
             problems += error.problems
         except (ValueError, IndexError) as error:
-            told = kind.split()[0].decode("latin-1")
-            problems.append(f"{source}: data set {number} (type {told}) cannot be read: it is damaged ({error})")
+            name = kind.split()[0].decode("latin-1")
+            problems.append(f"{source}: data set {number} (type {name}) cannot be read: it is damaged ({error})")
         else:
             sets.append(found)
             units = found if isinstance(found, UnitFactors) else units
@@ -178,7 +178,7 @@ def _binary_end(kind: bytes, content: bytes, first: int) -> int | None:
     try:
         form = _ints(_text(content[first:start]).splitlines()[6], (10, 10, 10))
     except (ValueError, IndexError):
-        form = [0, 0, 0]  # told where the data set is read
+        form = [0, 0, 0]  # reported where the data set is read
     width = 8 if form[0] in _DOUBLE else 4
     each = width * (1 + (form[0] in _COMPLEX))
     for x in (announced, form[1] * (each + (form[2] == 0) * width), form[1] * (each + (form[2] == 0) * 4)):

@@ -20,11 +20,11 @@ Kind = TypeVar("Kind")
 
 _MOTIONS = (Quantity.VELOCITY, Quantity.DISPLACEMENT, Quantity.ACCELERATION)
 _GAIN = 0.15
-"""Common factor off 1: sweeps of one set-up repeat to a few percent, and wrong units and ranges are off by more."""
+"""Deviation of the common factor from 1: repeats differ by a few percent, and wrong units and ranges by more."""
 _SHAPE = 0.3
 """What responses of two sweeps may differ in: their common factor from 1, and the part of them that no factor
 explains."""
-_TELLS = 0.2
+_SHARED = 0.2
 """Spread of the factors of all channels up to which the drive, which they share, is the cause."""
 _SMOOTHED = 0.04
 """Part of the band over which responses are averaged before they are compared."""
@@ -178,7 +178,7 @@ def alike(seen: Complexes, common: Complexes) -> bool:
 
 
 def _cause(seen: Complexes, common: Complexes, channels: Sequence[str], drive: str) -> tuple[str, str]:
-    """Channel ("" for all) and what is wrong with a record's responses (no, nf) beside the common ones."""
+    """Channel ("" for all) and what is wrong with a record's responses (no, nf), compared with the common ones."""
     found = [_factor(one, other) for one, other in zip(seen, common, strict=True)]
     off = [k for k, (one, other) in enumerate(zip(seen, common, strict=True)) if not alike(one, other)]
     for a, b in combinations(range(len(channels)), 2):
@@ -188,7 +188,7 @@ def _cause(seen: Complexes, common: Complexes, channels: Sequence[str], drive: s
             return ("", f"channels '{channels[a]}' and '{channels[b]}' look swapped: the other sweeps have them so")
     factors = np.array([factor for factor, _ in found])
     scaled = all(left < _SHAPE for _, left in found)
-    if scaled and len(off) > 1 and np.max(np.abs(factors - factors.mean())) < _TELLS * abs(factors.mean()):
+    if scaled and len(off) > 1 and np.max(np.abs(factors - factors.mean())) < _SHARED * abs(factors.mean()):
         return drive, (
             f"all responses are {_size(factors.mean())} times those of the other sweeps: are unit, scale and sign of "
             "the drive right?"

@@ -106,7 +106,7 @@ def _along_axes(one: FrequencyResponse) -> FrequencyResponse:
 
 
 def _on_common_lines(responses: Sequence[FrequencyResponse]) -> list[FrequencyResponse]:
-    """The same on the lines that all have, without 0 Hz and lines just beside it, which may be off the grid."""
+    """The same on the lines that all have, without 0 Hz and lines just above it, which may be off the grid."""
     spacing = [float(np.median(np.diff(one.frequency))) for one in responses]
     low = max(0.5 * max(spacing), *(float(one.frequency[0]) for one in responses))
     high = min(float(one.frequency[-1]) for one in responses)

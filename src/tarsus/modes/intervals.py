@@ -113,11 +113,11 @@ def scatter_between(
     slopes, misfit
         (nc, 2 nl, k) and (nc, 2 nl): real over imaginary parts of the lines, over the noise.
     off
-        By how much the lines of single repeats are off their mean (nr, nc, 2 nl), or None.
+        Deviations of the lines of single repeats from their mean (nr, nc, 2 nl), or None.
     width
         Lines of a block.
     channels
-        Whether channels may count as groups: where each tells the unknowns by itself.
+        Whether channels may count as groups: where each determines the unknowns by itself.
     """
     size = slopes.shape[-1]
     if off is not None and len(off) >= FEWEST_REPEATS:

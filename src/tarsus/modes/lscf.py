@@ -9,7 +9,7 @@ import numpy as np
 from tarsus.base.arrays import Complexes, Floats
 
 _BANDWIDTHS_APART = 0.5
-"""Half-power bands within which poles of two orders are one track: closer modes are not told from one."""
+"""Half-power bands within which poles of two orders are one track: closer modes are not distinguished."""
 _LINES_APART = 0.5
 """The same in lines, for poles that are sharper than the lines are apart."""
 _ORDERS_MISSED = 2

@@ -34,7 +34,7 @@ _SIGNIFICANT = 5.0
 _ROUNDS = 2
 """Times that all poles are refined with all others known; the second sees neighbours that are refined themselves."""
 _SAME = 0.3
-"""Half-power bandwidths within which two poles are one: closer modes are not told from one by their responses."""
+"""Half-power bandwidths within which two poles are one: the responses of closer modes do not distinguish them."""
 _APART = 6.0
 """Half-power bandwidths from known modes at which a part of the band may add one: nearer, its poles mend the fit of
 those."""
@@ -55,7 +55,7 @@ _SMEARED = 0.01
 _UNEXPLAINED = 0.3
 """Part of the responses unexplained from which on it is remarked: a mode is missing or the model is wrong."""
 
-_TOLD = 1e-5
+_COARSE = 1e-5
 """Share of all frequencies from which on the rounding of sampling steps is remarked: intervals are seldom narrower."""
 
 
@@ -117,7 +117,7 @@ class ModalFit(Tabled):
         few = [
             "sampling steps are written in few digits: all frequencies may be wrong together by "
             f"{100.0 * self.frf.rounding:.2g} %, which their intervals hold"
-        ] * (self.frf.rounding > _TOLD)
+        ] * (self.frf.rounding > _COARSE)
         return (*left, *late, *few)
 
     @property
@@ -289,9 +289,9 @@ def identify_modes(
 
 
 def _stretched(frequency: Range, share: float) -> Range:
-    """The range of a frequency that besides may be off by a share, which is a bound."""
-    off = abs(frequency.value) * share
-    return replace(frequency, low=frequency.low - off, high=frequency.high + off)
+    """The range of a frequency that may also be wrong by a share, which is a bound."""
+    more = abs(frequency.value) * share
+    return replace(frequency, low=frequency.low - more, high=frequency.high + more)
 
 
 def _by_size(frf: Frf) -> tuple[Frf, tuple[NDArray[np.intp], NDArray[np.intp]]]:
@@ -391,7 +391,7 @@ def _certain(fit: LocalFit, line: float) -> bool:
 def _second(
     fits: Mapping[complex, LocalFit], pole: complex, refined: Callable[..., LocalFit | None]
 ) -> LocalFit | None:
-    """The fit of a second pole beside one that stands for two, as of beating modes, or None.
+    """The fit of a second pole close to one that stands for two, as of beating modes, or None.
 
     It is sought from half a half-power band to either side, and taken where the two leave much less than the one.
     """

@@ -92,7 +92,7 @@ def mode_of(frf: Frf, fit: LocalFit, orders: int, spread: Floats | None = None) 
         apart = (frf.repeats - frf.values).reshape(len(frf.repeats), -1, len(frf.frequency))
         off = stacked(apart[..., fit.lines], 2) / fit.noise[:, None]
     scatter, basis = scatter_of(fit, off, frf.line)
-    # channels and lines have the noise that tells it from the misfit itself
+    # scatter between channels or lines is that of the misfit itself, with its noise
     least = np.sqrt(variances_of(fit)) if basis is Basis.REPEATS else np.zeros(2)
     frequency, damping = pole_ranges(fit.pole, scatter, np.zeros(2) if spread is None else spread, least)
     shifts = None if off is None else np.dot(moved_by(fit.slopes, off), [1.0, 1.0j]).astype(np.complex128)
@@ -132,10 +132,9 @@ def _judge(mode: IdentifiedMode, frf: Frf) -> tuple[ModeVerdict, str]:
 def judged_together(modes: Sequence[IdentifiedMode], frf: Frf) -> tuple[tuple[IdentifiedMode, ...], float]:
     """Modes as the others make them look, and the delay [s] of the responses that all of them show.
 
-    Residues that are tilted by more than 45 degrees, the delay taken off, are of no real mode; of two poles whose
+    Residues that are tilted by more than 45 degrees, corrected for the delay, are of no real mode; of two poles whose
     half-power bands overlap and whose shapes are alike, and of two within three bands that are seen in the points of
-    different files, the weaker is no mode of its own. Residues of
-    free decays are turned as these began.
+    different files, the weaker is no mode of its own. Residues of free decays are turned as these began.
     """
     delay = delay_of(modes, frf) if frf.forced else 0.0
     out = []
@@ -172,7 +171,7 @@ def delay_of(modes: Sequence[IdentifiedMode], frf: Frf) -> float:
 
     Real modes have no tilt; a delay tilts each by its angle in that time. It is the one that brings the residues,
     weighted by the size of the resonances, nearest to real ones, and once more without those that stay beyond 45
-    degrees. It is taken where it takes off more than chance would: tilts of real modes scatter by half of 45 degrees,
+    degrees. It is taken where it corrects more than chance would: tilts of real modes scatter by half of 45 degrees,
     and one number fitted takes chi-squared of one degree of freedom, below 6.63 in 99 of 100 cases.
     """
     known = [one for one in modes if 0.0 < one.damping.value < 1.0 and one.band > frf.line]

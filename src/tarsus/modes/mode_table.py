@@ -119,7 +119,7 @@ def _eigenvalue(one: AtNodes) -> complex:
 
 
 def _one_of_pairs(modes: Sequence[AtNodes]) -> list[AtNodes]:
-    """Complex modes above 0 Hz, where their conjugates may stand beside them."""
+    """Complex modes above 0 Hz, without their conjugates, which a file may list too."""
     return [one for one in modes if _eigenvalue(one).imag > 0.0]
 
 

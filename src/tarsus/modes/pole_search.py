@@ -27,7 +27,7 @@ _PART_ORDER = 20
 _CLEAR = 0.7
 """Share of the response that a pole of a part must make up: poles of few lines fit noise more easily."""
 _WIDEST = 1.0 / 16.0
-"""Half-power half-width over the part up to which a pole is told from background: its band is an eighth."""
+"""Half-power half-width over the part up to which a pole differs from background: its band is an eighth."""
 
 
 class PoleCandidate(NamedTuple):

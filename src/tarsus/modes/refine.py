@@ -20,10 +20,10 @@ _STEP = 1e-5
 """Part of a pole's damping by which its derivatives are taken."""
 _NEIGHBOURS = 3
 """Neighbours that are fitted along; farther ones are held."""
-_BESIDE = 0.25
-"""Part of the window beside it whose poles are let follow in their residues."""
+_MARGIN = 0.25
+"""Margin of the window on either side, as a part of it: residues of poles there are free."""
 _ALIKE = 0.25
-"""Part of a pole's damping that one beside must have: a sharper one is a line of noise."""
+"""Part of a pole's damping that one in the margin must have: a sharper one is a line of noise."""
 
 
 @dataclass(frozen=True)
@@ -162,7 +162,7 @@ def refine_pole(
     """Maximum-likelihood fit of one pole in its own window.
 
     The model is the pole and the three nearest others in the window, with their conjugates and free complex residues;
-    those just beside the window that are not much sharper, with free residues, which stay where they are; and a
+    those in the window's margin that are not much sharper, with free residues, which stay where they are; and a
     background in frequency, of the window's degree, in every channel for all that lies elsewhere. Noise is normal,
     independent between channels and lines; its level in each channel is estimated with the poles.
 
@@ -177,7 +177,7 @@ def refine_pole(
     others
         Other poles (np,) [rad/s].
     residues
-        Of these (nc, np), as far as known: what those that are not fitted give is taken off first.
+        Of these (nc, np), as far as known: what those that are not fitted give is subtracted first.
     window
         Lines to use, the degree of the background, and whether a window smears both.
     most
@@ -194,21 +194,21 @@ def refine_pole(
     inside = np.flatnonzero((centre > f[0]) & (centre < f[-1]))
     away = np.maximum(f[0] - centre, centre - f[-1])
     alike = np.abs(others.real) > _ALIKE * abs(start.real)
-    beside = others[(away >= 0.0) & (away < _BESIDE * (f[-1] - f[0])) & alike]
+    margin = others[(away >= 0.0) & (away < _MARGIN * (f[-1] - f[0])) & alike]
     fitted = inside[np.argsort(np.abs(others[inside] - start))][:_NEIGHBOURS]
     if residues is not None:
-        free = np.concatenate([fitted, np.flatnonzero(np.isin(others, beside))])
+        free = np.concatenate([fitted, np.flatnonzero(np.isin(others, margin))])
         rest = np.setdiff1d(np.arange(len(others)), free)
         h = h - synthesise(f, others[rest], residues[:, rest], window.hann)
     near = np.append(start, others[fitted])
-    columns = 2 * len(near) + 2 * (window.degree + 1) + 2 * len(beside)
+    columns = 2 * len(near) + 2 * (window.degree + 1) + 2 * len(margin)
     freedom = 2 * len(f) - columns - 2.0 * len(near) / len(values)
     if freedom < 1.0:
         return None
     power = np.sqrt(np.mean(np.abs(h) ** 2, axis=1))
     level = power = np.where(power > 0.0, power, 1.0)
     theta = np.zeros(2 * len(near))
-    problem = _Problem(f, h, 1.0 / level, near, beside, window)
+    problem = _Problem(f, h, 1.0 / level, near, margin, window)
     for _ in range(_ROUNDS):
         found = least_squares(problem.residual, theta, problem.jacobian, max_nfev=_STEPS)  # pyright: ignore[reportArgumentType]
         theta = found.x

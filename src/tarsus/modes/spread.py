@@ -1,7 +1,7 @@
 """How far a mode's numbers depend on the choices of a fit: order of the models, band and background, method.
 
 A measured structure is not quite the sum of modes that is fitted to it, so that another order, band or method gives
-other numbers. What noise alone does to each of these is known, and taken off: responses that are a sum of modes with
+other numbers. What noise alone does to each of these is known, and subtracted: responses that are a sum of modes with
 noise have no spread.
 """
 

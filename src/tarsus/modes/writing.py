@@ -112,7 +112,7 @@ def _rows(values: Complexes) -> list[str]:
 
 
 def compared(fit: ModalFit, other: Mapping[str, Any]) -> Table:
-    """Modes beside those of an earlier set (`summary_of`), paired by MAC at the points that both have.
+    """Modes compared with those of an earlier set (`summary_of`), paired by MAC at the points that both have.
 
     Raises
     ------

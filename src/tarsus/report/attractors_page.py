@@ -22,7 +22,7 @@ PERIODS = 2
 
 
 def attractors_html(found: Attractors, *, linked: bool = False) -> str:
-    """The page as text; linked: whether there are pages of the attractors beside it."""
+    """The page as text; linked: whether there are pages of the attractors next to it."""
     table, names = found.table(), [f"attractor-{i}" for i in range(1, len(found) + 1)]
     measures, edges, *_ = [*(one.bare() for one in table.parts), None, None]
     link = Markup('<a href="{0}.html">{0}</a>') if linked else Markup("{0}")

@@ -38,7 +38,7 @@ ALONE = 1e-3
 """Length of a robot whose legs are all at one place, drawn apart: any would do."""
 
 BODY_ABOVE = 0.62
-"""Width of the body seen from above, of that of the feet: they are seen beside it."""
+"""Width of the body seen from above, of that of the feet: they are seen at its sides."""
 
 Weights = Mapping[int, float]
 """What a unit of a channel, by its place among the channels, moves a point."""
@@ -200,7 +200,7 @@ def drawing_of(motion: Motion) -> Drawing:
 
 
 class _Sketch:
-    """Points and parts as they are put down."""
+    """Points and parts as they are added."""
 
     def __init__(self) -> None:
         self.points: list[MovedPoint] = []

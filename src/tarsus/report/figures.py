@@ -55,7 +55,7 @@ def motion(series: RunSeries, window: Window) -> PageFigure:
 
 
 def _volts(series: RunSeries) -> TimePanel:
-    """Voltages of the drives, and dotted what amplifiers are told to give."""
+    """Voltages of the drives, and dotted the commands of amplifiers."""
     lines = []
     for index, name in enumerate(series.drives):
         color = INK if len(series.drives) == 1 else CYCLE[index % len(CYCLE)]

@@ -22,7 +22,7 @@ from tarsus.tables.table import Column, Table
 
 
 def write_gait_report(design: Design, folder: Path, *, play: bool = True) -> list[Path]:
-    """Write the page of a front as report.html and, with ``play``, beside it the pages of its gaits, each walking
+    """Write the page of a front as report.html and, with ``play``, next to it the pages of its gaits, each walking
     on the ground that is worst for it; the paths. Raises InputError if they cannot be written."""
     pages = []
     if play:
@@ -34,7 +34,7 @@ def write_gait_report(design: Design, folder: Path, *, play: bool = True) -> lis
 
 
 def gait_html(design: Design, *, linked: bool = False) -> str:
-    """The page as text; ``linked``: whether there are pages of the gaits beside it."""
+    """The page as text; ``linked``: whether there are pages of the gaits next to it."""
     request, judged = design.request, design.request.over is not None
     objectives, noun = [one.name for one in design.objectives], request.noun
     about = f"{' against '.join(objectives)}; free: {', '.join(request.free.names)}."

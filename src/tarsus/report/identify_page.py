@@ -24,7 +24,7 @@ from tarsus.report.style import BLUE, INK, decimate
 from tarsus.tables.numbers import amount, path_end
 from tarsus.tables.table import Column, Table
 
-_BESIDE = "Measured (points, bars two standard errors to either side) and fitted (lines)."
+_FITTED = "Measured (points, bars two standard errors to either side) and fitted (lines)."
 
 MOST_PANELS = 4
 """Panels of one figure, a row of a wide page; of more, the first ones."""
@@ -41,7 +41,7 @@ _POINTS = 250
 _LETTERS = 32
 """Letters of a line of a panel's title."""
 
-_TOLD = 0.3
+_STRONG = 0.3
 """Correlations of at least this are listed."""
 
 
@@ -69,9 +69,9 @@ def _took(found: Identification) -> str:
 
 
 def _step(found: Identification, step: StepResult) -> Foldable:
-    """What the page shows of a step: one or two panels beside the words, more below them."""
+    """What the page shows of a step: one or two panels next to the words, more below them."""
     below, few = [], len(step.panels) in (1, 2)
-    shown = step_panels(step.panels, _BESIDE) if step.panels else None
+    shown = step_panels(step.panels, _FITTED) if step.panels else None
     if step.name == "resonances" and found.resonances is not None:
         fit = found.resonances.fit
         shown, few, below = modes_page.synthesis(fit), True, [modes_page.nyquist(fit)]
@@ -100,7 +100,7 @@ def _account(found: Identification) -> list[Any]:
 
 
 def _held_out(comparisons: Sequence[Comparison]) -> Foldable:
-    """Records that no step has seen beside their simulations."""
+    """Records that no step has seen, compared with their simulations."""
     columns = ("held-out record", Column("motion missed", "%", 2), Column("over its noise", digits=3))
     table = Table("", columns, [(one.name, one.off, one.over) for one in comparisons])
     about = (
@@ -125,9 +125,9 @@ def held_out(comparisons: Sequence[Comparison]) -> PageFigure:
 
 
 def correlations(judged: Assessment) -> Table:
-    """How the numbers hang together: pairs by their correlation over the draws, where it counts."""
+    """How the numbers are correlated: pairs by their correlation over the draws, where it counts."""
     names, by = [path_end(name) for name in judged.names], np.nan_to_num(judged.correlation)
-    pairs = [(i, j) for i, j in zip(*np.tril_indices(len(names), -1), strict=True) if abs(by[i, j]) >= _TOLD]
+    pairs = [(i, j) for i, j in zip(*np.tril_indices(len(names), -1), strict=True) if abs(by[i, j]) >= _STRONG]
     pairs.sort(key=lambda pair: -abs(by[pair]))
     return Table("", ("correlated", "with", Column("by", "%", 2)), [(names[i], names[j], by[i, j]) for i, j in pairs])
 

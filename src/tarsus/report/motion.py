@@ -28,16 +28,16 @@ MOST_FRAMES = 2000
 """Frames of an animation at most."""
 
 CHANNELS = ("one", "surge", "heave", "roll", "pitch", "yaw")
-"""What moves the points of a drawing beside feet, in order: 1 at all times, and coordinates of the body."""
+"""What moves the points of a drawing besides feet, in order: 1 at all times, and coordinates of the body."""
 
 MOST_POINTS = 12
-"""Points shown of a robot without legs: more do not stand beside each other on a narrow screen."""
+"""Points shown of a robot without legs: more do not fit side by side on a narrow screen."""
 
 _NOTHING = np.zeros((0, 0))
 
 
 class Held(Enum):
-    """What a robot's feet hang on: legs of a body, a beam from its clamp at x = 0, springs of their own, or nothing."""
+    """What holds a robot's feet: legs of a body, a beam from its clamp at x = 0, springs of their own, or nothing."""
 
     LEGS = auto()
     BEAM = auto()
@@ -55,7 +55,7 @@ class Motion:
     ground on a foot, upward and forward; volts (nd, nt) [V]; period [s]: the drives', None if none repeats; incline
     [rad]: by which the ground rises forward; ground: of uneven ground the different lines below feet, each (n, 2) [m],
     places and heights, none of level ground; line: the number of each leg's, (nl,); moved (2, nt) [m]: of ground that
-    moves its displacements along the way and upward, else zeros; held: what the feet hang on; footless: numbers of the
+    moves its displacements along the way and upward, else zeros; held: what holds the feet; footless: numbers of the
     legs without a foot. Of a robot that is no walker, points that move upward are its legs, hips their places along it
     and heights above the ground at rest.
     """
@@ -201,7 +201,7 @@ def _motion(run: Run, variables: Variables) -> Motion:
     held = of_feet("contact") > 0.5
     slips = held & (of_feet("slipping") > 0.5)
     body = np.asarray(variables["body"].values, dtype=float) if walks else ()
-    places, hangs = _places(structure, legs, np.array([gaps.get(leg, usual) for leg in legs]))
+    places, by = _places(structure, legs, np.array([gaps.get(leg, usual) for leg in legs]))
     return Motion(
         time=np.asarray(variables["time"].values, dtype=float),
         body=dict(zip(structure.body_coordinates if walks else (), body, strict=True)),
@@ -217,14 +217,14 @@ def _motion(run: Run, variables: Variables) -> Motion:
         period=drive_period(scene),
         incline=(scene.ground.incline or 0.0) if walks else 0.0,
         moved=_moved(variables),
-        held=hangs,
+        held=by,
         footless=tuple(number for number, leg in enumerate(legs) if leg not in rows),
         **(_ground_below(scene, legs, along) if walks else {}),
     )
 
 
 def _places(structure: Any, legs: Sequence[str], heights: np.ndarray) -> tuple[np.ndarray, Held]:
-    """Where the feet hang (nl, 3) [m], and on what; heights (nl,) [m]: of points above the ground at rest."""
+    """Where the feet are held (nl, 3) [m], and by what; heights (nl,) [m]: of points above the ground at rest."""
     if isinstance(structure, Walker):
         return np.array([[leg.x, leg.y, leg.z] for leg in structure.legs.values()], dtype=float), Held.LEGS
     places = np.zeros((len(legs), 3))

@@ -42,7 +42,7 @@ ENDINGS = (".gif", ".webm")
 """Of the files that can be written."""
 
 BELOW = 0.12
-"""Room below the ground for its marks, of a leg's length."""
+"""Space below the ground for its marks, of a leg's length."""
 
 CAPTION = 20
 """Height of the line of words above the picture [pixels]."""

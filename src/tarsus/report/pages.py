@@ -2,7 +2,7 @@
 
 To write a page of your own, call ``sections_page(title, about, sections)``. A part of a section is a text, which is a
 paragraph; a `tarsus.tables.Table`; a `PageFigure`, which is numbered; a `Section` below the section; a `Fold`, which is
-opened by a click; a list of parts, which stand beside each other, a tuple of parts being one of these; `Markup`, as it
+opened by a click; a list of parts, which stand side by side, a tuple of parts being one of these; `Markup`, as it
 is; or None, which is nothing.
 """
 

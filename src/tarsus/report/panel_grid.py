@@ -1,5 +1,5 @@
 """Figures that matplotlib draws, as inline SVG: every panel is a picture of half a page's width, and the page sets as
-many beside each other as there is room for, on a phone one.
+many side by side as there is room for, on a phone one.
 
 matplotlib is loaded by what draws with it.
 """

@@ -195,7 +195,7 @@ def _columns(lines: Sequence[DrawnLine], window: Window) -> tuple[Floats, Floats
 def panels_html(
     panels: Sequence[TimePanel], label: str, window: Window | None = None, *, across: str = "time", unit: str = "s"
 ) -> Markup:
-    """Panels with one horizontal axis for a page; ``label`` tells those who do not see them what they show.
+    """Panels with one horizontal axis for a page; ``label`` describes them to those who do not see them.
 
     across, unit: what that axis is, and the SI unit of its numbers; window: its stretch that is shown, all without.
     """

@@ -1,4 +1,4 @@
-"""The figure of a table's rows: what was measured beside what is computed, every row a line, every measure a panel."""
+"""The figure of a table's rows: what was measured and what is computed, every row a line, every measure a panel."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ THOUSANDTH = 1e-3
 
 
 def rows_figure(rows: Sequence[NumberRow], caption: str, models: Sequence[str] = MODELS) -> PageFigure:
-    """Cases below each other, quantities that some row has a number to compare with beside each other: measured and
+    """Cases below each other, quantities that some row has a number to compare with side by side: measured and
     both models as dots, ours with its 80 % interval."""
     compared = dict.fromkeys(row.quantity for row in rows if (row.measured, row.source) != (None, None))
     shown = [row for row in rows if row.quantity in compared]

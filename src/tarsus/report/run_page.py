@@ -121,7 +121,7 @@ def _energy(run: Run, series: RunSeries, companion: RunSeries | None, detail: Wi
 
 
 def _warnings(run: Run) -> list[str]:
-    """What a reader must not miss: an impact map that can create energy, and the run's own remarks."""
+    """What a reader must not miss: an impact law that can create energy, and the run's own remarks."""
     remarks: list[str] = list(run.remarks)
     if run.scene.ground.impact is None:
         return remarks
@@ -220,13 +220,13 @@ def _events(run: Run) -> list[Any]:
         for event in events[:MOST_EVENTS]
     ]
     kinds, counts = np.unique(events["kind"], return_counts=True)
-    told = [f"{joined([f'{n} × {EVENT_WORDS[int(kind)]}' for kind, n in zip(kinds, counts, strict=True)])}."]
+    texts = [f"{joined([f'{n} × {EVENT_WORDS[int(kind)]}' for kind, n in zip(kinds, counts, strict=True)])}."]
     if len(events) > len(rows):
-        told.append(f"The first {len(rows)} are listed; {len(events) - len(rows)} more are in {EVENTS_FILE}.")
-    told.append(EVENTS)
+        texts.append(f"The first {len(rows)} are listed; {len(events) - len(rows)} more are in {EVENTS_FILE}.")
+    texts.append(EVENTS)
     if np.isin(SLIDING, kinds).any():
-        told.append(SLIDES)
-    return [" ".join(told), Table("", columns, rows)]
+        texts.append(SLIDES)
+    return [" ".join(texts), Table("", columns, rows)]
 
 
 EVENTS = """Arrives and leaves are speeds towards and away from the ground, pull is the structure's net force on the

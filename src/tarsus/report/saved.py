@@ -28,7 +28,7 @@ DECADES = 50.0
 a seventh of its length."""
 
 _NOT_MEASURES = ("code", "_spread", "_per_foot")
-"""Names, or their endings, beside the measures of a sweep."""
+"""Names of a sweep, or their endings, that are no measures."""
 
 
 def offered(data: xarray.Dataset) -> list[str]:

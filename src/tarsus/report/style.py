@@ -21,7 +21,7 @@ PURPLE = "#a6558b"
 ORANGE = "#c98600"
 SKY = "#56b4e9"
 CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
-"""Colours told apart by readers with any of the common colour deficiencies (after Okabe and Ito)."""
+"""Colours that readers with any of the common colour deficiencies distinguish (after Okabe and Ito)."""
 
 FAR_BODY, NEAR_BODY, FAR_LEG = "#d9dee5", "#b9c3cf", "#9fb4c6"
 """Of a drawn robot."""
@@ -30,7 +30,7 @@ ON_LIGHT, ON_DARK = "#1a1a1a", "#fdfdfd"
 """Words on coloured fields, whose ground is the field and not the page: no colours that a dark page changes."""
 
 MOST_LINES = len(CYCLE)
-"""Points or feet that are drawn unless others are asked for: as many as there are colours told apart."""
+"""Points or feet that are drawn unless others are asked for: as many as there are such colours."""
 
 PAINTS = {
     INK: "ink",

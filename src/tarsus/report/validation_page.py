@@ -102,13 +102,13 @@ def _about(found: Validation) -> str:
     """How much was compared, and where the numbers are from."""
     one = found.experiment
     source = one.claims.source
-    told = [
+    texts = [
         f"{len(found.compared)} measured numbers of {len(one.measured)} rows; "
         f"{len(one.claims.parameters.fitted)} fitted. {source.cite}."
     ]
-    told += [f"Numbers from {source.data}."] if source.data else []
-    told += [f"Licence: {source.licence}."] if source.licence else []
-    return " ".join(told)
+    texts += [f"Numbers from {source.data}."] if source.data else []
+    texts += [f"Licence: {source.licence}."] if source.licence else []
+    return " ".join(texts)
 
 
 def _claim(verdict: ClaimVerdict) -> Markup:

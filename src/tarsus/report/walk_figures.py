@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 BODIES, POINTS = 7, 500
-"""Moments at which the body is drawn along its path, and points of the path: about one for every pixel."""
+"""Moments of its path at which the body is drawn, and points of the path: about one for every pixel."""
 
 _WORDS = {
     "surge": "travel of the body's centre along the way",

@@ -73,10 +73,10 @@ class Belief:
             known = low * high > 0.0 and bool(np.isfinite([low, high]).all())
             wide.append(abs(np.log(high / low)) / (2.0 * ndtri(0.5 + 0.5 * LEVEL)) if known else spread)
         covariance = np.diag(np.square(wide))
-        told = {j: logs for j, name in enumerate(unknown) if (logs := _logs((draws or {}).get(name))) is not None}
-        if told:
-            at = list(told)
-            covariance[np.ix_(at, at)] = np.cov(list(told.values()), ddof=1).reshape(len(at), -1)
+        drawn = {j: logs for j, name in enumerate(unknown) if (logs := _logs((draws or {}).get(name))) is not None}
+        if drawn:
+            at = list(drawn)
+            covariance[np.ix_(at, at)] = np.cov(list(drawn.values()), ddof=1).reshape(len(at), -1)
         return cls(unknown, covariance)
 
     @property

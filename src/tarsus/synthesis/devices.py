@@ -1,4 +1,4 @@
-"""Devices like another, whose numbers nobody knows."""
+"""Devices like another, with randomised numbers."""
 
 from __future__ import annotations
 

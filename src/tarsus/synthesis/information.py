@@ -1,11 +1,11 @@
-"""What a record would tell of the numbers of a device: information from derivatives, before it is taken.
+"""What a record would show of the numbers of a device: information from derivatives, before it is taken.
 
-A record shows y(theta) with noise of a standard deviation s: it tells ``J'J`` of the logarithms of the numbers theta, J
-the derivatives of y by them over s, and no unbiased estimate from it leaves of number k a variance below
+A record shows y(theta) with noise of a standard deviation s: its information on the logarithms of the numbers theta is
+``J'J``, J the derivatives of y by them over s, and no unbiased estimate from it leaves of number k a variance below
 ``((J'J)^-1)_kk`` (Cramer 1946, section 32.3; Rao 1945). Derivatives of motion with impacts by its start grow from
 impact to impact, and no descent follows them through many: as an identification does, a record is cut into windows of a
-few impacts, each with a start of its own that nobody knows. Starts and zeros of instruments are eliminated (Schur
-complement); gains of channels are numbers beside the others, for all records have the same.
+few impacts, each with an unknown start of its own. Starts and zeros of instruments are eliminated (Schur complement);
+gains of channels are numbers like the others, for all records have the same.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from tarsus.synthesis.recordings import Recording, outputs_of, placed
 IMPACTS = 3
 """Impacts of a window: as many as a descent from numbers a tenth off followed on a walker (5 ms of the millipede)."""
 LEAST = 3
-"""Samples of a window at least: fewer than its start has numbers tell nothing beyond it."""
+"""Samples of a window at least: fewer than its start has numbers show nothing beyond it."""
 LENGTH, SPEED = 1e-3, 1.0
 """Standard deviations of displacements and velocities of a start before it is seen: beyond what such a robot does."""
 NOWHERE = 1e2
@@ -74,16 +74,16 @@ class Told:
     matrix: Floats
 
     def about(self, names: Sequence[str]) -> Floats:
-        """The same among other names, of which it may tell nothing."""
+        """The same among other names, of which it may hold nothing."""
         out = np.zeros((len(names), len(names)))
         at = [names.index(name) for name in self.names]
         out[np.ix_(at, at)] = self.matrix
         return out
 
 
-def gains_of(told: Iterable[Told]) -> tuple[str, ...]:
+def gains_of(each: Iterable[Told]) -> tuple[str, ...]:
     """Names of all gains that records show."""
-    return tuple(dict.fromkeys(name for one in told for name in one.names if name.startswith(_GAIN)))
+    return tuple(dict.fromkeys(name for one in each for name in one.names if name.startswith(_GAIN)))
 
 
 def deviations(information: Floats) -> Floats:

@@ -47,7 +47,7 @@ _SETS = 4
 _FEW = 3
 """And those below which it is recorded for longer."""
 _APART = 9.0
-"""Samples between impacts that a bounce needs on both sides to be told well."""
+"""Samples between impacts that a bounce needs on both sides to be measured well."""
 
 
 def planned(scene: Scene, rate: float, drive: str) -> list[Recording]:
@@ -217,8 +217,8 @@ def _staircase(turns: tuple[float, ...], slope: float = 28.0) -> Sampled:
 
 
 def _bouncing(scene: Scene, rate: float, drive: str, tried: list[list[Square]]) -> tuple[list[Square], float]:
-    """The square waves whose bounces are told best, and for how long [s]: most of those with samples enough around;
-    two, and up to four that have some, for four sets of a purpose tell what differs between sets.
+    """The square waves whose bounces are measured best, and for how long [s]: most of those with samples enough around;
+    two, and up to four that have some, for four sets of a purpose show what differs between sets.
 
     Of several sets of waves and durations, the first that has some.
     """

@@ -37,7 +37,7 @@ class Ranked:
     """One record alone.
 
     gain: logarithm of the factor by which the standard deviation of the number in question shrinks, or the mean of all
-    (0 tells nothing); repeats: how often it is in the plan; bounds (np,): standard deviations of the logarithms that no
+    (0 for none); repeats: how often it is in the plan; bounds (np,): standard deviations of the logarithms that no
     estimate from it alone goes below, at the believed values; note: why it cannot be used, else empty.
     """
 
@@ -125,12 +125,12 @@ def rank(
         candidate can be recorded.
     """
     _check(candidates, belief, parameter, budget)
-    told = _all_told(scene, candidates, belief, sensing or Sensing(), belief.draws(DRAWS, seed), threads, progress)
-    gained = _Gained(told, belief, sensing or Sensing(), parameter)
+    shown = _information(scene, candidates, belief, sensing or Sensing(), belief.draws(DRAWS, seed), threads, progress)
+    gained = _Gained(shown, belief, sensing or Sensing(), parameter)
     alone = [gained.gain({k: 1}) for k in range(len(candidates))]
     counts, steps, cost = _greedy(candidates, gained.gain, alone, budget)
     ranked = [
-        Ranked(c, alone[k], counts.get(k, 0), gained.bounds({k: 1}), _note(told[k], c, budget))
+        Ranked(c, alone[k], counts.get(k, 0), gained.bounds({k: 1}), _note(shown[k], c, budget))
         for k, c in enumerate(candidates)
     ]
     chosen = counts or {int(np.argmax(alone)): 1}
@@ -154,13 +154,13 @@ class _Gained:
     """Information of candidates at draws (nc, nd, N, N) about all numbers, gains of channels behind them."""
 
     def __init__(
-        self, told: Sequence[Sequence[Told | str]], belief: Belief, sensing: Sensing, parameter: str | None
+        self, shown: Sequence[Sequence[Told | str]], belief: Belief, sensing: Sensing, parameter: str | None
     ) -> None:
         self.paths, self.std = tuple(belief.unknown), belief.std
-        gains = gains_of(one for row in told for one in row if isinstance(one, Told))
+        gains = gains_of(one for row in shown for one in row if isinstance(one, Told))
         names, count = (*self.paths, *gains), len(self.paths)
         nothing = np.zeros((len(names), len(names)))
-        self.each = np.array([[one.about(names) if isinstance(one, Told) else nothing for one in row] for row in told])
+        self.each = np.array([[one.about(names) if isinstance(one, Told) else nothing for one in row] for row in shown])
         # gains that are known exactly have no spread left to find
         self.known = np.diag(np.full(len(names), max(sensing.gain, 1e-9) ** -2.0))
         self.known[:count, :count] = 0.0
@@ -198,7 +198,7 @@ class _Gained:
         return tuple(deviations(self._sum(counts, first)[0])[: len(self.paths)].tolist())
 
 
-def _all_told(
+def _information(
     scene: Scene,
     candidates: Sequence[Recording],
     belief: Belief,
@@ -207,9 +207,9 @@ def _all_told(
     threads: Workers,
     progress: Progress | None,
 ) -> list[list[Told | str]]:
-    """Of every candidate what it tells at every draw, or why it tells nothing."""
+    """Of every candidate its information at every draw, or why it has none."""
     drive = next(iter(scene.signals), next(iter(scene.robot.drives), ""))
-    work = partial(_told, scene, belief, sensing, drive)
+    work = partial(_of_draw, scene, belief, sensing, drive)
     jobs = [(candidate, row) for candidate in candidates for row in logs]
     out: list[list[Told | str]] = []
     for i, one in enumerate(spread(work, jobs, threads)):
@@ -223,7 +223,7 @@ def _all_told(
     return out
 
 
-def _told(scene: Scene, belief: Belief, sensing: Sensing, drive: str, job: tuple[Recording, Floats]) -> Told | str:
+def _of_draw(scene: Scene, belief: Belief, sensing: Sensing, drive: str, job: tuple[Recording, Floats]) -> Told | str:
     recording, logs = job
     try:
         drawn = belief.scene(scene, logs)
@@ -241,7 +241,7 @@ def _greedy(
     cost, reached, most = 0.0, 0.0, budget * (1.0 + 1e-9)
     while True:
         best: tuple[float, tuple[int, ...], float] | None = None
-        for size in (1, 2):  # two that tell nothing apart may tell much together
+        for size in (1, 2):  # two that show nothing apart may show much together
             for chosen in combinations_with_replacement(range(len(candidates)), size):
                 length = sum(candidates[k].duration for k in chosen)
                 then = counts + Counter(chosen)
@@ -267,11 +267,11 @@ def _greedy(
     return dict(counts), steps, cost
 
 
-def _note(told: Sequence[Told | str], candidate: Recording, budget: float) -> str:
+def _note(shown: Sequence[Told | str], candidate: Recording, budget: float) -> str:
     if candidate.duration > budget * (1.0 + 1e-9):
         return "longer than the budget"
-    failed = [one for one in told if isinstance(one, str)]
-    return f"of {len(told)} simulations {len(failed)} cannot be had" if len(failed) > 0.5 * len(told) else ""
+    failed = [one for one in shown if isinstance(one, str)]
+    return f"of {len(shown)} simulations {len(failed)} cannot be had" if len(failed) > 0.5 * len(shown) else ""
 
 
 def _check(candidates: Sequence[Recording], belief: Belief, parameter: str | None, budget: float) -> None:

@@ -1,4 +1,4 @@
-"""The verb `tarsus.recommend`: what to record next, and what cannot be told from it."""
+"""The verb `tarsus.recommend`: what to record next, and what it cannot determine."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ SHOWN = 12
 NEAR = 1.5
 """Factor of a 95 % interval below which it is said in percent: beyond, both sides of it differ by more than a half."""
 NOTHING = 10.0
-"""Factor of a 95 % interval from which on no more is said: not even the order of magnitude is told."""
+"""Factor of a 95 % interval from which on no more is said: not even the order of magnitude is known."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -95,8 +95,8 @@ class Recommendation(Tabled):
         found, plan = self.ranking, self.ranking.plan
         if not plan.steps:
             what = found.parameter or "the numbers"
-            told = f"No record within {amount(found.budget, 's', 3)} determines {what} well enough to be worth taking."
-            return Table(told, (), ())
+            none = f"No record within {amount(found.budget, 's', 3)} determines {what} well enough to be worth taking."
+            return Table(none, (), ())
         left = self._after(plan.gain)
         expected = f"known within {left} (95 %)" if found.parameter else f"intervals narrower by {left} in the mean"
         counts = Counter(recording.name for recording, _ in plan.steps)
@@ -168,7 +168,7 @@ def _driven(recording: Any) -> dict[str, Any]:
 
 
 def _finite(std: float) -> float | None:
-    """A standard deviation; none where not even the order of magnitude is told."""
+    """A standard deviation; none where not even the order of magnitude is known."""
     return std if 1.96 * std < log(NOTHING) else None
 
 
@@ -239,9 +239,9 @@ def recommend(
     """
     scene = as_scene(device)
     seconds, share, grid = _quantities(budget, spread, vary or {})
-    file = draws_beside(device) if draws is None and not isinstance(device, Scene) else draws
-    told = None if file is None else read_draws(Path(file))
-    belief = Belief.of(scene, [*([parameter] if parameter else []), *unknown], share, told)
+    file = draws_next_to(device) if draws is None and not isinstance(device, Scene) else draws
+    read = None if file is None else read_draws(Path(file))
+    belief = Belief.of(scene, [*([parameter] if parameter else []), *unknown], share, read)
     tool = sensing or Sensing()
     found = rank(
         scene,
@@ -257,8 +257,8 @@ def recommend(
     return Recommendation(scene, found)
 
 
-def draws_beside(device: str | os.PathLike[str]) -> Path | None:
-    """The draws that `identify` wrote beside a scene file, where there are any."""
+def draws_next_to(device: str | os.PathLike[str]) -> Path | None:
+    """The draws that `identify` wrote next to a scene file, where there are any."""
     file = Path(device).with_name("draws.npz")
     return file if os.fspath(device).endswith(".toml") and file.exists() else None
 

@@ -71,7 +71,7 @@ def write_uff(record: Measurement, path: Path) -> Choices:
 
 
 def write_mat(record: Measurement, path: Path) -> Choices:
-    """A MATLAB file of version 5: vectors in mm/s, um and V, and the sampling rate ``fs``; it tells no units."""
+    """A MATLAB file of version 5: vectors in mm/s, um and V, and the sampling rate ``fs``; it states no units."""
     from scipy.io import savemat
 
     content: dict[str, object] = {"fs": record.rate}

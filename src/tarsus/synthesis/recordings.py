@@ -27,7 +27,7 @@ REPEATS = 3
 
 @dataclass(frozen=True)
 class Instrument:
-    """A vibrometer with velocity and displacement outputs and the volts beside it.
+    """A vibrometer with velocity and displacement outputs, recorded with the volts.
 
     rate [Hz]; snr_db: noise of each channel below the root mean square of its own motion; wander [m]: standard
     deviation of the zero of the displacement from record to record.

@@ -1,4 +1,4 @@
-// Draws the figures over time of a page with uPlot, from the data beside them; asks nothing of any network.
+// Draws the figures over time of a page with uPlot, from the data next to them; asks nothing of any network.
 (() => {
 "use strict";
 const root = document.documentElement;

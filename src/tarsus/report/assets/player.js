@@ -1,4 +1,4 @@
-// Plays the motion of a robot: reads the data beside it and moves its time; asks nothing of any network.
+// Plays the motion of a robot: reads the data next to it and moves its time; asks nothing of any network.
 
 /** Series of a packed channel, an array a row: value = (low + q) step; so many rows of zeros where there is none. */
 function unpack(channel, frames, rows) {
