@@ -44,7 +44,7 @@ class Trend:
 
     claim: what is said (`tarsus_reproduce.trends.SAID`), from `beyond` on where that is a number; measures: the one
     that the figure shows, then others that the words could mean; film: the unit's interpretation, where the figure has
-    one for each; scored: False of a cause that is told (E15).
+    one for each; scored: False of a cause that is stated (E15).
     """
 
     figure: str

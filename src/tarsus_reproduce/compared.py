@@ -1,4 +1,4 @@
-"""Rows of a printed table beside what a device, or a weighted ensemble of devices, forecasts for them.
+"""Rows of a printed table with what a device, or a weighted ensemble of devices, forecasts for them.
 
 A table is compared by naming the packaged study of its conditions and measures: its ensemble predicts the rows
 (`tarsus.calibrate.weighted_ensemble`). Errors, figures of merit and skill, tables and files are the same for all.
@@ -191,8 +191,8 @@ def _mean(values: Sequence[float]) -> float | None:
 
 
 def merits_table(table: PrintedTable, numbers: Sequence[NumberRow]) -> Table:
-    """Figures of merit of every model by quantity with the skill beside each: of all rows, and of those by role where
-    they differ."""
+    """Figures of merit of every model by quantity, each with the skill: of all rows, and of those by role where they
+    differ."""
     columns = (
         "rows",
         "model",

@@ -38,7 +38,7 @@ class ImpactForces(Tabled):
 
     names: of the n channels; values (ni, n) [N] and noise (ni, n) [N], their standard deviation; ratio (ni, n): over
     the force at the contact foot (3.37), and ratio_noise (ni, n), its standard deviation; both NaN where the foot's
-    force is not clear of its noise, since the ratio of two noises tells of the mass matrix and not of the impact.
+    force is not clear of its noise, since the ratio of two noises depends on the mass matrix and not on the impact.
     """
 
     names: tuple[str, ...]

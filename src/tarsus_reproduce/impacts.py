@@ -1,4 +1,4 @@
-"""What the impact maps of a robot do: modes beside the printed CoR column, and the energy each map would make."""
+"""What the impact laws of a robot do: modes with the printed CoR column, and the energy each law would make."""
 
 from __future__ import annotations
 

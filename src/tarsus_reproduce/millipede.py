@@ -139,8 +139,8 @@ class DeviceTrends:
     @property
     def motions(self) -> tuple[str, str]:
         """What the two scores are of, in words."""
-        told = [one.motion for one in self.trends]
-        first, last = ([str(one) for one in told if isinstance(one, kind)] for kind in (FromRest, SettledMotion))
+        motions = [one.motion for one in self.trends]
+        first, last = ([str(one) for one in motions if isinstance(one, kind)] for kind in (FromRest, SettledMotion))
         return next(iter(first), ""), next(iter(last), "")
 
     @property
@@ -149,12 +149,12 @@ class DeviceTrends:
         start = "standing" if stands(self.scene) else "with springs relaxed"
         ratio = damping_ratio(self.scene)
         chosen = sum(CHOSEN in origin.note for origin in self.scene.provenance.values())
-        told = (
+        caution = (
             f"{chosen} of its numbers were chosen within the range of random readings so that these trends come out: "
             "its score is no validation"
         )
         return f"damping ratio of (4.3) {ratio:.2g}, film in the {self.film.value} reading, started {start}" + (
-            f"; {told}" if chosen else ""
+            f"; {caution}" if chosen else ""
         )
 
     @property

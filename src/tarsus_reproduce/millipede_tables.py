@@ -1,4 +1,4 @@
-"""The walking millipede: every trend of section 4.4.1 beside ours, the curves behind it, and Fig. 4.7."""
+"""The walking millipede: every trend of section 4.4.1 with ours, the curves behind it, and Fig. 4.7."""
 
 from __future__ import annotations
 

@@ -79,7 +79,7 @@ class ModalForm:
 
     @property
     def coupling(self) -> float:
-        """Largest entry of ``damping`` of one model beside its diagonal, relative to those of its two modes [1]."""
+        """Largest entry of ``damping`` of one model outside its diagonal, relative to those of its two modes [1]."""
         root = np.sqrt(np.abs(np.diagonal(self.damping)))
         return float(np.max(np.abs(self.damping / np.outer(root, root) - np.eye(len(root)))))
 

@@ -1,7 +1,7 @@
 """A comparison with the dissertation: rows of three kinds, shown as console text, page, JSON and CSV by one class.
 
 A row is a number that the device was *calibrated on*, a number that is *predicted* (never fitted, or excluded from the
-fit), or a *trend* that is printed in words. Numbers have the median and the 80 % interval of ours beside what is
+fit), or a *trend* that is printed in words. Numbers have the median and the 80 % interval of ours with what is
 printed (`tarsus.calibrate.compared`); trends the verdict of `tarsus_reproduce.trends` for each device.
 """
 

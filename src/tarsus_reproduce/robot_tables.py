@@ -1,4 +1,4 @@
-"""A bulk PZT robot beside chapter 3 of the dissertation: rows of Table 3.2, motion, modes and impact maps."""
+"""A bulk PZT robot compared with chapter 3 of the dissertation: rows of Table 3.2, motion, modes and impact laws."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def reproduce_robot(
     seeds: int = SEEDS,
     progress: Progress | None = None,
 ) -> Reproduction:
-    """A robot beside Table 3.2, with single runs over the ground and in the air; parameters and errors as for
+    """A robot compared with Table 3.2, with single runs over the ground and in the air; parameters and errors as for
     `tarsus_reproduce.robots.robot_table`. The single runs are of the named device, or of the packaged one."""
     name = device or robot
     scene = load_scene(name)

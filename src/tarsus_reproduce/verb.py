@@ -1,4 +1,4 @@
-"""The verb `reproduce`: experiments of the dissertation beside what Tarsus computes of them."""
+"""The verb `reproduce`: experiments of the dissertation with what Tarsus computes of them."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ Arrays = dict[str, NDArray[Any]]
 MOST_PERIODS = 120
 """Drive periods after which a run counts as not settled: a multiplier of 0.9 has made 1e-6 of a deviation by then."""
 BEYOND = 200
-"""Drive periods that runs may go on afterwards, until twins are told from each other."""
+"""Drive periods that runs may go on afterwards, until twins are distinguished."""
 MOST_RUNS = 128
 """Runs that go on together: of a walker of many legs they take some 100 MB."""
 OPEN = 16

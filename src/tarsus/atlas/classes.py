@@ -18,7 +18,7 @@ Codes = NDArray[np.int16]
 
 TOUCHES, HELD, RESTS, STAYS = 1, 2, 4, 8
 DOES = {TOUCHES: "touches the ground", HELD: "held", RESTS: "comes to rest", STAYS: "stays on the ground"}
-"""What feet do in a period: any touches; any is captured, or is never let go; bounces of any accumulate to rest; all of
+"""What feet do in a period: any touches; any is captured, or never released; bounces of any accumulate to rest; all of
 them are on the ground throughout."""
 
 REFUSED = -4
@@ -66,12 +66,12 @@ def codes_of(settling: Settling) -> Codes:
     """Class (nr,) of every run."""
     multiple = settling.multiple
     code = np.full(len(multiple), UNSETTLED, dtype=np.int16)
-    stays, never_let_go = on_the_ground(settling)
+    stays, never_released = on_the_ground(settling)
     for r in np.flatnonzero(multiple).tolist():
         k = int(multiple[r])
         counted = {name: of[r, -k:].any() for name, of in settling.counts.items()}
-        does = TOUCHES * (counted["impacts"] or never_let_go[r])
-        does += HELD * (counted["captures"] or never_let_go[r]) + RESTS * counted["rests"] + STAYS * stays[r]
+        does = TOUCHES * (counted["impacts"] or never_released[r])
+        does += HELD * (counted["captures"] or never_released[r]) + RESTS * counted["rests"] + STAYS * stays[r]
         code[r] = 16 * k + does
     code[~settling.runs.done] = FAILED
     open_ = np.flatnonzero(code == UNSETTLED)

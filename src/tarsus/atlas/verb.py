@@ -36,7 +36,7 @@ from tarsus.study.studyfile import load_sweep
 from tarsus.study.sweep import Sweep
 
 REQUEST = "atlas-request.json"
-"""What is asked, beside the scene, in the folder."""
+"""What is asked besides the scene, in the folder."""
 
 OnProgress = Callable[[int, int, str], None]
 

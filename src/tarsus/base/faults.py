@@ -1,4 +1,4 @@
-"""Every fault of a file at once: what is wrong is put right, so that what hangs on it is looked at too.
+"""Every fault of a file at once: what is wrong is put right, so that what depends on it is looked at too.
 
 A validator of a whole (a walker's feet, a gait on its legs) is asked once all its parts are right. So the faults of one
 look are taken out of a copy of the table, by the nearest valid name or a number within its bounds, and the copy is
@@ -27,7 +27,7 @@ UNKNOWN = "?"
 
 
 class _Opaque(Exception):
-    """No stand-in exists: names or sizes would have to be made up, and others hang on them."""
+    """No stand-in exists: names or sizes would have to be made up, and others depend on them."""
 
 
 def all_faults(

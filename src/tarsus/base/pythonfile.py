@@ -25,12 +25,11 @@ class Endless(BaseException):
 
 
 def execute(file: Path, purpose: str, source: bytes | None = None) -> ModuleType:
-    """The file as a module, from its text: byte code beside it is taken for it by size and second, and a file that was
+    """The file as a module, from its text: byte code next to it is taken for it by size and second, and a file that was
     edited since may differ in neither.
 
     purpose: what such a file is there for, "a law file only defines laws"; source: its text, where it was read before,
-    perhaps on another machine. Raises InputError with the line at which
-    the file fails, and where it is no Python file.
+    perhaps on another machine. Raises InputError with the line at which the file fails, and where it is no Python file.
     """
     source = file.read_bytes() if source is None else source
     digest = hashlib.sha256(source).hexdigest()[:12]

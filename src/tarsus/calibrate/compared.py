@@ -1,4 +1,4 @@
-"""Measured numbers beside those of two models, one a row: the table of a calibration's page and of reproductions."""
+"""Measured numbers with those of two models, one a row: the table of a calibration's page and of reproductions."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MODELS = ("dissertation", "this model", "their error", "our error")
 
 @dataclass(frozen=True)
 class NumberRow:
-    """One measured number beside those of two models [SI], None where there is none.
+    """One measured number with those of two models [SI], None where there is none.
 
     case: of which row; role: what ours knew of it; source: of the other model, without an interval; ours: median and
     ends of the 80 % interval, NaN where nothing is predicted, as the ends of a probability (unit "%"); conditions: of

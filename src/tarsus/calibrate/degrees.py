@@ -7,7 +7,7 @@ number of unknowns that do is the trace of the hat matrix of the fit linearised 
 
 J the slopes of the pulls (residuals over tolerance and scatter) along the unknowns, and L what is known of them
 beforehand (MacKay 1992, "well-determined parameters"). J comes from a linear regression over the visited sets of lowest
-cost; what noise alone would give to G, the residual variance of the regression times (X^T X)^-1, is taken off, for a
+cost; what noise alone would give to G, the residual variance of the regression times (X^T X)^-1, is subtracted, for a
 chaotic motion gives every regression some slope.
 """
 

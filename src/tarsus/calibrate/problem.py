@@ -92,8 +92,8 @@ class Archive:
         """Number of sets that were visited."""
         return sum(len(self.store.memo(f"{self.part}/{run}")) for run in {one.run for one in self.problem.hypotheses})
 
-    def beside(self, run: int, points: Floats) -> Readings:
-        """Readings (ns, rows, channels, samples) at points (ns, nu) that are no sets of the search: for slopes."""
+    def for_slopes(self, run: int, points: Floats) -> Readings:
+        """Readings (ns, rows, channels, samples) at points (ns, nu) that are no sets of the search."""
         return self._asked(f"{self.part}/{run}/beside", run, points, self.problem.rows)
 
     def elsewhere(self, run: int, points: Floats, row: int) -> Readings:
@@ -134,7 +134,7 @@ class HypothesisFit(Residuals):
         middle = np.clip(self.point(x), STEP, 1.0 - STEP)
         aside = STEP * np.eye(len(middle))
         points = np.concatenate([middle + aside, middle - aside, middle[None]])
-        read = self.archive.beside(self.hypothesis.run, points).astype(float)
+        read = self.archive.for_slopes(self.hypothesis.run, points).astype(float)
         ahead, behind, here = read[: len(middle)], read[len(middle) : -1], read[-1]
         with np.errstate(invalid="ignore"):
             smooth = np.abs(ahead + behind - 2.0 * here) <= BENT * np.abs(ahead - behind)

@@ -1,4 +1,4 @@
-"""Searching the hypotheses: sets spread evenly, steps down by regressions beside differential evolution, hypotheses
+"""Searching the hypotheses: sets spread evenly, steps down by regressions and differential evolution, hypotheses
 far behind rejected, a local search by least squares, then chains that follow the likelihood.
 
 All randomness comes from the study's seed and the place in the sequence (row excluded, stage, hypothesis), never from
@@ -37,7 +37,7 @@ MARGIN = 10.0
 """No hypothesis is rejected for less cost than this: a likelihood ratio of 150, which a few generations may make up."""
 DESCENTS, NEAR = 2, 0.1
 """Descents of the local search, from the best sets that differ by a tenth of some unknown's bounds: a small search may
-have its best one beside a jump of a count."""
+have its best one next to a jump of a count."""
 LOCAL = 0.1
 """A descent ends where a step is shorter than this part of a standard error: a cost of 0.01, which an ensemble does not
 show."""
@@ -154,8 +154,8 @@ def search_hypotheses(archive: Archive, search: Search) -> tuple[dict[int, Searc
 
 
 def _reject(fits: list[HypothesisFit], rejected: dict[int, str], least: float = 0.0) -> Freedom:
-    """Reject the hypotheses whose best set is not likely beside the best of all, by a cost of so much at least; degrees
-    of freedom of that."""
+    """Reject the hypotheses whose best set is not likely against the best of all, by a cost of so much at least;
+    degrees of freedom of that."""
     best = {one.number: one.lowest() for one in fits}
     freedom = freedom_of_best(fits, best)
     near = min(best.values()) + max(WITHIN * freedom.scale, least)

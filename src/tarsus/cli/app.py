@@ -30,7 +30,7 @@ VOICES = {
     "-v": console.Voice.VERBOSE,
     "--verbose": console.Voice.VERBOSE,
 }
-"""Words that every verb understands, wherever they stand: how much is said beside results and errors."""
+"""Words that every verb understands, wherever they stand: how much is said besides results and errors."""
 
 
 def build(words: list[str]) -> App:

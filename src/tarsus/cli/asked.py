@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from tarsus.model.scene import Scene
 
 PROGRESS = ("Progress", "OnProgress")
-"""Types of what is told how far the work has come."""
+"""Types of what is called with how far the work has come."""
 
 Written = list[Path]
 

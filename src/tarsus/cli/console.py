@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Voice(IntEnum):
-    """How much a command line says beside its results and errors."""
+    """How much a command line says besides its results and errors."""
 
     QUIET = -1
     USUAL = 0
@@ -129,7 +129,7 @@ def files(written: Sequence[Path], data: dict[str, Any] | None) -> int:
 def progress_bar(title: str, *, time_left: bool = False) -> Iterator[Callable[[int, int, Any], None]]:
     """How work goes, on stderr for the length of the block.
 
-    Yields a function `progress(done, total, what)`. `time_left` shows the time left beside the time taken.
+    Yields a function `progress(done, total, what)`. `time_left` shows the time left next to the time taken.
     """
     if voice() is Voice.QUIET:
         yield lambda done, total, what: None

@@ -12,7 +12,7 @@ FILES = ("identified.toml", "identification.json", "draws.npz", "track.json", "t
 
 
 def identify(asked: Asked) -> int:
-    """By default the folder is "identified", of a series "tracked", beside the (first) campaign file."""
+    """By default the folder is "identified", of a series "tracked", next to the (first) campaign file."""
     from tarsus.base.errors import InputError
     from tarsus.identify.result import write_identification
     from tarsus.identify.track import write_track

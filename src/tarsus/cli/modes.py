@@ -1,4 +1,4 @@
-"""`tarsus modes`: modes of measured files, with those of an earlier set beside them."""
+"""`tarsus modes`: modes of measured files, compared with those of an earlier set."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def modes(asked: Asked, *, against: Path | None = None) -> int:
     Parameters
     ----------
     against
-        modes.json of an earlier set: its modes beside these, with the MAC of their shapes.
+        modes.json of an earlier set: its modes with these, and the MAC of their shapes.
     """
     from tarsus.base.errors import Fault, InputError
     from tarsus.files.jsontext import read_json
@@ -37,10 +37,10 @@ def modes(asked: Asked, *, against: Path | None = None) -> int:
             written = write_modes(fit, folder, names)
             if asked.flag("report"):
                 written.append(write_page(modes_html(fit, names), folder / "report.html"))
-    beside = None if earlier is None else compared(fit, earlier)
+    table = None if earlier is None else compared(fit, earlier)
     if asked.flag("json"):
-        console.print_json(summary_of(fit, names) | ({} if beside is None else {"compared": beside.json()}))
+        console.print_json(summary_of(fit, names) | ({} if table is None else {"compared": table.json()}))
         return 0
-    console.table(fit.table(), *([] if beside is None else [beside]))
+    console.table(fit.table(), *([] if table is None else [table]))
     console.wrote(written)
     return 0

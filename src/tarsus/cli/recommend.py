@@ -1,4 +1,4 @@
-"""`tarsus recommend`: what to record next, by the draws that an identification left beside its device."""
+"""`tarsus recommend`: what to record next, by the draws that an identification left next to its device."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from tarsus.cli.asked import Asked
 
 
 def recommend(asked: Asked) -> int:
-    """The draws beside the scene file are read."""
+    """The draws next to the scene file are read."""
     from tarsus.synthesis.recommend import draws_next_to
 
     draws = asked.words["draws"] or draws_next_to(asked.words["device"])

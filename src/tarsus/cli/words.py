@@ -113,7 +113,7 @@ def kind_of(argument: Argument) -> Spelling | None:
 
 
 def option_of(argument: Argument, kind: Spelling) -> tuple[Any, Any]:
-    """What cyclopts is told of an argument: its type and its default."""
+    """What cyclopts is given of an argument: its type and its default."""
     default = argument.default
     words = OWN[argument.name][default is None] if argument.name in OWN else kind.words
     if default is None or (isinstance(default, tuple) and not default):

@@ -239,7 +239,7 @@ def _lifted(system: Any, normal: Floats, way: float) -> Floats:
 
 
 def loss(mjcf: Mjcf) -> Table:
-    """What MuJoCo makes of the model beside the library's own run, as a table with its parts.
+    """What MuJoCo makes of the model, compared with the library's own run, as a table with its parts.
 
     Raises InputError where MuJoCo is not installed, or refuses the model.
     """
@@ -304,8 +304,8 @@ def _window(described: Subject) -> float:
     own = found[found["apex"] > LOW * described.height]
     end = 1.05 * float(own["time"][TOUCHDOWNS - 1]) if len(own) >= TOUCHDOWNS else run.end_time
     if run.marks is not None and run.period == run.period:
-        told = settled(run)
-        since = told.since if told is not None and told.multiple else 0
+        own_motion = settled(run)
+        since = own_motion.since if own_motion is not None and own_motion.multiple else 0
         end = max(end, (since + PERIODS) * run.period)
     return min(end, run.end_time)
 

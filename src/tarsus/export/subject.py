@@ -1,4 +1,4 @@
-"""What every target is told: a scene, the library's own run of it, and what its drives exert."""
+"""What every target is given: a scene, the library's own run of it, and what its drives exert."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LOW = 1e-2
 """A flight below this part of the highest is none: in other tools, whose contacts are springs, resting feet tremble."""
 
 INNER = 24
-"""Points inside a piece of a drive that is not constant: straight lines between them are off by 1e-3 of its bend."""
+"""Points inside a piece of a drive that is not constant: straight lines between them deviate by 1e-3 of its bend."""
 
 
 @dataclass(frozen=True)

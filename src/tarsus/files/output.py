@@ -21,7 +21,7 @@ from tarsus.files.jsontext import read_json
 from tarsus.files.whole import write_text
 
 MANIFEST = ".tarsus.json"
-"""Beside the files of a folder: which verb wrote which of them."""
+"""Next to the files of a folder: which verb wrote which of them."""
 
 _NAMED = 3
 """Files named at most in a refusal: enough to recognise a folder."""

@@ -3,7 +3,7 @@
 Sweeps and yields number the units of their plan. Searches, whose questions depend on the answers, ask a `Memo`, whose
 units are batches of points.
 
-Many processes of many machines may work in one folder. Every file is written beside its destination under a name that
+Many processes of many machines may work in one folder. Every file is written next to its destination under a name that
 no other writer has (node, process, chance) and moved into place, so that what bears its final name is whole whenever
 a process dies, and a unit that two write is written twice, not spoilt. A unit is done when its file is listed; what it
 holds (number, plan) is looked at when it is read.
@@ -240,7 +240,7 @@ class RunStore:
         return self.place / UNIT_FOLDER / folder / f"{name}.npz"
 
     def _label(self, unit: int | str) -> list[str]:
-        """What a unit's file says of itself beside the digest of its plan."""
+        """What a unit's file says of itself besides the digest of its plan."""
         return [unit] if isinstance(unit, str) else [str(unit), str(self.units)]
 
     def read(self, unit: int | str) -> Arrays | None:

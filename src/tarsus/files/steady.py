@@ -60,7 +60,7 @@ class SteadyFile:
         return len(view)
 
     def read(self, size: int = -1) -> bytes:
-        """Read what is there: h5py tells by this method that it is given a file."""
+        """Read what is there: h5py recognises a file by this method."""
         return self._file.read(size) or b""
 
     def seek(self, offset: int, whence: int = 0) -> int:

@@ -1,7 +1,7 @@
 """A run on disk: one folder that anyone can open without this package.
 
 `write_run` writes scene, series, events, measures, provenance, citations and a summary; `read_run` reads them
-back as the same `RunArrays`, of which `tarsus.solve.Run.of` makes a run. Files are written beside their destination
+back as the same `RunArrays`, of which `tarsus.solve.Run.of` makes a run. Files are written next to their destination
 and moved into place, the summary last: a folder with a `summary.json` holds one whole run.
 """
 

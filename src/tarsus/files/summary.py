@@ -25,7 +25,7 @@ ALIKE = (
     ("contact_duration", "longest_contact", "contact duration adds up a period's contacts, longest contact is one."),
     ("bounces", "rebounds", "bounces are flights after short contacts, rebounds those that begin by restitution."),
 )
-"""Pairs of measures whose names sound alike, and what tells them apart: said where the first is above
+"""Pairs of measures whose names sound alike, and what distinguishes them: said where the first is above
 the second by more than the digits that are shown."""
 
 LEAST = 1e-12
@@ -37,8 +37,8 @@ def run_summary(run: Any, *, ledger: bool = True) -> Table:
     code = run.code if ledger else run.__dict__.get("code", run.ended)
     title = f"{run.scene.name}: {run.duration:g} s simulated, {len(run.events)} events. {code.value}"
     parts = [account(run)] if ledger else []
-    told = settled(run)
-    notes = (*([] if told is None else [str(told)]), *run.remarks)
+    motion = settled(run)
+    notes = (*([] if motion is None else [str(motion)]), *run.remarks)
     return measures_summary(run.measures, title, notes, parts)
 
 
@@ -59,12 +59,12 @@ def measures_summary(
         blank = ("", "") if wide else ()
         rows += [(f"   foot {foot}", value, None, None, *blank, "") for foot, value in listed.items()]
         units += [one.unit] * (1 + len(listed))
-    told = (
+    alike = (
         said
         for first, second, said in ALIKE
         if first in measures and second in measures and measures[first].value > (1.0 + UNSEEN) * measures[second].value
     )
-    notes = (*notes, *(f"Note: {one}" for one in (*told, *measures.warnings)))
+    notes = (*notes, *(f"Note: {one}" for one in (*alike, *measures.warnings)))
     return Table(title, (*columns, "counted over"), rows, notes, parts, units=units)
 
 

@@ -1,4 +1,4 @@
-"""Files that are whole or not there: they are written beside their place and moved into it."""
+"""Files that are whole or not there: they are written next to their place and moved into it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PART = ".part"
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file whole or not at all (temporary file beside it, then `os.replace`).
+    """Write a text file whole or not at all (temporary file next to it, then `os.replace`).
 
     Raises InputError if the folder cannot be written or `path` is a folder.
     """
@@ -27,7 +27,7 @@ def write_text(path: Path, text: str) -> None:
 
 @contextlib.contextmanager
 def written_whole(path: Path) -> Iterator[Path]:
-    """A temporary file beside `path`, with its ending, for the length of the block, which writes it; then `path` is it.
+    """A temporary file next to `path`, with its ending, for the block, which writes it; then `path` is it.
 
     Raises InputError if the folder cannot be written or `path` is a folder, also where a writer of another library puts
     its own words in place of the operating system's.
@@ -64,7 +64,7 @@ def reason_of(error: OSError) -> str:
 
 
 def part_of(target: Path) -> Path:
-    """A name beside a target that no other writer uses.
+    """A name next to a target that no other writer uses.
 
     Node and process are for whoever looks at the folder: in containers both are often the same in every one, and
     again after a restart.

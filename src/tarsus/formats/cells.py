@@ -65,9 +65,9 @@ def split(source: str, lines: Sequence[str]) -> SplitText:
     InputError
         If there are no rows of numbers, or commas part cells and decimals alike.
     """
-    found = _header_left(lines)
-    if found is not None:
-        return found
+    left = _header_left(lines)
+    if left is not None:
+        return left
     lines, merged = _whole_cells(lines)
     for separator in _SEPARATORS:
         for comma in (False, True):

@@ -1,4 +1,4 @@
-"""Impact maps and forces from records near the ground and in the air."""
+"""Impact laws and forces from records near the ground and in the air."""
 
 from tarsus.impacts.alignment import Alignment, align, residual_gate, subtract
 from tarsus.impacts.detection import detect_impacts

@@ -1,5 +1,5 @@
 """Two records of the same signal brought to the same clock: delay to a fraction of a sample, gain, and zero; and
-whether one explains the other well enough to be taken off it."""
+whether one explains the other well enough to be subtracted from it."""
 
 from __future__ import annotations
 
@@ -189,7 +189,7 @@ def _whole_delays(ours: Floats, theirs: Floats, reach: int) -> tuple[int, int | 
     )
     near = dips[left[dips] <= left.min() + np.log(_NEARLY)]
     chosen = int(near[np.argmin(np.abs(lags[near]))])
-    # a dip is told apart from the noise along one and the same trough by rising to twice what is left in between
+    # another dip is not noise along the same trough where what is left rises to twice as much in between
     others = [k for k in near.tolist() if left[min(k, chosen) : max(k, chosen) + 1].max() > left[near].max() + _APART]
     other = min(others, key=lambda k: left[k], default=None)
     return int(lags[chosen]), None if other is None else int(lags[other])

@@ -1,4 +1,4 @@
-"""The impact map of a foot from records near the ground and in the air, with its uncertainty.
+"""The impact law of a foot from records near the ground and in the air, with its uncertainty.
 
 The difference of the two records obeys the linear structure without drive between impacts. Its free motion, fitted on
 both sides of each impact, gives the velocity of the foot just before and the change of every point's velocity, with the

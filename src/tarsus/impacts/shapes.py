@@ -1,4 +1,4 @@
-"""Shapes measured at an impact beside the structure's modes."""
+"""Shapes measured at an impact compared with the structure's modes."""
 
 from __future__ import annotations
 

@@ -235,7 +235,7 @@ def _points(folder: Path, device: str | None) -> tuple[str, ...]:
     there = folder / (device or "device.toml")
     try:
         return tuple(load_scene(there if there.is_file() else device or there).robot.structure.points)
-    except InputError:  # the campaign file comes first, and its check tells
+    except InputError:  # the campaign file comes first, and its check says so
         return ()
 
 

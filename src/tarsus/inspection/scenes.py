@@ -17,7 +17,7 @@ from tarsus.tables.view import View
 
 
 def scene_view(scene: Scene) -> View:
-    """Path, value, unit, 95 % interval and provenance of every value; impact map, landing rule, citations."""
+    """Path, value, unit, 95 % interval and provenance of every value; impact law, landing rule, citations."""
     rows = [_row(scene, path, info) for path, info in float_paths(scene).items()]
     impact = _impact(scene)
     data = {
@@ -81,7 +81,7 @@ def _interval_of_each(scene: Scene, row: ValueRow) -> list[tuple[float, float] |
 
 
 def _impact(scene: Scene) -> dict[str, Any] | None:
-    """The impact map at the first foot, and the largest factor by which it can multiply kinetic energy."""
+    """The impact law at the first foot, and the largest factor by which it can multiply kinetic energy."""
     if not scene.robot.feet:
         return None
     chosen = scene.ground.impact or MassWeighted()

@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 
 
 class _Robots:
-    """What both environments are made of: robots, what they are told, what is seen of them and what it is worth."""
+    """What both environments are made of: robots, their actions, what is seen of them and what it is worth."""
 
     def __init__(
         self,

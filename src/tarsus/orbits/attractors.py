@@ -1,7 +1,7 @@
 """What a robot does in the long run: every motion that runs from a box of starts settle to, and how many of them do.
 
-Runs go on until they repeat (`tarsus.orbits.settling`); settled ones are told apart by their motion. Of each attractor
-one start is run again by itself a hundred times finer, and its orbit and multipliers come from Newton's method there.
+Runs go on until they repeat (`tarsus.orbits.settling`); their motion distinguishes settled ones. Of each attractor one
+start is run again by itself a hundred times finer, and its orbit and multipliers come from Newton's method there.
 """
 
 from __future__ import annotations

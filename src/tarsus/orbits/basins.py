@@ -1,4 +1,4 @@
-"""Which starts lead to which motion: runs from a box go on until they repeat, and settled ones are told apart."""
+"""Which starts lead to which motion: runs from a box go on until they repeat, and settled ones are distinguished."""
 
 from __future__ import annotations
 

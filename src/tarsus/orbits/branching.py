@@ -46,8 +46,8 @@ TURNS = 1e-2
 """The same where a motion turns back: in a flip it turns into itself, half a period later, and Newton's method finds a
 place there to the third root of `CLOSED` alone."""
 BEYOND = (1e-9, 1e-7, 1e-5, 1e-4, 1e-3, 1e-2, 3e-2)
-"""Shares of the range by which the parameter goes on where a motion ends, to settle anew: the first is what a change is
-told from the next one by, the last ones pass over what does not repeat."""
+"""Shares of the range by which the parameter goes on where a motion ends, to settle anew: the first distinguishes
+a change from the next one, the last ones pass over what does not repeat."""
 NOWHERE = "no orbit was found any further"
 GRAZED = "an orbit grazes the ground, and no other begins there"
 JUMPED = "a landing is decided otherwise, and the motion is another one beyond"

@@ -24,8 +24,8 @@ fast."""
 BENT = 1e-3
 """Change of a slope over a step, of the slope, above which a shorter step is taken: its square is the error."""
 RESOLVED = 1e-9
-"""Difference of returns, of their size, below which nothing is told of how they bend: the engine's steps leave a third
-of it where they fall otherwise."""
+"""Difference of returns, of their size, below which their bend is not resolved: the engine's steps leave a third of it
+where they fall otherwise."""
 NOISE = 1e-8
 """Size below which a multiplier is rounding."""
 

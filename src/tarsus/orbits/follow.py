@@ -1,6 +1,6 @@
 """Orbits along a parameter: the next point of a branch from the last ones, by pseudo-arclength.
 
-Unknowns are u = (state at the section along its free directions, parameter), each in units of its size; beside
+Unknowns are u = (state at the section along its free directions, parameter), each in units of its size; besides
 P(s, p) - s = 0 a point satisfies t . (u - u_predicted) = 0, t the tangent of the branch, so that folds are passed.
 """
 
@@ -103,7 +103,7 @@ class Follower:
     def solve(self, first: Floats, normal: Floats, level: float, like: Point | None = None) -> Point | None:
         """The point of the branch with ``normal . u = level`` near scaled unknowns; None where there is none nearby.
 
-        like: a point of the branch, which tells the direction of the tangent.
+        like: a point of the branch, which gives the direction of the tangent.
         """
 
         def mismatch(place: Floats) -> tuple[tuple[ReturnMap, Floats, Returned], Floats] | None:

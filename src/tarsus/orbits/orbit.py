@@ -47,8 +47,8 @@ multiple with one is tried first."""
 ROUNDED = (f"multipliers below {NOISE:g} are rounding: such a deviation is gone after a period",)
 """What is said below multipliers."""
 ON_CIRCLE = 1e-6
-"""Distance from 1 within which a multiplier's magnitude says nothing of stability, to which it is known beside
-a grazing."""
+"""Distance from 1 within which a multiplier's magnitude says nothing of stability, to which it is known near a
+grazing."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Measures of many robots, taken over what is asked for: their settled motions from several starts, or episodes.
 
 Of a settled motion every run goes on until its contacts repeat, or for all of its time; what a robot is measured by is
-the mean over its starts, beside what differs from start to start and from period to period.
+the mean over its starts, with what differs from start to start and from period to period.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ PHASES = 8
 """Phases of a drive period at which a motion is seen, none at a half, a quarter or an eighth of it, where drives have
 their edges."""
 MOST_MULTIPLE = 16
-"""Largest multiple of the drive period that is told from none."""
+"""Largest multiple of the drive period that is distinguished from none."""
 KEPT = 3 * MOST_MULTIPLE
 """Drive periods that are compared: the last two of the longest multiple and the one before them."""
 ROUND = 8
@@ -109,7 +109,7 @@ class Settling:
 
     def _multiple(self, r: int) -> int:
         """The smallest multiple with which a run repeats; 0 without one, and where it still closes in on a motion of a
-        smaller one: beside a flip every other period is equal long before every one is."""
+        smaller one: near a flip every other period is equal long before every one is."""
         seen = self.seen[r] / self.sizes(r)
 
         def apart(k: int) -> float:

@@ -43,7 +43,7 @@ APART = 1e-5
 parts of a step are smaller."""
 ALIKE = 0.65
 """Part of a change of impacts over a step that one half of it may have where the motion is the same: 0.5 over short
-steps, 0.71 beside a grazing, from which speeds rise as roots."""
+steps, 0.71 near a grazing, from which speeds rise as roots."""
 JUMP = 1e-8
 """Distance in scaled unknowns of points on both sides of a change beyond which the motion jumps: a hundred times what
 orbits close to."""

@@ -1,11 +1,11 @@
-"""Where runs start that are to tell what a robot does in the long run: a box of starts, and points spread over it.
+"""Where runs start that are to show what a robot does in the long run: a box of starts, and points spread over it.
 
     x(0) = x0 + h u,   v(0) = v0 + s u,   u: feet lifted by 1 m
 
 `height` h and `speed` s lift and throw the robot as a whole: a body that is free upwards rises as it is, one that
 springs hold is bent as a force on its feet bends it. Where it would be below uneven ground it is lifted onto it.
-`phase` is where in their common period all drives are when it is put down. Everything else that a start consists of
-goes by its path.
+`phase` is where in their common period all drives are when it starts. Everything else that a start consists of goes by
+its path.
 """
 
 from __future__ import annotations
@@ -210,10 +210,10 @@ def _number(scene: Scene, path: str, given: Any) -> float:
         return parse_quantity(given, UNITS[path]) if isinstance(given, str) else float(given)
     known = [*UNITS, *(one for one in float_paths(scene) if _starts(one))]
     if path not in known:
-        told = "is no part of a start" if path in float_paths(scene) else "unknown path"
+        fault = "is no part of a start" if path in float_paths(scene) else "unknown path"
         raise InputError(
             [
-                f"{path}: {told} (a start is {HEIGHT}, {SPEED}, {PHASE} of the drives, initial.*, a "
+                f"{path}: {fault} (a start is {HEIGHT}, {SPEED}, {PHASE} of the drives, initial.*, a "
                 f"drive's history){nearest(path, known)}"
             ]
         )

@@ -20,7 +20,7 @@ rounded has 2.4 times as many, a flat one 5 times."""
 _SAME = 1e-9
 """Part of the span within which values are the same."""
 _NEXT = 20
-"""Values beside the outermost one that it is compared with."""
+"""Values next to the outermost one that it is compared with."""
 _FAR = 0.2
 """Part of the span from the middle that a limit lies at: what rests there is no limit."""
 
@@ -77,9 +77,9 @@ def heaped_samples(values: Floats) -> tuple[int, float]:
     levels *= _SAME * span
     if len(levels) <= _NEXT:
         return found
-    for place, beside in ((0, slice(1, 1 + _NEXT)), (-1, slice(-1 - _NEXT, -1))):
+    for place, inner in ((0, slice(1, 1 + _NEXT)), (-1, slice(-1 - _NEXT, -1))):
         hit, level = int(counts[place]), float(levels[place])
-        heaped = hit >= _FEWEST_HEAPED and hit > _HEAPED * float(counts[beside].max())
+        heaped = hit >= _FEWEST_HEAPED and hit > _HEAPED * float(counts[inner].max())
         if heaped and abs(level - middle) > _FAR * span and hit > found[0]:
             found = hit, level
     return found

@@ -17,7 +17,7 @@ Item = TypeVar("Item")
 class Excluded:
     """Data that a step did not use: file, channel ("" for all of them) and the reason, a sentence.
 
-    count: of how many of what the step counts (impacts, samples) that is told.
+    count: of how many of what the step counts (impacts, samples) that holds.
     """
 
     file: str

@@ -115,7 +115,7 @@ def horizon(n: int) -> float:
 
 
 def wrong_impacts(times: Floats, reference: Floats) -> int:
-    """Impacts that are missing, surplus, or off by more than the tolerance, compared index by index."""
+    """Impacts that are missing, surplus, or wrong by more than the tolerance, compared index by index."""
     common = min(len(times), len(reference))
     off = np.abs(times[:common] - reference[:common]) > TIME_TOLERANCE * reference[:common]
     return int(off.sum()) + abs(len(times) - len(reference))
@@ -162,7 +162,7 @@ def run_pairs(
 
 
 def wrong_pairs(answer: tuple[NDArray[np.int64], Floats, Floats], reference: Pairs) -> int:
-    """Members of P2 with a wrong count, or a first or tenth impact time off by more than the tolerance."""
+    """Members of P2 with a wrong count, or a first or tenth impact time wrong by more than the tolerance."""
     counts, first, tenth = answer
     good = counts == reference.impacts
     for found, known in ((first, reference.first), (tenth, reference.tenth)):

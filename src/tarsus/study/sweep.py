@@ -52,7 +52,7 @@ FILED = {"run", "foot", "code", "settled"}
 """What else a sweep's file names."""
 
 RESULTS = ("_spread", "_per_foot", "_over_starts")
-"""What a measure has beside its value, as endings of its name."""
+"""What a measure has besides its value, as endings of its name."""
 
 EPISODE = "an episode from the scene's own start is from_rest = '0.2 s'"
 """What to ask for instead of a settled motion."""

@@ -58,7 +58,7 @@ def work_unit(sweep: Sweep, points: Mapping[str, Floats], shared: Shared | None 
 
 
 def score_shapes(sweep: Sweep) -> dict[str, tuple[int, ...]]:
-    """Shape of what `work_unit` tells of a run, by name."""
+    """Shape of what `work_unit` finds of a run, by name."""
     many, feet = len(sweep.measures), len(sweep.scene.robot.feet)
     shapes: dict[str, tuple[int, ...]] = {"value": (many,), "spread": (many,), "per_foot": (many, feet)}
     of_starts = zip(OVER_STARTS, ((many,), ()), strict=True)

@@ -41,7 +41,7 @@ def _tables(name: str, value: Any) -> list[Table]:
 
 
 def _rows(name: str, entries: Mapping[str, Mapping[str, Any]]) -> list[Table]:
-    """One table of entries by name, each with the values that it has beside longer lists."""
+    """One table of entries by name, each with the values that it has besides longer lists."""
     flat = {key: _flat(entry) for key, entry in entries.items()}
     names = list(dict.fromkeys(column for entry in flat.values() for column in entry))[:MOST_COLUMNS]
     rows = [(key, *(_cell(entry.get(column)) for column in names)) for key, entry in flat.items()]

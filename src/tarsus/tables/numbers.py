@@ -116,7 +116,7 @@ def spaced(name: str) -> str:
 
 
 def path_end(path: str) -> str:
-    """The end of a path that tells numbers apart: "film.thickness", "law.weights.0"."""
+    """The end of a path that distinguishes numbers: "film.thickness", "law.weights.0"."""
     parts = path.split(".")
     return ".".join(parts[-3:] if parts[-1].isdigit() else parts[-2:])
 

@@ -118,7 +118,7 @@ class CitedSource(Description):
 
 
 class Parameters(Description):
-    """What is known of the numbers of the device beside their provenance."""
+    """What is known of the numbers of the device besides their provenance."""
 
     fitted: tuple[str, ...] = Field(default=(), description="numbers that were fitted to the rows, by path")
     chosen: tuple[str, ...] = Field(default=(), description="numbers that were chosen, each with the reason")

@@ -1,4 +1,4 @@
-"""The runs of an experiment: every row's scenes simulated, and what is read of them beside what was measured."""
+"""The runs of an experiment: every row's scenes simulated, and what is read of them with what was measured."""
 
 from __future__ import annotations
 

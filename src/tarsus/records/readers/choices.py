@@ -47,7 +47,7 @@ class Choices(Description):
     """What the user says about a file. It wins over what the file says, and the record notes that it did.
 
     channels: names in the file, as a list, with their units (``{"Ch1": "mm/s"}``) or with all of a `ChannelChoice`;
-    empty takes every channel whose unit the file tells.
+    empty takes every channel whose unit the file states.
     """
 
     channels: Annotated[dict[str, ChannelChoice], BeforeValidator(_table), AfterValidator(FrozenDict)] = Field(

@@ -25,8 +25,8 @@ from tarsus.records.readers.selecting import (
     without_units,
 )
 
-_TELLING = 1e-4
-"""Share of the sampling rate from which its rounding is told: records tell a frequency to some 1e-4."""
+_COARSE = 1e-4
+"""Share of the sampling rate from which its rounding is noted: records determine a frequency to some 1e-4."""
 
 
 def measurement_of(raw: RawFile, choices: Choices) -> Measurement:
@@ -57,7 +57,7 @@ def measurement_of(raw: RawFile, choices: Choices) -> Measurement:
     if choices.channels:
         notes += _not_chosen(raw, candidates, selected)
     selected, length, more = _same_length(raw, choices, selected, column)
-    sampling, told = _sampling(raw, choices, [one.series for one in selected], column, length)
+    sampling, on_time = _sampling(raw, choices, [one.series for one in selected], column, length)
     problems = [
         text
         for one in selected
@@ -67,12 +67,12 @@ def measurement_of(raw: RawFile, choices: Choices) -> Measurement:
         raise InputError(problems)
     values = np.array([one.series.values[:length].astype(float) * one.scaled.factor for one in selected])
     drive = _drive(raw, choices, selected)
-    if sampling.rounding > _TELLING:
-        told.append(
+    if sampling.rounding > _COARSE:
+        on_time.append(
             f"{raw.source}: the sampling rate of {1.0 / sampling.step:.6g} Hz may be wrong by "
             f"{100.0 * sampling.rounding:.2g} %, since the file writes times or steps in few digits"
         )
-    notes += [*more, *told, *_clipping(raw, selected, values), *_constant(raw, selected, values, drive)]
+    notes += [*more, *on_time, *_clipping(raw, selected, values), *_constant(raw, selected, values, drive)]
     if drive is None:
         notes.append(f"{raw.source}: no channel is known to be the drive; name it with drive")
     channels = tuple(channel_of(raw.source, one) for one in selected)
@@ -85,14 +85,14 @@ def measurement_of(raw: RawFile, choices: Choices) -> Measurement:
 
 
 def _over_lines(raw: RawFile, timed: bool) -> set[str]:
-    """Names of the frequencies beside complex responses, and of what has as many numbers where no times are known:
+    """Names of the frequencies of complex responses, and of what has as many numbers where no times are known:
     coherences, amplitudes."""
     if not any(np.iscomplexobj(one.values) for one in raw.series):
         return set()
     axes = [one for one in raw.series if is_axis(one, Domain.FREQUENCY)]
     counts = set() if timed or raw.declared else {len(one.values) for one in axes}
-    beside = [one for one in raw.series if one.declared is None and len(one.values) in counts]
-    return {one.name for one in (*axes, *beside)}
+    others = [one for one in raw.series if one.declared is None and len(one.values) in counts]
+    return {one.name for one in (*axes, *others)}
 
 
 def _no_series(raw: RawFile) -> InputProblem:
@@ -224,7 +224,7 @@ def _sharper(raw: RawFile, used: Sequence[RawSeries], sampling: Sampling) -> Sam
 
 
 def _drive(raw: RawFile, choices: Choices, selected: Sequence[Selected]) -> str | None:
-    """Name of the drive's channel: the one named, else the only one that the file or its quantity tells."""
+    """Name of the drive's channel: the one named, else the only one that the file or its quantity marks."""
     if choices.drive is not None:
         for one in selected:
             if choices.drive in (one.name, one.series.name):
@@ -233,10 +233,10 @@ def _drive(raw: RawFile, choices: Choices, selected: Sequence[Selected]) -> str 
         raise InputError(
             f"{raw.source}: the drive is missing: no channel '{choices.drive}' was read{nearest(choices.drive, names)}"
         )
-    told = [one.name for one in selected if one.series.excitation]
+    marked = [one.name for one in selected if one.series.excitation]
     volts = [one.name for one in selected if one.scaled.quantity is Quantity.VOLTAGE]
     forces = [one.name for one in selected if one.scaled.quantity is Quantity.FORCE]
-    for names in (told, volts, forces):
+    for names in (marked, volts, forces):
         if names:
             return names[0] if len(names) == 1 else None
     return None

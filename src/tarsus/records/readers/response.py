@@ -70,10 +70,10 @@ def response_of(raw: RawFile, choices: Choices) -> FrequencyResponse:
         nothing = f"{raw.source} holds no complex frequency response" + (_REAL_ONLY if signals else "")
         raise InputError(nothing)
     found, notes = _with_units(raw, choices, _of_inputs(raw, choices, candidates))
-    axis, told = _lines(raw, choices, [one.output.series for one in found])
+    axis, on_lines = _lines(raw, choices, [one.output.series for one in found])
     first = 1 if _bad_zero(found, axis) else 0
     if first:
-        told = [*told, f"{raw.source}: no finite number at 0 Hz: that line is not used"]
+        on_lines = [*on_lines, f"{raw.source}: no finite number at 0 Hz: that line is not used"]
     problems = [
         text
         for one in found
@@ -116,7 +116,7 @@ def response_of(raw: RawFile, choices: Choices) -> FrequencyResponse:
             values[..., first:],
             None if known is None else known[..., first:],
             raw.source,
-            tuple([*raw.notes, *notes, *told]),
+            tuple([*raw.notes, *notes, *on_lines]),
         )
     except InputError as error:
         raise InputError([f"{raw.source}: {problem}" for problem in error.problems]) from None

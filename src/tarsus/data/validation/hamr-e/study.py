@@ -1,4 +1,4 @@
-"""A climber that stands still on a wall or below a ceiling while the volts of its pads fall: where it lets go."""
+"""A climber that stands still on a wall or below a ceiling while the volts of its pads fall: where it detaches."""
 
 import math
 
@@ -28,7 +28,7 @@ def case(row, device):
     holding = next(leg for leg in legs if leg != RAISED)
 
     def read(run):
-        """The first foot that lets go or slides, of those whose pads are on."""
+        """The first foot that detaches or slides, of those whose pads are on."""
         own = [run.foot_names.index(leg) for leg in legs if row["pads"] == 4.0 or leg != RAISED]
         ends = [
             one["time"]
