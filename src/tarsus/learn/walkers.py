@@ -62,9 +62,9 @@ class _Robots:
 
     def spaces(self) -> tuple[gymnasium.spaces.Box, gymnasium.spaces.Box]:
         """Of actions and of what is seen."""
-        told, seen = self.actions.size(self.scene), len(self.sensors.names(self.scene))
+        acted, seen = self.actions.size(self.scene), len(self.sensors.names(self.scene))
         return (
-            gymnasium.spaces.Box(-1.0, 1.0, (told,), np.float32),
+            gymnasium.spaces.Box(-1.0, 1.0, (acted,), np.float32),
             gymnasium.spaces.Box(-np.inf, np.inf, (seen,), np.float32),
         )
 
