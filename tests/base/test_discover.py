@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tarsus.base.discover import classes_beside, kind_of_class
+from tarsus.base.discover import classes_in_folder, kind_of_class
 from tarsus.base.errors import InputError
 from tarsus.base.spec import Description
 
@@ -50,4 +50,4 @@ def test_a_mistake_is_told_with_its_file(tmp_path: Path, monkeypatch: pytest.Mon
         monkeypatch.delitem(sys.modules, name, raising=False)
     __import__("shapes")
     with pytest.raises(InputError, match=f"mine.py{WRONG[text]}"):
-        classes_beside("shapes", Shape, kind_of_class)
+        classes_in_folder("shapes", Shape, kind_of_class)

@@ -14,7 +14,7 @@ from tarsus.model.drive.waveforms import RampedSquare, Square, SweptSine
 from tarsus.records.purpose import Purpose
 from tarsus.solve.outputs import Output
 from tarsus.synthesis.belief import Belief, field_limits
-from tarsus.synthesis.information import Sensing, Told, deviations, told_by
+from tarsus.synthesis.information import RecordInformation, Sensing, deviations, expected_information
 from tarsus.synthesis.proposals import proposals
 from tarsus.synthesis.ranking import TRUST, rank
 from tarsus.synthesis.recordings import Recording, placed
@@ -76,11 +76,11 @@ def estimates(scene: ts.Scene, recording: Recording, paths: list[str], sensing: 
 )
 def test_estimates_from_noisy_records_scatter_as_far_as_the_bound_says(recording, paths):
     """40 records: their scatter is known to 11 %, so that a right bound fails one time in a hundred."""
-    told = told_by(DEVICE, recording, alone(DEVICE, *paths), BARE, drive="pzt", impacts=None)
+    told = expected_information(DEVICE, recording, alone(DEVICE, *paths), BARE, drive="pzt", impacts=None)
     found = estimates(DEVICE, recording, paths, BARE, 40)
     bound = deviations(told.matrix + np.diag([0.0] * len(paths) + [1e12] * (len(told.names) - len(paths))))
     assert found.std(axis=0) == pytest.approx(bound[: len(paths)], rel=0.3)
-    windows = told_by(DEVICE, recording, alone(DEVICE, *paths), BARE, drive="pzt", impacts=2)
+    windows = expected_information(DEVICE, recording, alone(DEVICE, *paths), BARE, drive="pzt", impacts=2)
     assert np.all(deviations(windows.matrix)[: len(paths)] > 0.999 * deviations(told.matrix)[: len(paths)])
 
 
@@ -93,7 +93,7 @@ def test_the_walker_of_a_tenth_of_a_second():
     assert len(belief.unknown) == 19
     one = Recording("walk", Purpose.WALKING, None, 0.1, gait=scene.gait)
     seen = Sensing(share={})
-    told = told_by(scene, one, belief.unknown, seen, impacts=None)
+    told = expected_information(scene, one, belief.unknown, seen, impacts=None)
     gains = np.diag([0.0 if name in belief.unknown else seen.gain**-2.0 for name in told.names])
     left = dict(zip(told.names, 100.0 * deviations(told.matrix + gains), strict=True))
     expected = {E: 0.9, "ground.friction.coefficient": 0.6, FILM: 12.0, A0: 12.0}
@@ -125,7 +125,9 @@ def test_signals_without_contact_tell_nothing_of_restitution():
 def test_one_contact_time_fixes_a_sum_and_two_separate_it():
     """The pull-off force is C_a0 + C_a t: records of one contact time tell a sum, and neither alone."""
     device = ts.with_values(DEVICE, {A0: 150e-9})
-    one, other = (told_by(device, square(hz, 8.0), alone(device, A0, A), BARE, drive="pzt") for hz in (5.0, 100.0))
+    one, other = (
+        expected_information(device, square(hz, 8.0), alone(device, A0, A), BARE, drive="pzt") for hz in (5.0, 100.0)
+    )
     own = [deviations(told.matrix)[:2] for told in (one, other)]
     both = deviations(one.about(one.names) + other.about(one.names))[:2]
     assert np.all(both < 0.8 * np.min(own, axis=0))
@@ -185,10 +187,10 @@ def test_what_cannot_be_ranked_is_said_at_once():
             field_limits(DEVICE, path)
     blind = Sensing(noise={}, share={})
     with pytest.raises(InputError, match="the instruments show nothing"):
-        told_by(walker, walk(walker, walker.gait, "walk"), {}, blind)
+        expected_information(walker, walk(walker, walker.gait, "walk"), {}, blind)
 
 
 def test_information_about_other_names_is_none():
-    told = Told(("a", "gain of b"), np.diag([4.0, 1.0]))
+    told = RecordInformation(("a", "gain of b"), np.diag([4.0, 1.0]))
     assert np.diag(told.about(("c", "gain of b", "a"))).tolist() == [0.0, 1.0, 4.0]
     assert deviations(told.matrix) == pytest.approx([0.5, 1.0], rel=1e-4)

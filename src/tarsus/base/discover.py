@@ -39,7 +39,7 @@ def kind_of_class(one: type[Any]) -> str | None:
     return field.default
 
 
-def classes_beside(package: str, base: type[T], name: Callable[[type[T]], str | None]) -> Mapping[str, type[T]]:
+def classes_in_folder(package: str, base: type[T], name: Callable[[type[T]], str | None]) -> Mapping[str, type[T]]:
     """Classes derived from a base in the files of a package, in the order of the files.
 
     name: what a class is called, None for one that is only a base of others.  Raises InputError for two of one name.

@@ -51,7 +51,7 @@ def simulate(
     if asked.flag("json"):
         console.print_json(run_data(run, written, others))
     else:
-        console.table(run.table(), *([] if others is None else [others.beside(run, asked.scene_words)]))
+        console.table(run.table(), *([] if others is None else [others.compared_with(run, asked.scene_words)]))
         console.wrote(written)
     console.note(remarks(scene))
     if not run.ok:

@@ -246,7 +246,7 @@ class Attractors:
         parts = [self._measures(), *([self._edges()] if self.edges else [])]
         return Table(title, columns, rows, notes, parts if self.found else ())
 
-    def beside(self, run: Any, words: str = "") -> Table:
+    def compared_with(self, run: Any, words: str = "") -> Table:
         """What else the robot of a run may do: motions by their share of the starts, and which the run's start leads
         to; words: of a command line, for its scene."""
         walks = isinstance(self.scene.robot.structure, Walker)

@@ -76,7 +76,7 @@ def report_html(
         Section("Values of this run", VALUES, values_table(run.scene)),
         sources(run.scene.citations),
     ]
-    others_table = None if others is None else others.beside(run)
+    others_table = None if others is None else others.compared_with(run)
     about = [*_about(run), others_table, _key_figures(run)]
     return sections_page(run.scene.name, about, sections, CONVENTIONS)
 

@@ -67,7 +67,7 @@ class Sensing:
 
 
 @dataclass(frozen=True)
-class Told:
+class RecordInformation:
     """Information (np, np) about logarithms of numbers by name, gains of channels among them."""
 
     names: tuple[str, ...]
@@ -81,7 +81,7 @@ class Told:
         return out
 
 
-def gains_of(each: Iterable[Told]) -> tuple[str, ...]:
+def gains_of(each: Iterable[RecordInformation]) -> tuple[str, ...]:
     """Names of all gains that records show."""
     return tuple(dict.fromkeys(name for one in each for name in one.names if name.startswith(_GAIN)))
 
@@ -94,7 +94,7 @@ def deviations(information: Floats) -> Floats:
     return np.sqrt(np.einsum("...ii->...i", inverse)) / size
 
 
-def told_by(
+def expected_information(
     scene: Scene,
     recording: Recording,
     unknown: Mapping[str, Mapping[str, float]],
@@ -102,7 +102,7 @@ def told_by(
     *,
     drive: str = "",
     impacts: int | None = IMPACTS,
-) -> Told:
+) -> RecordInformation:
     """What one record would show of numbers.
 
     Parameters
@@ -153,7 +153,7 @@ def told_by(
     information = found.reduced()[0].sum(axis=0)
     across, rest = information[: len(names), len(names) :], information[len(names) :, len(names) :]
     left = np.linalg.solve(rest + np.eye(len(rest)), across.T)  # zeros are unknown within their spread
-    return Told(names, information[: len(names), : len(names)] - across @ left)
+    return RecordInformation(names, information[: len(names), : len(names)] - across @ left)
 
 
 _GAIN = "gain of "

@@ -18,7 +18,7 @@ from tarsus.base.spec import float_paths
 from tarsus.base.workers import Workers, spread
 from tarsus.model.scene import Scene
 from tarsus.synthesis.belief import Belief
-from tarsus.synthesis.information import Sensing, Told, deviations, gains_of, told_by
+from tarsus.synthesis.information import RecordInformation, Sensing, deviations, expected_information, gains_of
 from tarsus.synthesis.recordings import Recording
 
 MOST_REPEATS = 10
@@ -154,13 +154,19 @@ class _Gained:
     """Information of candidates at draws (nc, nd, N, N) about all numbers, gains of channels behind them."""
 
     def __init__(
-        self, shown: Sequence[Sequence[Told | str]], belief: Belief, sensing: Sensing, parameter: str | None
+        self,
+        shown: Sequence[Sequence[RecordInformation | str]],
+        belief: Belief,
+        sensing: Sensing,
+        parameter: str | None,
     ) -> None:
         self.paths, self.std = tuple(belief.unknown), belief.std
-        gains = gains_of(one for row in shown for one in row if isinstance(one, Told))
+        gains = gains_of(one for row in shown for one in row if isinstance(one, RecordInformation))
         names, count = (*self.paths, *gains), len(self.paths)
         nothing = np.zeros((len(names), len(names)))
-        self.each = np.array([[one.about(names) if isinstance(one, Told) else nothing for one in row] for row in shown])
+        self.each = np.array(
+            [[one.about(names) if isinstance(one, RecordInformation) else nothing for one in row] for row in shown]
+        )
         # gains that are known exactly have no spread left to find
         self.known = np.diag(np.full(len(names), max(sensing.gain, 1e-9) ** -2.0))
         self.known[:count, :count] = 0.0
@@ -206,28 +212,30 @@ def _information(
     logs: Floats,
     threads: Workers,
     progress: Progress | None,
-) -> list[list[Told | str]]:
+) -> list[list[RecordInformation | str]]:
     """Of every candidate its information at every draw, or why it has none."""
     drive = next(iter(scene.signals), next(iter(scene.robot.drives), ""))
     work = partial(_of_draw, scene, belief, sensing, drive)
     jobs = [(candidate, row) for candidate in candidates for row in logs]
-    out: list[list[Told | str]] = []
+    out: list[list[RecordInformation | str]] = []
     for i, one in enumerate(spread(work, jobs, threads)):
         if i % len(logs) == 0:
             out.append([])
             if progress is not None:
                 progress(len(out) - 1, len(candidates), candidates[len(out) - 1].name)
         out[-1].append(one)
-    if not any(isinstance(one, Told) for row in out for one in row):
+    if not any(isinstance(one, RecordInformation) for row in out for one in row):
         raise InputError(list(dict.fromkeys(str(row[0]) for row in out)))
     return out
 
 
-def _of_draw(scene: Scene, belief: Belief, sensing: Sensing, drive: str, job: tuple[Recording, Floats]) -> Told | str:
+def _of_draw(
+    scene: Scene, belief: Belief, sensing: Sensing, drive: str, job: tuple[Recording, Floats]
+) -> RecordInformation | str:
     recording, logs = job
     try:
         drawn = belief.scene(scene, logs)
-        return told_by(drawn, recording, belief.directions(drawn), sensing, drive=drive)
+        return expected_information(drawn, recording, belief.directions(drawn), sensing, drive=drive)
     except InputError as error:
         return str(error)
 
@@ -267,7 +275,7 @@ def _greedy(
     return dict(counts), steps, cost
 
 
-def _note(shown: Sequence[Told | str], candidate: Recording, budget: float) -> str:
+def _note(shown: Sequence[RecordInformation | str], candidate: Recording, budget: float) -> str:
     if candidate.duration > budget * (1.0 + 1e-9):
         return "longer than the budget"
     failed = [one for one in shown if isinstance(one, str)]

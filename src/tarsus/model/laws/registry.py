@@ -10,7 +10,7 @@ from typing import Annotated, Any, NamedTuple
 
 from pydantic import BeforeValidator, Field
 
-from tarsus.base.discover import classes_beside
+from tarsus.base.discover import classes_in_folder
 from tarsus.model.laws.base import Law
 
 
@@ -24,7 +24,7 @@ class Slot(NamedTuple):
 @lru_cache(maxsize=1)
 def built_in() -> Mapping[str, type[Law]]:
     """Laws by name, in the order of their files: every class of a law with parameters or a function."""
-    return classes_beside(__package__ or "", Law, _name)
+    return classes_in_folder(__package__ or "", Law, _name)
 
 
 def _name(law: type[Law]) -> str | None:

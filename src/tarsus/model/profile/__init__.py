@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from tarsus.base.discover import classes_beside, kind_of_class
+from tarsus.base.discover import classes_in_folder, kind_of_class
 from tarsus.model.profile.base import GroundLine, Profile, Relief, gaps_above, heights_of, line_between
 from tarsus.model.profile.each_foot import EachFoot
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     AnyLine = Profile
     AnyProfile = Relief
 else:
-    _shapes = tuple(classes_beside(__package__, Profile, kind_of_class).values())
+    _shapes = tuple(classes_in_folder(__package__, Profile, kind_of_class).values())
     AnyLine = Annotated[reduce(or_, _shapes), Field(discriminator="kind")]
     """Any shape; `kind` says which."""
     EachFoot.model_rebuild(_types_namespace={"AnyLine": AnyLine})

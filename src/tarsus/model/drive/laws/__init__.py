@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from tarsus.base.discover import classes_beside, kind_of_class
+from tarsus.base.discover import classes_in_folder, kind_of_class
 from tarsus.model.drive.law import Cubic, VoltageLaw
 from tarsus.model.drive.laws.creeping import Creeping, fit_rates
 from tarsus.model.drive.laws.linear import LinearForce
@@ -35,7 +35,7 @@ __all__ = [
 @lru_cache(maxsize=1)
 def built_in() -> Mapping[str, type[VoltageLaw]]:
     """Laws by kind, in the order of their files: every one with a field ``kind``."""
-    return classes_beside(__name__, VoltageLaw, kind_of_class)
+    return classes_in_folder(__name__, VoltageLaw, kind_of_class)
 
 
 if TYPE_CHECKING:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import lru_cache
 
-from tarsus.base.discover import classes_beside, kind_of_class
+from tarsus.base.discover import classes_in_folder, kind_of_class
 from tarsus.model.drive.signal import Signal
 
 
 @lru_cache(maxsize=1)
 def built_in() -> Mapping[str, type[Signal]]:
     """Waveforms by kind, in the order of their files: every signal with a field ``kind``."""
-    return classes_beside(__package__ or "", Signal, kind_of_class)
+    return classes_in_folder(__package__ or "", Signal, kind_of_class)
