@@ -277,8 +277,8 @@ def _with_velocity(value: complex, shape: NDArray[np.complex128], w: float) -> N
 def _alone(
     value: complex, others: NDArray[np.complex128], pencil: tuple[Floats, ...], w: float
 ) -> tuple[complex, NDArray[np.complex128]]:
-    """As `_refined`, with the other eigenvalues divided out (Aberth's method): beside a rate some 1e10 times less than the
-    fastest a rate of zero is not found as one that it is not. NaN where it does not converge."""
+    """As `_refined`, with the other eigenvalues divided out (Aberth's method): next to a rate some 1e10 times less than
+    the fastest, a rate of zero is found as zero. NaN where it does not converge."""
     nearest, fastest = np.abs(others).min(), np.abs(others).max()
     unit = _own_units(value, pencil[0], pencil[2], min(nearest, w))
     mass, damping, stiffness = (unit[:, None] * part * unit for part in pencil)

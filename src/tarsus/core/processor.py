@@ -1,7 +1,7 @@
 """Which engine runs here: wheels for x86-64 hold one for each level of it, in a folder of the level's name.
 
 The highest that processor and operating system have is taken, or the one that ``TARSUS_PROCESSOR`` names. An engine
-that was built on this machine, or for another kind of processor, is the only one and lies beside this file.
+that was built on this machine, or for another kind of processor, is the only one and lies next to this file.
 """
 
 from __future__ import annotations

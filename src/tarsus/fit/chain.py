@@ -23,8 +23,8 @@ within 5 % that 60 leave open to a factor of 10."""
 
 
 def mixing(states: Floats, chains: int) -> float:
-    """How far so many chains lie apart beside how far each has been: R-hat of Gelman and Rubin (Stat. Sci. 7, 1992),
-    the largest of the unknowns, 1 where all have seen the whole likelihood; states (n, nu) as `chain` gives them."""
+    """Spread between so many chains compared with that of each: R-hat of Gelman and Rubin (Stat. Sci. 7, 1992), the
+    largest of the unknowns, 1 where all have seen the whole likelihood; states (n, nu) as `chain` gives them."""
     own = states.reshape(-1, chains, states.shape[1])
     within, between = own.var(axis=0, ddof=1).mean(axis=0), own.mean(axis=0).var(axis=0, ddof=1)
     with np.errstate(divide="ignore", invalid="ignore"):

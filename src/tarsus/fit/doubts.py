@@ -1,4 +1,4 @@
-"""What a fit has to doubt of its numbers: residuals that hang together, and other valleys that are as deep."""
+"""What a fit has to doubt of its numbers: residuals that are correlated, and other valleys that are as deep."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ CHANCE = 1e-3
 """Probability with which residuals of a right model and right errors raise a doubt: one fit of a thousand."""
 
 CORRELATED = 3.3
-"""Standard errors 1/sqrt(n) of a correlation of n white residuals beyond which they hang together: the same chance."""
+"""Standard errors 1/sqrt(n) of a correlation of n white residuals beyond which they are correlated: the same chance."""
 
 SHORTEST = 20
 """Samples of a record from which its residuals are asked: the correlation of fewer has a standard error above 0.22."""
@@ -32,7 +32,7 @@ class Doubts:
     """What is left of the certainty of nu unknowns.
 
     errors (nu,): standard errors in the cube, never below those of the stated errors; failed (nu,): whether the model
-    is off by more of the number than those say; notes: sentences.
+    errs by more of the number than those say; notes: sentences.
     """
 
     errors: Floats
@@ -44,8 +44,8 @@ def doubts_of(residuals: Floats, jacobian: Floats, records: Sequence[slice], err
     """The doubts that residuals (nr,) leave, with their Jacobian (nr, nu) at the point that was found.
 
     Residuals are in units of their stated errors. Where their squares sum to more than chance allows, or where those of
-    a record hang together, what they say of the unknowns scatters by the sum of their products at all lags up to that
-    at which they no longer hang together (the sandwich of White, and of Newey and West).
+    a record are correlated, what they say of the unknowns scatters by the sum of their products at all lags up to that
+    at which they no longer are (the sandwich of White, and of Newey and West).
 
     Parameters
     ----------
@@ -71,8 +71,8 @@ def doubts_of(residuals: Floats, jacobian: Floats, records: Sequence[slice], err
 
 
 def _lag(record: Floats) -> int:
-    """Samples over which the residuals of a record hang together: the first lag at which they no longer do; 0 where
-    none hangs together with the next."""
+    """Samples over which the residuals of a record are correlated: the first lag at which they no longer are; 0 where
+    none is with the next."""
     count = len(record)
     size = float(record @ record)
     if count < SHORTEST or size == 0.0:

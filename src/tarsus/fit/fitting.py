@@ -32,7 +32,7 @@ LEVEL = 1e-9
 """Costs that differ by less than this part lie on one plateau: rounding leaves as much of runs that are the same."""
 ALIKE = 1e-9
 """Costs that differ by less lie within 5e-5 of a standard deviation: of such descents the first is taken, for which is
-lower hangs on rounding."""
+lower depends on rounding."""
 STARTS = 3
 """Starts of a descent: neighbouring valleys of runs whose events differ by one."""
 

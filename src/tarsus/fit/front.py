@@ -26,7 +26,7 @@ Costs = Callable[[Floats], Floats]
 """Costs (n, no) of points (n, nu) of the unit cube, the least the best."""
 
 SHORTEST, LONGEST = 1e-4, 0.3
-"""Steps about a member of the front, uniform in their logarithm: from what no timer tells to a third of a range."""
+"""Steps about a member of the front, uniform in their logarithm: from what no timer resolves to a third of a range."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ def search_front(
     seed
         Of all that is random here.
     starts
-        Points (ns, nu) to begin with beside the even spread.
+        Points (ns, nu) to begin with besides the even spread.
 
     Returns
     -------

@@ -43,7 +43,7 @@ FAR = 0.5
 """Longest step of the logarithm of a number: beyond, windows between impacts are not linear in any."""
 
 ENOUGH = 1e-3
-"""Part of slopes that differences may be off by: a step of Gauss and Newton is off by as much, the next one by less."""
+"""Part of slopes by which differences may err: a step of Gauss and Newton errs by as much, the next one by less."""
 UNDER = "under "
 """How numbers of the ground under one foot begin, ``under L1: ground.friction.coefficient``: a factor of the ground's
 own number there, one where the ground is the same under all feet."""
@@ -95,7 +95,7 @@ class Segment:
 
     record: number; begin [s]: when it starts, earlier than what its samples show; span [s]: samples that show what
     happened after the first and up to the second time are its own; state, spread (2n,): what is known of the start;
-    contacts: what the feet do there. Feet that are held or just let go stay on the ground at the start, which takes
+    contacts: what the feet do there. Feet that are held or just released stay on the ground at the start, which takes
     their displacement and velocity from what may move.
     """
 
@@ -160,7 +160,7 @@ class RecordProblem:
         default_factory=dict, init=False, repr=False, compare=False
     )
     _first: dict[int, Plan] = field(default_factory=dict, init=False, repr=False, compare=False)
-    _beside: dict[tuple[int, tuple[str, ...]], Entered] = field(
+    _entered_by: dict[tuple[int, tuple[str, ...]], Entered] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
     _shared: Shared = field(default_factory=Shared, init=False, repr=False, compare=False)
@@ -216,7 +216,7 @@ class RecordProblem:
         key, one = moved.tobytes(), self.scenes[record]
         if key not in self._made:
             self._made.clear()
-            self._beside.clear()
+            self._entered_by.clear()
             self._made[key] = {}
         made = self._made[key]
         if id(one) not in made:
@@ -297,9 +297,9 @@ class RecordProblem:
     def _entered(self, scene: Scene, plan: Plan, values: Mapping[str, float], names: Sequence[str] | None) -> Entered:
         """What enters windows of a scene, with what the ground is under single feet; made once for a scene."""
         key = id(scene), tuple(names or ())
-        if key not in self._beside:
-            self._beside[key] = self._entering(scene, plan, values, self.numbers(names))
-        return self._beside[key]
+        if key not in self._entered_by:
+            self._entered_by[key] = self._entering(scene, plan, values, self.numbers(names))
+        return self._entered_by[key]
 
     def _entering(self, scene: Scene, plan: Plan, values: Mapping[str, float], every: Sequence[str]) -> Entered:
         own = Entered.of(scene, plan, {name: self._along(name) for name in every if name not in self.feet})
@@ -307,7 +307,7 @@ class RecordProblem:
             return own
         ground = _UnderFeet(scene, {place: values[name] for name, place in self.feet.items()})
 
-        def beside(wanted: Sequence[str], part: float) -> Mapping[str, ScenePair]:
+        def perturbed(wanted: Sequence[str], part: float) -> Mapping[str, ScenePair]:
             found = own.pairs([name for name in wanted if name not in self.feet], part)
             out = {
                 name: ScenePair(one.places, tuple((plan, ground.under(row)) for plan, row in one.copies))
@@ -319,7 +319,7 @@ class RecordProblem:
                 for name, by in steps.items()
             }
 
-        return Entered(ground.under(own.row), tuple(every), beside)
+        return Entered(ground.under(own.row), tuple(every), perturbed)
 
     def left_of(self, segments: Sequence[Segment], flown: Flown) -> list[Floats]:
         """What channels of segments (nc, k) leave over the noise."""
@@ -350,7 +350,7 @@ class RecordProblem:
                 own,
                 {path: self._along(path) for path in paths if path not in self.feet},
                 flown.plans[k],
-                self._beside[id(flown.scenes[k]), tuple(names)],
+                self._entered_by[id(flown.scenes[k]), tuple(names)],
                 self._shared.drive,
             )
         by_output[~np.isfinite(by_output)] = 0.0

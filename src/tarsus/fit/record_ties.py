@@ -1,10 +1,10 @@
 """Records by windows that are tied: each starts where the one before ended, but for what no model has of a motion.
 
-Windows with free starts forget, at every cut, what the motion before tells of the motion after. Tied within some
+Windows with free starts forget, at every cut, what the motion before says of the motion after. Tied within some
 standard deviations, as in multiple shooting (Bock and Plitt 1984), they lose nothing, and their cost stays smooth where
-that of one window over the whole record is not. Starts are eliminated along the chain
-(`tarsus.fit.chain_equations`). Slopes of a window cost some fifty times what the window costs, and are kept as long as
-they predict it: from fit to fit only windows that are new, or bent, are differentiated.
+that of one window over the whole record is not. Starts are eliminated along the chain (`tarsus.fit.chain_equations`).
+Slopes of a window cost some fifty times what the window costs, and are kept as long as they predict it: from fit to fit
+only windows that are new, or bent, are differentiated.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ DAMPING = 1e-3
 """Of the first step of a descent."""
 BENT, UNSEEN = 0.2, 0.1
 """Part of what slopes predict of a window by which they may miss it, and root mean square of the miss over the noise
-that nobody sees, before they are formed anew: steps shrink fivefold all the same, and an estimate is off by no more
-than that part of its standard error."""
+that nobody sees, before they are formed anew: steps shrink fivefold all the same, and an estimate errs by no more than
+that part of its standard error."""
 AT_END = 0.25
 """Part of both that is left in the end: a twentieth of a standard error, half of what a descent ends at."""
 
@@ -317,8 +317,8 @@ class TiedWindows:
         off, steps = np.zeros(len(segments)), list[Floats]()
         for k, (one, segment) in enumerate(zip(kept, segments, strict=True)):
             steps.append(np.concatenate([apart[k] / segment.spread, new.moved - at.moved]))
-            told = _tailed(at.off[k] + one.by @ steps[k])[0]
-            off[k] = abs(_tailed(new.off[k])[0] - told)
+            predicted = _tailed(at.off[k] + one.by @ steps[k])[0]
+            off[k] = abs(_tailed(new.off[k])[0] - predicted)
         for before, k in _tied(segments):
             gap = at.gaps[k] + (apart[k] - kept[before].end @ steps[before]) / self.ties
             off[before] += abs(float(new.gaps[k] @ new.gaps[k] - gap @ gap))

@@ -88,7 +88,7 @@ def _regressed(points: Floats, residuals: Floats, base: int, count: int) -> tupl
     """Slopes (nu, nr) of residuals from the nearest so many visited points, the nearer the heavier, and the distance of
     the farthest."""
     distance = _distances(points, points[base])
-    others = np.flatnonzero(distance > 0.0)  # a point that was visited twice, as corners are, tells no slope
+    others = np.flatnonzero(distance > 0.0)  # a point that was visited twice, as corners are, gives no slope
     near = others[np.argsort(distance[others], kind="stable")[:count]]
     radius = float(distance[near[-1]])
     weight = np.maximum(1.0 - (distance[near] / (1.0001 * radius)) ** 3, 1e-3) ** 1.5

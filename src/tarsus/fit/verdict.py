@@ -29,8 +29,8 @@ LEVEL = 0.95
 
 WIDTH = 0.25
 """Half-width of a 95 % interval up to which a number counts as determined: a quarter to either side is a standard error
-of an eighth, so that the leading digit is known, which tells a measured value from an order of magnitude. A convention
-of reporting: no other result depends on it."""
+of an eighth, so that the leading digit is known, which distinguishes a measured value from an order of magnitude. A
+convention of reporting: no other result depends on it."""
 
 CUT = 0.1
 """A bound cuts an interval whose end lies nearer to it than this part of the interval's own width: of a density that is

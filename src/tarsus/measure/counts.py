@@ -1,4 +1,4 @@
-"""Counts and sums of events, as they are told of a drive period or of a step: one definition of each."""
+"""Counts and sums of events, as they are reported of a drive period or of a step: one definition of each."""
 
 from __future__ import annotations
 
@@ -37,4 +37,4 @@ COUNTS: Mapping[str, EventCount] = {
     "captures": EventCount((EventKind.CAPTURE,), "1", "impacts after which the foot is held"),
     "rests": EventCount((EventKind.REST, EventKind.AVERAGED_CONTACT), "1", "feet whose bounces have died out"),
 }
-"""What is told of every drive period of a run that settles, and of every step of a robot that is stepped."""
+"""What is reported of every drive period of a run that settles, and of every step of a robot that is stepped."""

@@ -17,7 +17,7 @@ from tarsus.measure.segments import Floats, Rows, owners
 RESOLUTION: float = _native.RESOLUTION
 """Height [m] that a flight must clear to be seen: the resolution of the source's vibrometer."""
 DWELL: float = _native.DWELL
-"""Length [s] that the contact before a flight must stay below for it to be a bounce. Captures that let go by themselves
+"""Length [s] that the contact before a flight must stay below for it to be a bounce. Captures that end by themselves
 last 40 to 70 us, and an instrument sees one impact in them; contacts that a drive holds last about half its period. It
 lies ten times above the first, and a tenth of the period five times below the second."""
 DWELL_SHARE: float = _native.DWELL_SHARE
@@ -103,7 +103,7 @@ class Flights:
 
 class Histories:
     """What nh feet did: ``flights``, ``impacts`` with their approach speeds [m/s], ``tops``, the highest gaps seen [m],
-    and ``knots``, the integral of the gap; carried out by ``native``, the engine's room of measures."""
+    and ``knots``, the integral of the gap; carried out by ``native``, the engine's measures."""
 
     flights: Flights
     impacts: Points

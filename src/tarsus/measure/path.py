@@ -11,7 +11,7 @@ def path_of(surge: Floats, sway: Floats, yaw: Floats) -> Floats:
     """Places (2, nt) [m] in the world, forward and to the left of how the body began, of surge and sway [m] and yaw
     [rad] (nt,): the integral of ``R(yaw) (surge', sway')``, each stretch along its mean heading.
 
-    A stretch that turns by ``d`` is off by ``d^2 / 24`` of its length.
+    A stretch that turns by ``d`` errs by ``d^2 / 24`` of its length.
     """
     heading = 0.5 * (yaw[1:] + yaw[:-1])
     ahead, aside = np.diff(surge), np.diff(sway)

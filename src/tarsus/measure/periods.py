@@ -134,7 +134,7 @@ def _measured(
 @dataclass(frozen=True)
 class PerWindow(Definition):
     """A measure whose values (nw,) are those of every window of every foot. of: what gives them of one that is added;
-    those of the engine's room of measures have none."""
+    those of the engine's measures have none."""
 
     of: Callable[[WindowedHistories], Floats] | None = None
 
@@ -168,6 +168,5 @@ PER_WINDOW: dict[str, PerWindow] = {
     "impact_speed": PerWindow("m/s", Scope.MEAN, "mean approach speed of the touchdowns in a {span}"),
     "hardest_impact": PerWindow("m/s", Scope.WORST, "highest approach speed of a touchdown in a {span}"),
 }
-"""Measures of a foot in a window of time, by name, carried out by the engine's room of measures
-(`native/measure/windows.hpp`), so that
+"""Measures of a foot in a window of time, by name, carried out by the engine (`native/measure/windows.hpp`), so that
 pages with the engine have the same; one that is added here runs, batches, sweeps and tables have too."""

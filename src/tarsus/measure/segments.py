@@ -1,6 +1,6 @@
 """Arrays laid end to end, segment after segment: segment s of ``first`` (ns + 1,) is ``first[s]:first[s + 1]``.
 
-What is found for a segment depends on nothing but its own entries, to the last bit, whatever lies beside it.
+What is found for a segment depends on nothing but its own entries, to the last bit, whatever lies next to it.
 """
 
 from __future__ import annotations

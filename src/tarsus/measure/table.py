@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class HasMeasures(Protocol):
-    """What is judged: a run, or one run of a batch. A walker's has ``scene`` and ``marks`` beside these."""
+    """What is judged: a run, or one run of a batch. A walker's has ``scene`` and ``marks`` besides."""
 
     @property
     def all_events(self) -> np.ndarray: ...

@@ -16,7 +16,7 @@ from tarsus.measure.table import HasMeasures, Judgement, RunTable
 @dataclass(frozen=True)
 class InWholeRun(Definition):
     """A measure with one value (nh,) for every foot. of: what gives them of one that is added; those of the engine's
-    room of measures have none."""
+    measures have none."""
 
     of: Callable[[Histories, Counting], Floats] | None = None
 

@@ -100,7 +100,7 @@ class _Ground(Description):
 
     @property
     def holds(self) -> bool:
-        """Whether a contact has a strength: adhesion or a latch among `laws` acts."""
+        """Whether a contact has a strength: adhesion or an adhesive hold among `laws` acts."""
         return bool(self.acting_on("strength"))
 
     @property
@@ -119,7 +119,7 @@ class _Ground(Description):
 
     @property
     def makes_energy(self) -> bool:
-        """Whether impacts may create kinetic energy: an impact map acts as it is."""
+        """Whether impacts may create kinetic energy: an impact law acts as it is."""
         return self.impact is not None and not self.impact.passive
 
     @model_validator(mode="after")

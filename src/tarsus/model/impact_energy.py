@@ -1,4 +1,4 @@
-"""Energy that one impact at a foot can create or take: a scene's impact map as it is."""
+"""Energy that one impact at a foot can create or take: a scene's impact law as it is."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def directed(scene: Scene, chosen: ImpactMap, name: str | None = None) -> Direct
 
 
 def creation_warning(scene: Scene) -> str | None:
-    """A sentence when the scene's impact map acts as it is and one impact at some foot can create energy; else None."""
+    """A sentence when the scene's impact law acts as it is and one impact at some foot can create energy; else None."""
     impact = scene.ground.impact
     if impact is None or impact.passive or not scene.robot.feet:
         return None

@@ -22,13 +22,13 @@ from tarsus.model.drive.pieces import Channels, Pieces
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.waveforms.sampled import Interpolation
 
-TOLD = (Quantity.DISPLACEMENT, Quantity.VELOCITY, Quantity.ACCELERATION)
+GIVEN = (Quantity.DISPLACEMENT, Quantity.VELOCITY, Quantity.ACCELERATION)
 """What a waveform may say of ground that moves: each is the rate of the one before."""
 
 if TYPE_CHECKING:
     AnyDisplacement = AnyVelocity = AnyAcceleration = Signal
 else:
-    AnyDisplacement, AnyVelocity, AnyAcceleration = (waveforms_of(one, globals()) for one in TOLD)
+    AnyDisplacement, AnyVelocity, AnyAcceleration = (waveforms_of(one, globals()) for one in GIVEN)
 
 JUMP = 1e-9
 """Part of the range of a value by which it differs on both sides of a jump: waveforms are followed to 1e-12."""
@@ -55,21 +55,21 @@ class GroundShift(Description):
 
     @model_validator(mode="after")
     def _one(self) -> GroundShift:
-        given = [one.name.lower() for one in TOLD if getattr(self, one.name.lower()) is not None]
+        given = [one.name.lower() for one in GIVEN if getattr(self, one.name.lower()) is not None]
         if len(given) != 1:
             said = f"got {' and '.join(given)}" if given else "got none"
             raise PathErrors([("", f"expected one of displacement, velocity and acceleration, {said}")])
         return self
 
     @property
-    def told(self) -> int:
+    def given(self) -> int:
         """Which derivative of the displacement is given: 0, 1 or 2."""
-        return next(k for k, one in enumerate(TOLD) if getattr(self, one.name.lower()) is not None)
+        return next(k for k, one in enumerate(GIVEN) if getattr(self, one.name.lower()) is not None)
 
     @property
     def word(self) -> str:
         """What is given: the name of its field."""
-        return TOLD[self.told].name.lower()
+        return GIVEN[self.given].name.lower()
 
     @property
     def wave(self) -> Signal:
@@ -79,21 +79,21 @@ class GroundShift(Description):
 
     def at(self, time: ArrayLike, derivative: int = 0) -> Floats:
         """The displacement, or a derivative of it, up to the second, at times [s], any shape; after a jump."""
-        over = derivative - self.told
+        over = derivative - self.given
         pieces = pieces_of(self.wave, max(over, 0))  # pyright: ignore[reportArgumentType]  # frozen, so that it has a hash
         return integral(pieces, time, max(-over, 0))
 
     def faults(self, until: float) -> list[tuple[str, str]]:
-        """Jumps of the velocity before a time [s], which would be blows to all that is on the ground, as (field,
+        """Jumps of the velocity before a time [s], which would be impacts on all that is on the ground, as (field,
         sentence)."""
-        kept = (pieces_of(self.wave, order) for order in range(2 - self.told))  # pyright: ignore[reportArgumentType]
-        return [(self.word, text) for text in jumps(self.wave, self.told, until, kept)]
+        kept = (pieces_of(self.wave, order) for order in range(2 - self.given))  # pyright: ignore[reportArgumentType]
+        return [(self.word, text) for text in jumps(self.wave, self.given, until, kept)]
 
 
 class GroundMotion(Description):
     """Ground that moves, along its normal, along the way (+x), or both; the robot is described in its frame.
 
-    A structure feels ``-M R s''``, and where its base stays ``-C R s' - K R s`` as well, with R its unit translation
+    ``-M R s''`` acts on a structure, and where its base stays ``-C R s' - K R s`` as well, with R its unit translation
     (`upward`, `forward`).
     """
 
@@ -108,7 +108,7 @@ class GroundMotion(Description):
             faults.append(("", "expected normal, along or both, got neither"))
         if self.base is Base.STAYS:
             text = "a base that stays depends on where the ground is: give the displacement"
-            faults += [(f"{name}.{one.word}", text) for name, one in self.shifts() if one.told > 0]
+            faults += [(f"{name}.{one.word}", text) for name, one in self.shifts() if one.given > 0]
         if faults:
             raise PathErrors(faults)
         return self
@@ -143,18 +143,18 @@ def pieces_of(wave: Signal, times: int) -> Pieces:
     return pieces
 
 
-def jumps(wave: Signal, told: int, until: float, pieces: Iterable[Pieces] | None = None) -> list[str]:
-    """A sentence where the velocity of what a waveform moves jumps between 0 and a time [s]: the waveform is told = 0
-    of a displacement, 1 of a velocity; an acceleration may jump. pieces: of its derivatives up to the velocity, where
-    they are known."""
-    runs = (run for order in range(2 - told) for run in rates_of(wave, order)) if pieces is None else pieces
+def jumps(wave: Signal, given: int, until: float, pieces: Iterable[Pieces] | None = None) -> list[str]:
+    """A sentence where the velocity of what a waveform moves jumps between 0 and a time [s]; given: 0 of a
+    displacement, 1 of a velocity; an acceleration may jump. pieces: of its derivatives up to the velocity, where they
+    are known."""
+    runs = (run for order in range(2 - given) for run in rates_of(wave, order)) if pieces is None else pieces
     first = min((jump for run in runs if (jump := _jump(run, until))), default=None)
     if first is None:
         return []
     lines = getattr(wave, "interpolation", None) is Interpolation.LINEAR
     cubic = "; join samples by a cubic spline (interpolation)" if lines else ""
     said = f"the velocity of the ground would jump at {first:.6g} s, an impact on all that is on it"
-    return [f"{said}: give a smooth {TOLD[told].name.lower()}{cubic}"]
+    return [f"{said}: give a smooth {GIVEN[given].name.lower()}{cubic}"]
 
 
 def _jump(pieces: Pieces, until: float) -> float | None:

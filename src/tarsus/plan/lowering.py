@@ -118,7 +118,7 @@ class Legs:
 
     @classmethod
     def of(cls, body: LeggedBody) -> Legs:
-        """Those of a body, whose legs are told apart."""
+        """Those of a body, whose legs are distinguished."""
         ways = body.directions
         values = np.stack([np.repeat(body.mass[:, None], ways, axis=1), body.stiffness, body.damping], axis=2)
         blocks, kind = np.unique(values.reshape(-1, 3), axis=0, return_inverse=True)

@@ -73,7 +73,7 @@ def ground_forces(scene: Scene, matrices: Matrices | LinearSystem) -> list[Groun
                 size = float(np.abs(onto).max())
                 if size <= ROUNDED * float(np.abs(matrix).max() * np.abs(way).max()):
                     continue
-            out.append(GroundForce(direction, shift, -onto / size, size, derivative - shift.told))
+            out.append(GroundForce(direction, shift, -onto / size, size, derivative - shift.given))
     return out
 
 
@@ -82,16 +82,16 @@ def speed_at_start(scene: Scene, direction: str, wave: Signal) -> Floats:
     motion = scene.ground.motion
     assert motion is not None
     shift: GroundShift = getattr(motion, direction)
-    if shift.told == 2:
+    if shift.given == 2:
         return np.zeros(1)
-    channels = rates_of(wave, 1 - shift.told)
+    channels = rates_of(wave, 1 - shift.given)
     odd = (-1.0) ** np.arange(channels.coef.shape[1])
     first: Floats = channels.coef[channels.first] @ odd
     return first
 
 
 def velocities_at_start(scene: Scene, waves: Mapping[str, Signal]) -> Floats:
-    """What is taken off velocities (nr, n) that are given in the laboratory; waves: by direction, of a run or many."""
+    """What is subtracted from velocities (nr, n) given in the laboratory; waves: by direction, of a run or many."""
     n = scene.robot.structure.size
     out = np.zeros((1, n))
     for direction, wave in waves.items():
@@ -112,7 +112,7 @@ def refuse_jumps(scene: Scene, until: float, waves: Mapping[str, Any] | None = N
     problems = []
     for direction, shift in shifts_of(scene).items():
         wave = (waves or {}).get(direction)
-        texts = (text for _, text in shift.faults(until)) if wave is None else jumps(wave, shift.told, until)
+        texts = (text for _, text in shift.faults(until)) if wave is None else jumps(wave, shift.given, until)
         problems += [f"ground.motion.{direction}.{shift.word}: {text}" for text in texts]
     if problems:
         raise InputError(problems)

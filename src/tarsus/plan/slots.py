@@ -62,8 +62,8 @@ def unit_of(path: str, plan: Plan | None) -> float:
         moves = np.abs(plan.system.normals[int(keys[2])]).max(initial=0.0)
         return float(plan.length / (moves or 1.0)) * (plan.rate if keys[1] == "velocity" else 1.0)
     if plan is not None and keys[:2] == ["ground", "motion"] and keys[-1] in _SIZES:
-        told = ("displacement", "velocity", "acceleration").index(keys[3])
-        return plan.length * plan.rate**told
+        order = ("displacement", "velocity", "acceleration").index(keys[3])
+        return plan.length * plan.rate**order
     if plan is not None and keys[:2] == ["robot", "drives"] and "law" in keys:
         return plan.force
     if plan is not None and keys[:2] == ["robot", "structure"] and keys[2] in ("mass", "damping", "stiffness"):

@@ -1,4 +1,4 @@
-"""Compiles the engine for pages by hand: `python -m tarsus.core.page [OUT]`, beside its sources without OUT."""
+"""Compiles the engine for pages by hand: `python -m tarsus.core.page [OUT]`, next to its sources without OUT."""
 
 import sys
 from pathlib import Path

@@ -281,4 +281,4 @@ def _alike(one: Any, other: Any) -> bool:
 
 
 AnyGait = Annotated[Alternating | Tripod | MetachronalGait | Ripple | CustomGait, Field(discriminator="kind")]
-"""Any gait; `kind` tells which."""
+"""Any gait; `kind` says which."""

@@ -1,4 +1,4 @@
-"""A channel integrated over time from zero, once or twice: the way of ground that is told how fast it moves."""
+"""A channel integrated over time from zero, once or twice: the way of ground of given velocity or acceleration."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ def column_of(measured: Quantity) -> str:
 def read_signal(path: Path, time_column: str, value_column: str, measured: Quantity) -> RecordedSignal:
     """Times and values of a quantity of a file in any format that records are read from, or of an archive of numpy.
 
-    The times are the column of that name, else the one that its unit or name tells, else those that the header gives;
+    The times are the column of that name, else the one that its unit or name shows, else those that the header gives;
     the values are the column of that name, else the only one in a unit of the quantity, else the only other one.
     Numbers without a unit are in SI.
 

@@ -73,9 +73,9 @@ class Law(Description):
     needs_strength: ClassVar[bool] = False
     """Whether the law acts only where a contact has a strength."""
     length_scale: ClassVar[tuple[str, ...]] = ()
-    """Fields whose sum [m] is the gap over which the law changes, a scale of lengths beside those of the structure."""
+    """Fields whose sum [m] is the gap over which the law changes, a scale of lengths besides those of the structure."""
     force_scale: ClassVar[tuple[str, ...]] = ()
-    """Fields whose sum [N] is the force of the law, a scale of forces beside those of the structure."""
+    """Fields whose sum [N] is the force of the law, a scale of forces besides those of the structure."""
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:

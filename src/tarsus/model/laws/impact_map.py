@@ -1,21 +1,21 @@
-r"""Impact maps: what an impact at one foot does to the velocity of the whole structure.
+r"""Impact laws: what an impact at one foot does to the velocity of the whole structure.
 
-Newton's law says how fast the struck foot departs, :math:`n^T v^+ = -e\, n^T v^-`; an impact map says how
-the other coordinates follow,
+Newton's law says how fast the struck foot departs, :math:`n^T v^+ = -e\, n^T v^-`; an impact law says how the other
+coordinates follow,
 
 .. math:: v^+ = v^- - (1 + e)\, d\, n^T v^- , \qquad n^T d = 1 ,
 
-so a map is a direction ``d`` for every foot: what changes by how much when the foot's rate changes by one.
-The matrix ``R = I - (1 + e) d n^T`` is the source's CoR matrix (3.22).  Three maps are offered by name:
+so a law is a direction ``d`` for every foot: what changes by how much when the foot's rate changes by one. The matrix
+``R = I - (1 + e) d n^T`` is the source's CoR matrix (3.22). Three laws are offered by name:
 
 * `MassWeighted`: ``d = M^-1 n / (n^T M^-1 n)``, an impulse at the foot and nothing else (Newton, Moreau);
 * `DominantMode`: ``d = phi_k / phi_k,c``, the structure moves in one mode only, (3.17)-(3.24);
 * `MeasuredImpactMap`: ``d`` as measured or printed.
 
 Only the first can never create kinetic energy: with ``R = M^{1/2} R M^{-1/2}`` (unit mass metric) every other direction
-has ``max eig(R^T R) > 1``.  Each map therefore acts through its *passive projection* unless ``passive`` is
-set false: the nearest matrix in the mass metric (Frobenius norm) that creates no energy and keeps the
-struck foot's restitution.  See `Directed.passive_matrix` for its closed form.
+has ``max eig(R^T R) > 1``. Each law therefore acts through its *passive projection* unless ``passive`` is set false:
+the nearest matrix in the mass metric (Frobenius norm) that creates no energy and keeps the struck foot's restitution.
+See `Directed.passive_matrix` for its closed form.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Body:
-    """The structure as an impact map sees it.
+    """The structure as an impact law sees it.
 
     mass, stiffness (n, n); row(point) (n,): weights that give a point's displacement.
     """

@@ -14,7 +14,7 @@ class StribeckFriction(FrictionLaw):
 
     The Stribeck curve without its viscous part: from the static coefficient :math:`\mu_s` at the slip speed
     :math:`v = 0` to the dynamic one :math:`\mu_d` well above the Stribeck speed :math:`v_s`.  With
-    :math:`\mu_s > \mu_d` a foot that is drawn along by a spring sticks and slips.
+    :math:`\mu_s > \mu_d` a foot that is pulled along by a spring sticks and slips.
     """
 
     slot = "friction"

@@ -1,4 +1,4 @@
-"""The laws that come with the library: those of the files beside this one. A new file is a new law, nothing else."""
+"""The laws that come with the library: those of the files next to this one. A new file is a new law, nothing else."""
 
 from __future__ import annotations
 

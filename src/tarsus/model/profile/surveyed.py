@@ -20,7 +20,7 @@ class SurveyedGround(Profile):
     lies below the robot's middle and those after it to the left; between two rows heights are interpolated.
 
     Columns are separated by commas, semicolons or blanks; lines that begin with # are left out. A relative file is
-    looked for beside the scene file, then in the current folder.
+    looked for next to the scene file, then in the current folder.
     """
 
     kind: Literal["file"] = "file"

@@ -59,7 +59,7 @@ def body_modes(
         )
         size = max(map(abs, [*up.values(), *on.values()]), default=0.0)
         if size == 0.0:
-            continue  # a mode that moves no hip and no payload is not felt
+            continue  # a mode that moves no hip and no payload has no effect
         rate = math.sqrt(squared[k])
         out[f"mode{number}"] = WalkerMode(
             frequency=rate / (2.0 * math.pi),

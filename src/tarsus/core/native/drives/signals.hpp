@@ -6,7 +6,7 @@
 
 namespace tarsus {
 
-constexpr double PIECE_ROUNDING = 1e-12;  // part of a piece that instants computed from its length may be off by
+constexpr double PIECE_ROUNDING = 1e-12;  // part of a piece by which instants computed from its length may err
 constexpr double TIME_ROUNDING = 1e-15;   // and part of a time, some units in the last place
 
 constexpr int DEGREE = 12;  // coefficients of a piece, in xi = 2 (t - start) / (end - start) - 1

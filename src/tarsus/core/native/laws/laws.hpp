@@ -33,7 +33,7 @@ enum LawFlag {
   HAS_FORCE = 2,
   USES_RATE = 4,
   HAS_LATCH = 8,
-  MAP_AS_IS = 16,         // the impact map acts as it is, not through its passive projection
+  MAP_AS_IS = 16,         // the impact law acts as it is, not through its passive projection
   RESTITUTES_FIRST = 32,  // landing rules; with neither a foot is captured unless pulled
   PULL_AS_PRINTED = 64
 };
@@ -84,8 +84,8 @@ struct Laws {
   int fixed = 0, registers = 0;  // room for the fixed values of all programs of a foot; most registers of a program
   bool friction_by_speed = false;  // whether the law of friction takes the slip speed; it is a program then
 
-  // Lengths over which laws change and forces that they exert, each a sum of parameters; a length [m] and a force [N] beside those
-  // of the structure.
+  // Lengths over which laws change and forces that they exert, each a sum of parameters; a length [m] and a force [N]
+  // besides those of the structure.
   enum Dimension { LENGTH, STRENGTH_OF_LAW };
   struct Scale {
     int dimension;

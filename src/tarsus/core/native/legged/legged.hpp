@@ -84,8 +84,9 @@ struct Solvers {
 typedef std::vector<std::shared_ptr<const Solvers>> SolversByClass;
 constexpr size_t MOST_CONTACT_SETS = 64;
 
-// Share of a step's tolerance at which its repetition has converged. On 30 random walkers, against a run a thousand times as exact, events
-// are off by 3e-11 rad in the median (5e-12 with 1e-3, the worst alike) and accounts open by 1e-13, at worst 7e-11.
+// Share of a step's tolerance at which its repetition has converged. On 30 random walkers, against a run a thousand
+// times as exact, events err by 3e-11 rad in the median (5e-12 with 1e-3, the worst alike) and accounts open by 1e-13,
+// at worst 7e-11.
 constexpr double CONVERGED = 1e-2;
 constexpr int GUESSED = 5;  // powers of time by which the motion of a step is extrapolated into the next one
 

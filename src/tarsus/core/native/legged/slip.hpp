@@ -246,8 +246,8 @@ inline bool slides_back(const Legged& s, int i, double h) {
   return Stopping(s, i, 1.0).at_nodes(s, i, h)[N - 1] > s.settings.speed_zero && hardly_slides(s, i, h) < 0.0;
 }
 
-// By which factor a velocity at a moment of the step has the speed that the forces tell, where a foot that slides any way will stop and
-// the nodes are off by more than the rounding of both.
+// By which factor a velocity at a moment of the step has the speed that the forces give, where a foot that slides any
+// way will stop and the nodes err by more than the rounding of both.
 constexpr double TOLD = 1e-9;
 inline double speed_by_forces(const Legged& s, int i, double h, double fraction, double along, double across) {
   const Stopping then(s, i, fraction);

@@ -90,8 +90,8 @@ class LeastEnergy {
   // By how much the impulses exceed bound r.
   double excess(int r, const std::vector<double>& impulse) const { return dot(rows[r], impulse) - most[r]; }
 
-  // Keep one bound more, beside those of the face: its multiplier grows, and bounds whose multipliers vanish leave the face. False where they leave
-  // it no room.
+  // Keep one bound more than those of the face: its multiplier grows, and bounds whose multipliers vanish leave the
+  // face. False where they leave it no room.
   bool keep(int r, std::vector<double>& impulse) {
     while (true) {
       std::vector<double> column;

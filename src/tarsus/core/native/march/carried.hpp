@@ -12,10 +12,11 @@ namespace tarsus {
 
 // What a foot carries on from one part of a run to the next, a row of numbers. contact: air, stuck or sliding; since, aged, parted [s]:
 // as in Grip; left, rose, low: of its last contact and of flights too low to count (see modal::Foot); start: how its flight, or its
-// slide in a contact of a walker, begins, NaN where it has just been let go; slide: how one by contact modes does; sense of sliding, NaN of a held foot that sticks or
-// slides as it moves, place [m] at which it sticks (of a walker's foot its sense across), path
-// [m] slid; highest gap of the flight [m], when [s], the gap's integral [m s]; due: 1 where contacts may change at this very moment; of
-// uneven ground the facet, by number, NaN: the one below it, and in the corner at which end of that it stands (LeggedFoot::wedged).
+// slide in a contact of a walker, begins, NaN where it was just released; slide: how one by contact modes does; sense
+// of sliding, NaN of a held foot that sticks or slides as it moves, place [m] at which it sticks (of a walker's foot
+// its sense across), path [m] slid; highest gap of the flight [m], when [s], the gap's integral [m s]; due: 1 where
+// contacts may change at this very moment; of uneven ground the facet, by number, NaN: the one below it, and in the
+// corner at which end of that it stands (LeggedFoot::wedged).
 struct CarriedFoot {
   double contact, since, aged, parted, left, rose, low, start, slide, sense, place, slipped, apex, apex_time, integral, due, facet,
       wedged;

@@ -65,7 +65,8 @@ inline EventNumbers numbers_of(const ActingLaws& laws, int foot, EventKind kind,
   return out;
 }
 
-// Angle [rad] in [0, pi/2] of the passive projection of an impact map that throws e and skews: Newton's method, bracketed.
+// Angle [rad] in [0, pi/2] of the passive projection of an impact law that throws e and skews: Newton's method,
+// bracketed.
 inline double passive_angle(double e, double skew) {
   if (e >= 1.0) return 0.0;
   const double wanted = (1.0 + e) * skew * std::sqrt(1.0 - e * e);

@@ -1,6 +1,7 @@
 // Impulses on contacts that are struck at one moment: Newton's law of restitution for all of them at once.
 //
-// With W [1/kg] the rates that unit impulses make, u- [m/s] the rates before and r >= 0 those with which the contacts let go,
+// With W [1/kg] the rates that unit impulses make, u- [m/s] the rates before and r >= 0 those with which the contacts
+// part,
 //
 //   u+ = u- + W P,   u+ - r >= 0,   P >= 0,   P (u+ - r) = 0.
 //

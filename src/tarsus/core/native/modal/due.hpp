@@ -122,7 +122,8 @@ inline bool rest_on_ground(Modal& m, const std::vector<int>& feet, bool pressed 
     if (put_down(m, one.foot, t)) held.set(m.sizes.feet + one.foot, true);
   }
   const ContactMode& to = resting.empty() ? *m.mode : m.book.require(held);
-  // a foot that other held feet hold as well, and that would be pulled off by its share of their load, lies there without a contact
+  // a foot that other held feet hold as well, and that its share of their load would pull off, lies there without a
+  // contact
   for (int i : feet) {
     if (m.feet[i].departure == FROM_REST && to.mobility[i] == 0.0) m.feet[i].departure = UNDER_WAY;
   }

@@ -152,7 +152,8 @@ inline bool cannot_slide(const Modal& m, int foot) { return m.feet[foot].slide =
 
 // Of several feet that stop at one moment, and that friction does not hold all by the forces as the contact mode has them: those that slide on do so against
 // their friction (see modal/stops.hpp), one on which there is none with its pull. One that cannot slide so, to rounding, sticks. Where other shares of a load that
-// lies on several hold all of them, the first that bear all they can, on the way from those shares to the contact mode's, are let go, and go on to bear it.
+// lies on several hold all of them, the first that bear all they can, on the way from those shares to the contact
+// mode's, are released, and go on to bear it.
 inline Parting those_that_slide_on(Modal& m, const Moment& at) {
   std::vector<double> holding, senses;
   for (int i : m.stopping) holding.push_back(-at.along[i]);
@@ -180,8 +181,8 @@ inline Parting those_that_slide_on(Modal& m, const Moment& at) {
 }
 
 // Feet that stop stick where friction bears the pulls along the ground on all of them, or where these are as much as friction bears, to rounding, as of feet that can
-// only move together. Else one that stops alone slides on in the direction of its pull. Feet that slide beside it may make it move against
-// the pull, as their friction goes by what it takes of their push: then it slides so, if that lasts.
+// only move together. Else one that stops alone slides on in the direction of its pull. Other feet that slide may make
+// it move against the pull, as their friction goes by what it takes of their push: then it slides so, if that lasts.
 TARSUS_APART inline void stick_or_turn(Modal& m) {
   add_film_momenta(m);
   const Moment at = moment_of(m);

@@ -27,8 +27,8 @@ inline bool bears(const Modal& m, int event) {
   return event < feet ? bool(m.mode->is_held[event]) : bool(m.mode->is_stuck[event % feet]);
 }
 
-// Whether what pulls on a contact has jumped, so that its margin is below zero as the step begins: not on a foot that was let go at
-// this very moment and came back at once.
+// Whether what pulls on a contact has jumped, so that its margin is below zero as the step begins: not on a foot that
+// was released at this very moment and came back at once.
 TARSUS_APART inline bool has_jumped(const Modal& m, int event, double margin, UnresolvedRoot& root) {
   if (!bears(m, event) || (event < m.sizes.feet && m.just_let_go(event))) return false;
   root.zero = no_event(m, event);
@@ -80,7 +80,7 @@ TARSUS_APART inline double bulge_of(const Nodes& nodes, Row values, double limit
 }
 
 // How far what changing inputs add to an output at once, as a drive's force to the pull on a held foot, lies off its chords: the
-// motion of the modes is bounded by itself. Less than ``enough`` is not told any closer.
+// motion of the modes is bounded by itself. Less than ``enough`` is not determined any closer.
 TARSUS_INLINE double bulge_of_inputs(const Modal& m, const StepClass& step, int output, double limit, double enough = 0.0) {
   const double *feed = m.mode->feed + output * m.sizes.inputs(), *rate = m.mode->feed_rate + output * m.sizes.inputs();
   Row sum = Row(0.0);

@@ -62,7 +62,8 @@ struct Refused {
   }
 };
 
-// Observes a run: told of each step that was accepted. The state at its start is Modal::ahead then, its inputs are Modal::values.
+// Observes a run: notified of each accepted step. The state at its start is Modal::ahead then, its inputs are
+// Modal::values.
 struct StepObserver {
   // step: from ``begun`` [s] to its scaled time ``fraction``.
   virtual void accepted(const StepClass& step, double begun, double fraction) = 0;
@@ -113,7 +114,7 @@ struct Modal {
   std::vector<double> gaps;       // [m]
   std::vector<UnresolvedRoot> unresolved;
   double film_now = NOT_A_NUMBER;  // one foot's film at the start of the step, where the last one has left it
-  double noted = -INF;             // [s] the moment of `Foot::speeds` and those beside it
+  double noted = -INF;             // [s] the moment of `Foot::speeds`, `places`, `slides` and `forces`
   double rounding = 0.0;           // [m] of the gaps of feet in strong films, excluded from the error of a step
   double growth_before = 1.0, growth_after = 1.0;  // of the smooth force that makes the error, over the step
   bool steady = true;                              // drives and volts are constant over the step

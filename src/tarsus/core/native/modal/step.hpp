@@ -105,7 +105,7 @@ inline int next_class(const Modal& m, int k, int wanted, double error, double h,
     }
     if (i >= m.sizes.feet || m.mode->is_held[i] || !m.laws.has(i, HAS_MOMENTUM)) continue;
     // a film P ~ 1/(g + g0)^2 is 2 P/P' away from where it is infinite: not more than DEEP of that (see runs_deep); a momentum that
-    // is no film's, counted from elsewhere, may be below 0 and tells no such place
+    // is no film's, counted from elsewhere, may be below 0 and shows no such place
     const double film = growth_at_end(m.nodes, m.values[i]), room = 2.0 * DEEP * (m.values[i][N - 1] + (m.strong ? m.feet[i].base : 0.0)) * dt;
     while (film > 0.0 && room > 0.0 && lengths[wanted] * film > room && wanted < last) wanted++;
   }

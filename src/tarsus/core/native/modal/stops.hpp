@@ -9,8 +9,8 @@
 
 namespace tarsus::modal {
 
-// Friction [N] on a foot that has stopped, and the most that it bears; held, most_held: the force by which the contact mode would hold it, and the most that it
-// would bear beside such forces.
+// Friction [N] on a foot that has stopped, and the most that it bears; held, most_held: the force by which the contact
+// mode would hold it, and the most that it would bear under such forces.
 struct AtRest {
   double force, most, held, most_held;
 

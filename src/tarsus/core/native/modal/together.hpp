@@ -11,8 +11,8 @@
 
 namespace tarsus::modal {
 
-// One of them. target [m/s]: the rate with which it is let go, 0 of one that is held; impulse, braked [N s]: on it, along the normal and
-// along the ground. Others may throw it off the ground: it then has no impulse, and no event.
+// One of them. target [m/s]: the rate with which it departs, 0 of one that is held; impulse, braked [N s]: on it, along
+// the normal and along the ground. Others may throw it off the ground: it then has no impulse, and no event.
 struct Struck {
   int foot;
   Landing at;
@@ -225,7 +225,7 @@ void once_struck(Modal& m, const Coupled& by, const std::vector<Struck>& feet, c
 }
 
 // Which feet are stopped: those that stay where all of them are, and none is pulled off; or that the others throw off so. Those that are
-// pulled off bounce, and beside them no foot is let go more slowly than it would.
+// pulled off bounce, and with them no foot departs more slowly than it would.
 inline std::vector<uint8_t> captured_together(Modal& m, const Coupled& by, std::vector<Struck>& feet) {
   const size_t n = feet.size();
   std::vector<uint8_t> held(n, 1);
@@ -263,7 +263,7 @@ inline void decide_together(Modal& m, const Coupled& by, std::vector<Struck>& fe
       one.at.mobility = m.mode->mobility[one.foot];
       one.at.pull = pull_if_held(m, one.foot);
       one.kind = landing_kind(m.laws, one.foot, one.at, m.settings.rest_height);
-      if (one.kind == CAPTURE) one.kind = BOUNCE;  // it would be pulled off beside the others
+      if (one.kind == CAPTURE) one.kind = BOUNCE;  // with the others held it would be pulled off
     }
   });
   for (Struck& one : feet) one.target = one.kind == BOUNCE ? one.at.after : 0.0;

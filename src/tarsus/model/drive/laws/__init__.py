@@ -1,4 +1,4 @@
-"""Laws from voltage to force, one file a law; a file put beside these is another one.
+"""Laws from voltage to force, one file a law; a file added here is another one.
 
 That come with the library: linear, the printed two branches (2.9), and the closed hysteresis operator.
 """

@@ -121,7 +121,7 @@ class Creeping(VoltageLaw):
         return followed.at(rest if late is None else late, seconds)
 
     def _followed(self, track: Track, history: Sequence[float], now: Pieces) -> tuple[_Followed, Floats]:
-        """What the lags follow along a track, beside the force `now`, and what they are at rest after the history."""
+        """What the lags follow along a track, with the force `now`, and what they are at rest after the history."""
         r, w, times = self.elements()
         plays = PrandtlIshlinskii(linear=1.0, thresholds=self.thresholds, weights=(1.0,) * len(r))
         stretch, low, high, engaged, still = plays.engaged(track, history)

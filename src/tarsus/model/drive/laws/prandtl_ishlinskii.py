@@ -88,13 +88,13 @@ class PrandtlIshlinskii(VoltageLaw):
 
     def held(self, volts: Floats, past: Floats) -> Floats:
         """Forces (R,) [N] at voltages (R,) [V] that are held; see `VoltageLaw.held`."""
-        r, w, _ = self._felt()
+        r, w, _ = self._acting()
         states = remembered((*past.T, volts), r)
         return self.free(volts) + dot(states, np.broadcast_to(w, states.shape))
 
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
         """The track cut where plays engage: on each part the engaged follow the voltage, the others rest."""
-        w, total = self._felt()[1:]
+        w, total = self._acting()[1:]
         stretch, low, high, engaged, still = self.engaged(track, history)
         new = low == -1.0
         cubic, w = (track.of_run(one)[stretch] for one in (self.coefficients(), w))
@@ -114,7 +114,7 @@ class PrandtlIshlinskii(VoltageLaw):
         """Parts (Q,) of a track's stretches on which no play engages, from where to where in them; which plays
         (Q, n) are
         engaged, and the constant (Q, n) [V] by which each differs from the voltage then, or that it is if it rests."""
-        r = self._felt()[0]
+        r = self._acting()[0]
         rest = states_along(track, r, remembered(history, r))[0::2]
         r = track.of_run(r)
         s = track.direction()[:, None]
@@ -126,16 +126,16 @@ class PrandtlIshlinskii(VoltageLaw):
         weighed = np.where(np.isfinite(r)[stretch], -s * r[stretch], 0.0)
         return stretch, low, high, engaged, np.where(engaged, weighed, rest[stretch])
 
-    def _felt(self) -> tuple[Any, Any, Any]:
-        """Thresholds and weights (n,) or (nr, n) of the plays, and the sum of all gains; those that are not felt never
+    def _acting(self) -> tuple[Any, Any, Any]:
+        """Thresholds and weights (n,) or (nr, n) of the plays, and the sum of all gains; those without effect never
         engage."""
         r, w = columns(self.thresholds or (np.inf,)), columns(self.weights or (0.0,))
         if np.ndim(r) != np.ndim(w):
             runs = max(len(one) for one in (r, w) if np.ndim(one) > 1)
             r, w = (np.broadcast_to(one, (runs, one.shape[-1])) for one in (r, w))
         total = np.abs(self.linear) + np.abs(w).sum(axis=-1)
-        felt = np.abs(w) > 1e-15 * np.asarray(total)[..., None]
-        return np.where(felt, r, np.inf), np.where(felt, w, 0.0), total
+        acting = np.abs(w) > 1e-15 * np.asarray(total)[..., None]
+        return np.where(acting, r, np.inf), np.where(acting, w, 0.0), total
 
     @staticmethod
     def _cuts(track: Track, rest: Floats, r: Floats, engage: Floats) -> tuple[NDArray[np.intp], Floats, Floats]:

@@ -1,4 +1,4 @@
-"""The waveforms that come with the library: those of the files beside this one. A new file is a new waveform."""
+"""The waveforms that come with the library: those of the files next to this one. A new file is a new waveform."""
 
 from __future__ import annotations
 

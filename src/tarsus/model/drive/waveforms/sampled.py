@@ -55,7 +55,7 @@ class Sampled(Signal):
     @field_validator("file")
     @classmethod
     def _resolve(cls, value: str | None, info: ValidationInfo) -> str | None:
-        """Make a file beside the scene file absolute, so that it is found from any folder later."""
+        """Make a file next to the scene file absolute, so that it is found from any folder later."""
         folder = (info.context or {}).get("folder")
         if value is None or Path(value).is_absolute() or folder is None:
             return value
