@@ -32,6 +32,8 @@ def test_the_discrepancy_sees_an_error_from_the_models_side():
     found = objective.pieces(readings(0.0), ONE)
     assert found.mean[0, 0, 0] == pytest.approx(-4.0 * np.log(4.0))
     assert found.missed[0, 0, 0] == pytest.approx(np.log(4.0)), "(v + a) / tau(v) is 1 at v = 0"
+    both = Objective(cells([[3.0]], absolute=1.0, relative=0.5)).pieces(readings(1.0), ONE)
+    assert both.missed[0, 0, 0] == pytest.approx(np.log(2.0) * 2.0 / np.hypot(1.0, 0.5))
 
 
 def test_scatter_over_windows_loosens_a_cell_and_costs_its_own():

@@ -39,9 +39,9 @@ def test_delay_gain_and_zero_are_found(shift):
     assert left.channel("b").noise == found.noise[1]
 
 
-def started(shift: float, grows: float, count: int = 6000) -> np.ndarray:
+def started(shift: float, grows: float, count: int = 6000, slow: float = 1.0) -> np.ndarray:
     """A periodic drive of 330 samples from rest, ``shift`` samples late: what it moves grows over so many samples."""
-    late = np.maximum(np.arange(count) - shift, 0.0)
+    late = np.maximum(np.arange(count) - shift, 0.0) / slow
     return (1.0 - np.exp(-late / grows)) * np.sin(2.0 * np.pi * late / 330.0) + 0.3 * np.exp(
         -late / (2.0 * grows)
     ) * np.sin(0.31 * late)
@@ -59,6 +59,15 @@ def test_a_false_period_of_the_drive_is_not_taken(grows, noise):
     found = align(record, reference, ["a"], before=1.0)
     assert found.delay / record.step == pytest.approx(-17.0, abs=0.03)
     assert found.other is None and not residual_gate(found)
+
+
+def test_ripples_of_noise_about_the_delay_of_a_slow_motion_are_no_second_one():
+    noise = 0.02 * np.random.default_rng(1).standard_normal((2, 12000))
+    record, reference = (
+        measurement(started(shift, 300.0, 12000, 40.0) + one) for shift, one in zip((200.0, 183.0), noise, strict=True)
+    )
+    found = align(record, reference, ["a"], before=1.0)
+    assert found.delay / record.step == pytest.approx(-17.0, abs=1.5) and not residual_gate(found)
 
 
 def test_a_second_delay_that_fits_as_well_is_refused_with_both():

@@ -27,9 +27,9 @@ def pairs(random: np.random.Generator, n: int, ratio: float, scatter: float, noi
 
 
 def test_one_pair_has_the_interval_of_its_noise():
-    found = common_ratio([1.0], [2.0], [[[1e-4, 0.0], [0.0, 4e-4]]])
+    found = common_ratio([1.0], [2.0], [[[1e-4, 5e-5], [5e-5, 4e-4]]])
     assert found.value == pytest.approx(0.5)
-    assert found.std == pytest.approx(np.sqrt(1e-4 + 0.25 * 4e-4) / 2.0, rel=1e-6)
+    assert found.std == pytest.approx(np.sqrt(1e-4 - 5e-5 + 0.25 * 4e-4) / 2.0, rel=1e-6)
     assert found.high - found.low == pytest.approx(2.0 * 1.959964 * found.std, rel=1e-6)
 
 
@@ -78,3 +78,9 @@ def test_neighbours_made_of_the_same_samples_tell_less():
             kept.append(found.low <= 0.5 <= found.high)
     assert 0.91 < np.mean(covered) < 0.98
     assert np.mean(blind) < 0.9
+    alone, linked = (
+        common_ratio(0.5 + 0.01 * (-1.0) ** np.arange(n), np.ones(n), cov, following=one) for one in (None, following)
+    )
+    assert linked.std / alone.std == pytest.approx(np.sqrt(1.0 + (n - 1) / n)), (
+        "of a sum, neighbours correlated by half"
+    )

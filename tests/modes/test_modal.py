@@ -12,7 +12,8 @@ from example_files import load_file
 from tarsus.base.errors import InputError
 from tarsus.modes import Frf, ModeVerdict, identify_modes
 from tarsus.modes.gather import decays, merged
-from tarsus.modes.intervals import Basis
+from tarsus.modes.intervals import Basis, Scatter, numbers_of, pole_ranges
+from tarsus.modes.lscf import pole_tracks
 from tarsus.records.measurement import Channel, FrequencyResponse, Measurement, Quantity
 
 modal_recovery = load_file(Path(__file__).parents[2] / "benchmarks" / "modal_recovery.py")
@@ -196,3 +197,22 @@ def test_one_pole_does_not_stand_for_two_that_beat(frequencies, ratios, sizes, s
             nearest = np.argmin(np.abs(poles - mode.pole))
             assert mode.damping.low <= ratio[nearest] <= mode.damping.high
             assert mode.damping.value == pytest.approx(ratio[nearest], rel=0.1)
+
+
+def test_ranges_of_a_pole_are_students_of_what_repeats_tell_alike():
+    """Information of n repeats alike: a number's interval is that of a mean of n, by its slopes along the pole."""
+    pole, count, step = complex(-60.0, 80.0), 5, 1e-6
+    score = np.random.default_rng(4).normal(size=(count, 2))
+    found = pole_ranges(pole, Scatter(np.tile(np.eye(2), (count, 1, 1)), score))
+    for k, one in enumerate(found):
+        slope = [(numbers_of(pole + way)[k] - numbers_of(pole - way)[k]) / (2.0 * step) for way in (step, 1j * step)]
+        half = 2.776445 * np.std(score @ slope, ddof=1) / np.sqrt(count)
+        assert [one.value, one.high - one.value] == pytest.approx([numbers_of(pole)[k], half], rel=1e-6)
+
+
+def test_a_pole_that_two_orders_miss_is_one():
+    pole = np.array([-10.0 + 300.0j])
+    found = [
+        len(pole_tracks(dict(enumerate([pole, *missed, pole])), 1.0)) for missed in ([pole[:0]] * 2, [pole[:0]] * 3)
+    ]
+    assert found == [1, 2]

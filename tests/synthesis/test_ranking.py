@@ -16,7 +16,7 @@ from tarsus.solve.outputs import Output
 from tarsus.synthesis.belief import Belief, field_limits
 from tarsus.synthesis.information import RecordInformation, Sensing, deviations, expected_information
 from tarsus.synthesis.proposals import proposals
-from tarsus.synthesis.ranking import TRUST, rank
+from tarsus.synthesis.ranking import MOST_REPEATS, TRUST, _greedy, rank
 from tarsus.synthesis.recordings import Recording, placed
 from tarsus.synthesis.walks import walk
 
@@ -149,6 +149,15 @@ def test_a_plan_keeps_its_budget_and_ends_where_no_number_gains():
     assert len(found.plan.steps) <= 2  # one record is as close as the model is trusted
     empty = rank(DEVICE, chosen[-1:], belief, A, 0.01).plan
     assert empty.steps == () and empty.cost == 0.0 and empty.gain == pytest.approx(0.0, abs=1e-12)
+    trusted = Belief.of(DEVICE, spread=0.5 * TRUST)
+    assert rank(DEVICE, chosen[-1:], trusted, A, 0.06).ranked[0].gain == pytest.approx(0.0, abs=1e-12)
+    assert _greedy(chosen[-1:], lambda counts: float(sum(counts.values())), [1.0], 9.0)[0] == {0: MOST_REPEATS}
+
+
+def test_volts_of_a_gait_count_from_its_low_ones():
+    scene = ts.load_scene("millipede", **{"gait.low": "2 V"})
+    gait = proposals(scene, {"hz": [10.0], "volts": [7.0]}, 20e3)[0].gait
+    assert (gait.low, gait.high) == (2.0, 9.0)
 
 
 def test_beliefs_come_from_draws_or_from_intervals():

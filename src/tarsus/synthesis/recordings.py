@@ -99,7 +99,7 @@ def recorded(
     for seed in seeds:
         noisy = _noisy(outputs, values, rest, instrument, np.random.default_rng([seed, 17]))
         signals = np.vstack([noisy, np.concatenate([np.zeros(rest), volts])])
-        yield Measurement(tuple(channels), signals, 1.0 / rate, start=-rest / rate, source=recording.name, drive=driven)
+        yield Measurement(tuple(channels), signals, 1.0 / rate, source=recording.name, drive=driven)
 
 
 def outputs_of(scene: Scene, recording: Recording) -> list[Output]:

@@ -29,10 +29,10 @@ def sweep_level(drive: Drive) -> tuple[float, float]:
 
 
 def _following(drive: Drive, level: float, offset: float) -> tuple[float, float]:
-    """Fundamental of the force [N] under a small sine about a voltage that was come to from above, and its harmonics
-    over it."""
+    """Fundamental of the force [N] under a small sine about a voltage, and its harmonics over it: of its second period,
+    before which plays that move forget what was, and others add a constant."""
     cycle = np.sin(2.0 * np.pi * np.arange(256) / 256.0)
     volts = offset + level * np.concatenate([cycle, cycle])
-    force = drive.law.force(volts, (*drive.history, offset + 2.0 * level))[256:]
+    force = drive.law.force(volts)[256:]
     size = np.abs(np.fft.rfft(force))[1:] / 128.0
     return float(size[0]), float(np.linalg.norm(size[1:]) / size[0]) if size[0] > 0.0 else np.inf
