@@ -15,6 +15,9 @@ import tarsus as ts
 from calibrate.toys import BALL, ball_study, true_rows
 from tarsus.base.errors import InputError
 from tarsus.calibrate.calibrating import calibrate
+from tarsus.calibrate.cells import absolute_of
+from tarsus.calibrate.description import MeasureColumn, TableSampling
+from tarsus.calibrate.faults import Faults
 from tarsus.calibrate.lowering import lower_study
 from tarsus.calibrate.results import calibration_table
 from tarsus.calibrate.skill import naive_errors
@@ -229,12 +232,20 @@ def test_a_bad_table_is_told_with_its_lines(tmp_path):
         lower_study(load_study(ball_study(tmp_path, "50,1,1\n,1,1\n")))
 
 
+@pytest.mark.parametrize(("measure", "count"), [("bounces", 0.2), ("bounces_per_second", 10.0)])
+def test_a_count_is_known_within_one_in_the_window(measure, count):
+    """Of 0.1 s: one bounce in five drive periods of 20 ms."""
+    sampling = TableSampling(settle=0.0, window=0.1)
+    found = absolute_of(sampling, MeasureColumn(measure=measure, absolute=count, counts=True), 0.02, "", Faults())
+    assert found == pytest.approx(np.sqrt(2.0) * count)
+
+
 def test_a_constraint_has_a_run_of_its_own(tmp_path):
     text = (
         BALL
         + """
 constraints = [
-    {"name": "a ball from 1 m rises to 60 cm at most after a second", "conditions": [{"drop": 100}],
+    {"name": "a ball from 1 m rises to 60 cm at most after a second", "conditions": [{"drop": 100}, {"drop": 50}],
      "measure": "peak", "max": "60 cm", "softness": "1 cm"},
     {"name": "it swings by the whole height", "conditions": [{"drop": 100}], "measure": "swing", "min": "1 cm",
      "softness": "1 mm", "set": {"ground.restitution.coefficient": 0.0, "initial.velocity": [0.0]}},
@@ -242,7 +253,8 @@ constraints = [
 """
     )
     lowered = lower_study(load_study(ball_study(tmp_path, "50,1,1\n60,1,1\n", text)))
-    assert lowered.problem.rows == (0, 1, 2, 3)
+    assert lowered.problem.rows == (0, 1, 2, 3, 4)
+    assert [one.rows for one in lowered.problem.objective.limits] == [(0, 1), (2,)]
     sets = np.array([[0.6, 1.0], [0.9, 1.0]])
     readings = lowered.forward(0, sets, lowered.problem.rows)
     costs = lowered.problem.objective.pieces(readings, lowered.problem.hypotheses[0])

@@ -20,8 +20,11 @@ from scipy.io import loadmat
 import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.files import store
+from tarsus.files.steady import SteadyFile
 from tarsus.files.store import write_run
+from tarsus.files.summary import deviation
 from tarsus.files.whole import write_text
+from tarsus.measure import Measure
 from tarsus.solve import Run, load_run
 
 
@@ -267,3 +270,18 @@ def test_a_disk_that_fills_is_an_error_and_no_crash(tmp_path, room):
     number, puts = done.stdout.split()
     assert (done.returncode, number) == (0, "27")  # EFBIG
     assert int(puts) < 8 and "rror" not in done.stderr, done.stderr
+
+
+def test_what_is_read_beyond_the_end_of_a_file_is_zero(tmp_path):
+    with SteadyFile(tmp_path / "x") as file:
+        file.write(b"ab")
+        file.seek(0)
+        assert file.readinto(read := bytearray(b"xxxx")) == 4 and read == b"ab\0\0"
+
+
+def test_a_spread_that_rounding_makes_is_none():
+    """Below 1 pm of a length, or a twenty-thousandth of a value; of a time there is no such size."""
+    spreads = {"m": (5e-13, 2e-12), "s": (5e-13,)}
+    found = {unit: [deviation(Measure(0.0, unit, one, 3, "")) for one in some] for unit, some in spreads.items()}
+    assert found == {"m": [0.0, 2e-12], "s": [5e-13]}
+    assert deviation(Measure(1.0, "s", 4e-5, 3, "")) == 0.0

@@ -116,6 +116,14 @@ def test_switching_times_are_volts_within_the_step():
     assert volts == [0.0, 14.0, 0.0, 14.0, 14.0, 14.0]
 
 
+def test_actions_beyond_their_range_are_its_ends_and_every_number_is_its_own():
+    scene = ts.load_scene("millipede")
+    volts = ACTIONS["volts"].commands(scene, np.array([[2.0, -3.0]]), 1e-3)["drive"]
+    gait = ACTIONS["phases"].commands(scene, np.array([[-1.0, 1.0, 0.5, -1.0]]), 1e-3)["gait"]
+    assert [*volts.values()] == [14.0, 0.0]
+    assert gait == {"phases.L1": 0.0, "phases.R1": 1.0, "frequency": 105.0, "duty": pytest.approx(0.3)}
+
+
 def test_grounds_come_from_an_identification(tmp_path):
     draws = np.random.default_rng(2).uniform(0.2, 0.6, (50, 1))
     write_draws(tmp_path / "draws.npz", ["ground.friction.coefficient"], draws[0], draws)

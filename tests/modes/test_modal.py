@@ -12,8 +12,9 @@ from example_files import load_file
 from tarsus.base.errors import InputError
 from tarsus.modes import Frf, ModeVerdict, identify_modes
 from tarsus.modes.gather import decays, merged
-from tarsus.modes.intervals import Basis, Scatter, numbers_of, pole_ranges
+from tarsus.modes.intervals import Basis, Scatter, numbers_of, pole_ranges, variances_of
 from tarsus.modes.lscf import pole_tracks
+from tarsus.modes.refine import LocalFit
 from tarsus.records.measurement import Channel, FrequencyResponse, Measurement, Quantity
 
 modal_recovery = load_file(Path(__file__).parents[2] / "benchmarks" / "modal_recovery.py")
@@ -60,7 +61,8 @@ def test_a_model_is_found_again(quantity, drives):
 
 def test_without_a_drive_at_a_point_the_participation_carries_the_size():
     frf = responses(Quantity.VELOCITY)
-    shaken = Frf(frf.frequency, frf.values, frf.outputs, ("voltage",), frf.quantity)
+    turned = frf.values * np.exp(0.1j)  # as by the phase of an instrument
+    shaken = Frf(frf.frequency, turned, frf.outputs, ("voltage",), frf.quantity)
     shapes, pulls = identify_modes(shaken, (110.0, 990.0), 12).shapes()
     assert np.abs(shapes).max(axis=1) == pytest.approx(np.ones(3))
     assert shapes[:, :, None] * pulls[:, None, :] == pytest.approx(
@@ -208,6 +210,10 @@ def test_ranges_of_a_pole_are_students_of_what_repeats_tell_alike():
         slope = [(numbers_of(pole + way)[k] - numbers_of(pole - way)[k]) / (2.0 * step) for way in (step, 1j * step)]
         half = 2.776445 * np.std(score @ slope, ddof=1) / np.sqrt(count)
         assert [one.value, one.high - one.value] == pytest.approx([numbers_of(pole)[k], half], rel=1e-6)
+    none = np.zeros((1, 2))
+    fit = LocalFit(pole, slice(0, 1), none, none, np.diag([2.0, 5.0])[None], none, none)
+    # slopes along the real and the imaginary part: damping, then frequency
+    assert np.sqrt(variances_of(fit)) == pytest.approx([0.2 / (2.0 * np.pi), 0.5 / abs(pole)])
 
 
 def test_a_pole_that_two_orders_miss_is_one():

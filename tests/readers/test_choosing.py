@@ -9,7 +9,7 @@ import pytest
 from scipy.io import wavfile
 
 from tarsus.formats.unit_names import frequency_factor, ratio_of, scaled, time_factor
-from tarsus.records.clipping import clipped_samples
+from tarsus.records.clipping import clipped_samples, heaped_samples
 from tarsus.records.measurement import Quantity
 from tarsus.records.readers import read_measurement
 
@@ -69,6 +69,9 @@ def test_clipping_is_told_from_the_samples():
         for pace in (0.001, 0.01, 0.1):
             assert clipped_samples(digit * np.round(np.sin(pace * N) / digit)) == 0
     assert clipped_samples(np.zeros(10)) == 0
+    assert clipped_samples(np.array([0.0, 0.01, 1.0, 1.0, 1.0, 0.0, -1.0])) == 3
+    ramp = np.append(np.arange(100.0), np.full(50, 99.0))
+    assert heaped_samples(ramp) == (51, 99.0) and heaped_samples(-ramp) == (51, -99.0)
     noisy = np.clip(wave + np.random.default_rng(3).normal(size=len(N)) * 0.01, None, 1.0)
     assert clipped_samples(np.round(noisy / 1e-3) * 1e-3) > 100
 

@@ -8,6 +8,7 @@ import pytest
 import tarsus as ts
 from hexapod_records import measurement
 from tarsus.formats.axes import sampling_step
+from tarsus.records.excluded import evenly
 from tarsus.records.measurement import Channel, FrequencyResponse, Measurement, Quantity, check_sampled_together
 
 FOOT = Channel("foot", Quantity.VELOCITY, noise=1e-4, full_scale=0.5)
@@ -68,6 +69,10 @@ def test_an_unknown_channel_is_reported_with_the_nearest():
         _ = Measurement((FOOT,), [[0.0, 1.0]], 1.0)["food"]
     with pytest.raises(ts.InputError, match="no sample lies between"):
         Measurement((FOOT,), [[0.0, 1.0]], 1.0).between(3.0, 4.0)
+
+
+def test_some_of_many_are_taken_evenly_with_both_ends():
+    assert evenly(range(10), 4) == [0, 3, 6, 9]
 
 
 def test_clipped_channels_are_reported():

@@ -148,6 +148,8 @@ def test_who_matters_most_is_said_only_where_intervals_are_apart():
     assert alike is not None and not alike.resolved and alike.rivals == ("L1", "L2")
     assert alike.draws == 1024  # 64 (0.2 / 0.05)^2
     assert "is not resolved: R1 0.45 ± 0.10, and the interval of L1 and 1 more overlaps it" in alike.sentence("speed")
+    near = leader_of(indices(L1=(0.4999, 0.1), R1=(0.5, 0.1)), 64)  # 64 (0.2 / 1e-4)^2 are too many
+    assert near is not None and near.draws is None
     twins = leader_of(indices(L1=(0.5, 0.1), R1=(0.5, 0.1)), 64)
     assert twins is not None and twins.draws is None and "hardly" in twins.sentence("speed")
     assert leader_of({}, 64) is None

@@ -87,6 +87,9 @@ def test_a_slow_instrument_follows_a_jump_late():
     change = exact[jump + 1] - exact[jump]
     assert slow[jump + 1] - slow[jump] < 0.6 * change
     assert slow[jump + 8] == pytest.approx(exact[jump + 8], abs=0.2 * change)
+    late = float(np.random.default_rng(0).uniform(0.0, 1e-3))  # the first sample is what was before it
+    begun = Vibrometer(bandwidth=20e3, jitter=1e-3).measure(run, FEET, 0)["foot1"][0]
+    assert begun == pytest.approx(point_velocities(run, FEET, np.array([late]))[0, 0], rel=1e-9)
     quick = Vibrometer(bandwidth=1e6).measure(run, FEET, 0)["foot1"]
     assert np.std(quick - exact) < 0.3 * np.std(slow - exact)
 

@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from tarsus.tables import Column, Table, amount, interval, number, percent
 from tarsus.tables.data import data_tables
-from tarsus.tables.numbers import digits_apart
+from tarsus.tables.numbers import digits_apart, path_end
 
 
 @pytest.fixture(scope="module")
@@ -95,6 +95,7 @@ AMOUNTS = [
     (0.0, "s", "0 s"),
     (-0.6499e-6, "N", "−649.9 nN"),
     (3.14159, "1", "3.142"),
+    (123456.0, "1", "1.235·10⁵"),
     (float("nan"), "m", "–"),
     (1.747e-21, "N m^2 s", "1.747·10⁻²¹ N m² s"),
     (999.96e-6, "s", "1 ms"),
@@ -120,6 +121,13 @@ def test_numbers_percents_and_intervals():
     assert (
         interval(1.0, 2.0) == "1 to 2" and interval(None, None, "m") == "–" and interval(None, 2.0, "s") == "– to 2 s"
     )
+
+
+def test_a_column_of_one_unit_says_it_once_and_every_other_row_keeps_its_flags():
+    one = Table("", (Column("share", "%", shared=True),), [(0.25,), (0.5,), (1.0,)], flagged=[(1, 0), (2, 0)])
+    assert (one.heads(), one.cells()) == (["share (%)"], [["25"], ["50"], ["100"]])
+    assert one.bare(2).rows == ((0.25,), (1.0,)) and one.bare(2).flagged == {(1, 0)}
+    assert path_end("robot.structure.frequencies.0") == "structure.frequencies.0"
 
 
 def test_the_package_is_imported_without_what_shows_tables():
