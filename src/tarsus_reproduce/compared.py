@@ -242,6 +242,6 @@ def _excluded_table(study: str, calibration: Mapping[str, Any]) -> Table:
     summary = {
         words: {"measures": {name: known(name, one) for name, one in part["measures"].items()}}
         for words, part in calibration.items()
-        if words != "told" and part
+        if words != "notes" and part
     }
-    return errors_table(summary, "The ensemble by its calibration", (EXCLUDED, *calibration.get("told", ())))
+    return errors_table(summary, "The ensemble by its calibration", (EXCLUDED, *calibration.get("notes", ())))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import inspect
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,7 +11,6 @@ from statistics import fmean
 import pytest
 
 import tarsus
-from example_files import load_file
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -62,6 +60,10 @@ NAMED = {"glossary.md": {"latch", "impact map"}}
 """Pages that say what a word means elsewhere."""
 
 _CODE = re.compile(r"^```.*?^```$", re.DOTALL | re.MULTILINE)
+_COMMENT = {
+    True: re.compile(r'"""[\s\S]*?"""|(?:^ *#.*\n)+|#.*', re.MULTILINE),
+    False: re.compile(r"/\*[\s\S]*?\*/|(?:^ *//.*\n)+|//.*", re.MULTILINE),
+}
 _END = re.compile(r"(?<=[.!?:])\)? +(?=[\"(]?[A-Z0-9])|(?<=:) ")
 _ANY = re.compile(rf"\b(?:{'|'.join(GONE)})\b", re.IGNORECASE)
 _SHORT = re.compile(r"\b(Figs?|Eqs?|No|e\.g|i\.e|cf|vs|Sec|al)\.")
@@ -164,25 +166,19 @@ def test_messages_are_short_and_use_the_field_s_words() -> None:
     assert wrong == []
 
 
-def docstrings() -> Iterator[tuple[str, str]]:
-    """Docstrings of the names of the reference, and of what their classes offer."""
-    reference = load_file(DOCS / "reference.py")
-    listed = load_file(DOCS / "names.py").listed((DOCS / "api.md").read_text(encoding="utf-8"))
-    for name in dict.fromkeys([*listed, *(f"tarsus.{name}" for name in tarsus.__all__)]):
-        one = reference.object_of(name)
-        if inspect.isfunction(one) or inspect.isclass(one):
-            yield name, inspect.getdoc(one) or ""
-        for part, value in vars(one).items() if inspect.isclass(one) else ():
-            of = getattr(value, "fget", None) or getattr(value, "__func__", value)
-            if not part.startswith("_") and inspect.isfunction(of):
-                yield f"{name}.{part}", inspect.getdoc(of) or ""
+def comments(file: Path) -> Iterator[tuple[int, str]]:
+    """Comments and docstrings of a source, with their lines; lines of a comment that follow each other are one."""
+    text = file.read_text(encoding="utf-8")
+    for found in _COMMENT[file.suffix == ".py"].finditer(text):
+        yield text.count("\n", 0, found.start()) + 1, re.sub(r"\s+(?:#|//)?\s*", " ", found[0])
 
 
-def test_public_names_and_their_docstrings_use_the_field_s_words() -> None:
+def test_names_comments_and_docstrings_use_the_field_s_words() -> None:
     assert [name for name in tarsus.__all__ if gone(name.replace("_", " "))] == []
-    said = list(docstrings())
-    assert len(said) > 500
-    assert [f"{name}: {word}" for name, text in said for word in gone(text)] == []
+    files = [file for end in ("py", "hpp", "cpp", "js") for file in (ROOT / "src").rglob(f"*.{end}")]
+    read = [(file, *one) for file in files if "vendor" not in file.parts for one in comments(file)]
+    assert len(read) > 5000
+    assert [f"{file.relative_to(ROOT)}:{line}: {word}" for file, line, text in read for word in gone(text)] == []
 
 
 def test_a_long_sentence_and_a_word_of_our_own_are_found(tmp_path: Path) -> None:
@@ -195,3 +191,5 @@ def test_a_long_sentence_and_a_word_of_our_own_are_found(tmp_path: Path) -> None
     )
     ((line, text),) = messages(source)
     assert line == 2 and gone(text) == ["put down: placed, released"]
+    source.write_text("x = 1  # put\n# nothing is put\n# down\n", encoding="utf-8")
+    assert [(line, gone(text)) for line, text in comments(source)] == [(1, []), (2, ["put down: placed, released"])]

@@ -173,6 +173,6 @@ def test_the_best_set_of_a_calibration_becomes_its_device_and_keeps_what_was_kno
     assert f"weight {weight:.2f}" in rule and rule.startswith("`tarsus calibrate cantilever`")
     packaged = PACKAGE.mixture_file(tmp_path / "out")
     assert packaged["branches"][0]["members"][0]["unknowns"].keys() == study.unknowns.keys()
-    told = " ".join(packaged["told"])
+    told = " ".join(packaged["notes"])
     assert "landing, by weight: " in told and "Known besides the table: the tip leaves the ground" in told
     assert study.constraints[0].reason in told and study.choices["landing"].meaning in told

@@ -90,7 +90,7 @@ def test_the_packaged_ensemble_shows_rows_excluded_beside_those_calibrated_on():
     for part, words in (("training", "training"), ("left_out", "excluded")):
         error = told[part]["measures"]["peak"]["mean_relative_error"]
         assert found["peak", words]["mean relative error"] == error and found["peak", words]["skill"] is not None
-    assert set(told["told"]) <= set(shown.notes)
+    assert set(told["notes"]) <= set(shown.notes)
 
 
 @pytest.mark.slow
