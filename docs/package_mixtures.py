@@ -69,26 +69,26 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
         "table_sha256": _digest(Path(folder) / "table.csv"),
         "study_sha256": _digest(Path(folder) / "study.py"),
         "errors": _rounded(calibration["summary"], 6),
-        "told": told_of(whole, calibration),
+        "notes": notes_of(whole, calibration),
     }
 
 
-def told_of(whole: WeightedEnsemble, calibration: Mapping[str, Any]) -> list[str]:
-    """Sentences of what a calibration chose and was told, from its table of numbers."""
-    study, told = whole.lowered.study, []
+def notes_of(whole: WeightedEnsemble, calibration: Mapping[str, Any]) -> list[str]:
+    """Sentences of what a calibration chose and was given, from its table of numbers."""
+    study, notes = whole.lowered.study, []
     for name, one in calibration["choices"].items():
         weights = ", ".join(f"{option} {weight:.2f}" for option, weight in one["weights"].items())
-        told.append(f"{name}, by weight: {weights}. {one['meaning']}".strip())
+        notes.append(f"{name}, by weight: {weights}. {one['meaning']}".strip())
     for weight, one in zip(whole.weights, whole.ensembles, strict=True):
         other = column_names(study, one.hypothesis.options)
         if other:
             read = ", ".join(f"'{column}' as {measure}" for column, measure in other.items())
-            told.append(
+            notes.append(
                 "Not in this ensemble, which reads the table plainly: "
                 f"{one.hypothesis.name}, weight {weight:.2f}, which reads {read}."
             )
-    told += [f"Known besides the table: {one['name']}. {one['reason']}" for one in calibration["constraints"]]
-    return told
+    notes += [f"Known besides the table: {one['name']}. {one['reason']}" for one in calibration["constraints"]]
+    return notes
 
 
 def _rounded(value: Any, digits: int) -> Any:

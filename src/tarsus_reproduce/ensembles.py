@@ -78,7 +78,7 @@ def packaged_errors(device: str) -> dict[str, Any] | None:
     """Errors of a packaged ensemble by its calibration, over the rows it was fitted to ("training") and over each as it
     was predicted without it ("left_out", None where no row was): by measure of the study `mean_relative_error`,
     `mean_absolute_error` in `unit`, `held` (share of values in their 80 % intervals) and `brier` (score of existence);
-    `held` of all; and what was chosen on the way (`notes`: options with their weights, interpretations of the table that
+    `held` of all; and what was chosen (`notes`: options with their weights, interpretations of the table that
     are not in it, constraints with their reasons, a sentence each). None without an ensemble."""
     table = _packaged(device)
     return {**table["errors"], "notes": tuple(table["notes"])} if table else None
