@@ -49,4 +49,5 @@ def test_a_front_is_written_with_pages_that_play(tarsus, tmp_path):
     page = (tmp_path / "gaits" / "report.html").read_text()
     assert 'href="gaits/gait-01.html"' in page and 'href="gaits/robust.html"' in page
     played = (tmp_path / "gaits" / "gaits" / "robust.html").read_text()
+    assert "robust on the ground that is worst for it</h1>" in played
     assert "The walk" in played and f"{table['robust']['worst_ground']['ground.friction.coefficient']:.3g}" in played

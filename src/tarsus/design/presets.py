@@ -85,7 +85,8 @@ def steady(scene: SceneLike, free: Any, speed: float | str, **settings: Any) -> 
 def hold(scene: SceneLike, free: Any, seconds: float | str, **settings: Any) -> Design:
     """Gaits that stay longest on a wall or a ceiling, and slide least while they do, in episodes of so many seconds.
 
-    A robot stays as long as one foot at least is on the ground. How it tumbles afterwards is not held against it: the
+    A robot stays as long as one foot at least is on the ground; how it slides is seen after the first third of the
+    drive periods. How it tumbles afterwards is not held against it: the
     limit of the model is lifted unless ``limits`` say otherwise, and gaits that leave it are named. ``settings`` are
     those of `tarsus.design.gait`. Raises InputError as it does.
     """

@@ -41,8 +41,9 @@ FREE = 'paths of what may change, each with its range or "usual", a way to tie p
 RUNS = "of the runs that all that is shown comes from, 1 s or more; as long as 20 drive periods unless given"
 STARTS = "of every run, spread over heights and speeds; a value on a ground is the mean of their settled motions"
 REST = (
-    "judge an episode of so long from the scene's own start, transients and all, and not the settled motion; of a "
-    "robot that does not walk the scene's own duration unless anything else is asked for"
+    "judge an episode of so long from the scene's own start, what is counted by drive period without the first third "
+    "of them, and not the settled motion; of a robot that does not walk the scene's own duration unless anything else "
+    "is asked for"
 )
 PERIODS = "judge the last of so many drive periods from the scene's own start; of pulses as many as they take to settle"
 LOOK = 48

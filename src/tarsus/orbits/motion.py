@@ -27,7 +27,7 @@ OVER_STARTS = ("over_starts", "settled")
 
 @dataclass(frozen=True)
 class FromRest:
-    """An episode from the scene's own start, transients and all; duration [s]."""
+    """An episode from the scene's own start; duration [s]. Statistics of drive periods leave the first third out."""
 
     duration: float
 

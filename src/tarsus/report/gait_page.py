@@ -28,7 +28,9 @@ def write_gait_report(design: Design, folder: Path, *, play: bool = True) -> lis
     if play:
         (folder / f"{design.request.noun}s").mkdir(exist_ok=True)
         for name, point in design.named:
-            run: Any = simulate(design.scene_of(point, worst=True))
+            scene = design.scene_of(point, worst=True)
+            title = f"{scene.name}, {name}" + (" on the ground that is worst for it" if design.request.over else "")
+            run: Any = simulate(scene.model_copy(update={"name": title}))
             pages.append(write_page(report_html(run), folder / f"{design.request.noun}s" / f"{name}.html"))
     return [write_page(gait_html(design, linked=play), folder / "report.html"), *pages]
 

@@ -87,7 +87,11 @@ class Sweep(Description):
         default=None, ge=1, description="of every settled motion, which walkers are measured by; 4 unless given"
     )
     from_rest: MaybeAmount = quantity(
-        "s", "measure an episode of so long from the scene's own start, transients and all", default=None, gt=0
+        "s",
+        "measure an episode of so long from the scene's own start, what is counted by drive period without the first "
+        "third of them",
+        default=None,
+        gt=0,
     )
     vary: Annotated[dict[_AxisName, AnyAxis], AfterValidator(FrozenDict)] = Field(
         description="axes by name: the path of a float, or any name for several paths together"

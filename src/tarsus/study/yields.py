@@ -298,7 +298,8 @@ def yield_(
     duration
         Longest time that a run takes to settle, 1 s or more.
     from_rest
-        Measure an episode of so long from the scene's own start instead, transients and all, e.g. "200 ms".
+        Measure an episode of so long from the scene's own start instead, e.g. "200 ms"; what is counted by drive period
+        without the first third of them.
     seed
         Of all draws.
     output
