@@ -18,7 +18,7 @@ from tarsus.identify.estimates import Estimates
 from tarsus.identify.flight import ATTRACTION, FILM
 from tarsus.identify.foot import FootModel
 from tarsus.identify.hysteresis import Shares, fit_loops
-from tarsus.identify.impact_column import Pair, from_pairs, map_from_pairs
+from tarsus.identify.impact_column import Pair, from_pairs, identify_impact_column, map_from_pairs
 from tarsus.identify.loops import calmed
 from tarsus.identify.restitution import PATH, identify_restitution
 from tarsus.identify.step import StepResult
@@ -104,6 +104,18 @@ def test_restitution_hangs_on_the_film_and_the_impacts_tell_both(hexapod, bounce
     assert after.value(PATH) == pytest.approx(true, rel=0.02)
     low, high = after.interval(PATH)
     assert low < true < high and high - low < 0.1 * true  # of four impacts, however they scatter
+
+
+def test_jumps_move_with_the_structure_by_which_they_are_seen(hexapod, bounces, told):
+    near = identify_restitution(told[0].model(), told[0], bounces, (-hexapod.gap, 0.0), seed=5)[1]
+    path, value = "robot.structure.frequencies.0", np.array(hexapod.scene.robot.structure.frequencies[:1])
+    known = Estimates(hexapod, (path,), value, value * np.linspace(0.98, 1.02, DRAWS)[:, None])
+    other = hexapod.changed({path: 1.02 * value[0]})
+    moved, certain, last = (
+        identify_impact_column(model, one, near, 6).combinations["jump of foot4 over the foot's"]
+        for model, one in ((hexapod, known), (hexapod, known.certain()), (other, known.certain()))
+    )
+    assert (moved[1] - certain[1])[-1] == pytest.approx(last[0] - certain[0], rel=0.1)
 
 
 def test_the_film_is_told_as_an_impact_sees_it_and_what_goes_with_it_moves_along(hexapod, told):

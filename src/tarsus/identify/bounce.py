@@ -203,8 +203,16 @@ class Bounces(FlightProblem):
     def moved(self, model: FootModel, fitted: BounceFit, level: float | None = None) -> Floats:
         """Departure and approach velocities (ni, 2) for a model, and above a ground [m], near the fitted ones, by one
         Gauss-Newton step."""
-        step = self.by(model, level).equations(fitted.unknowns, known_law(model)).step()[0]
-        return (fitted.unknowns + step)[:, [-1, -2]]
+        return self._stepped(model, fitted, level)[1][:, [-1, -2]]
+
+    def jumps(self, model: FootModel, fitted: BounceFit) -> Floats:
+        """Changes of velocity (ni, np) of all points for a model, near the fitted ones, by one Gauss-Newton step."""
+        problem, unknowns = self._stepped(model, fitted)
+        return unknowns @ problem.changes.T
+
+    def _stepped(self, model: FootModel, fitted: BounceFit, level: float | None = None) -> tuple[Bounces, Floats]:
+        problem = self.by(model, level)
+        return problem, fitted.unknowns + problem.equations(fitted.unknowns, known_law(model)).step()[0]
 
 
 def known_offsets(bounces: Bounces, level_error: float) -> Floats:

@@ -16,7 +16,8 @@ import numpy as np
 from tarsus.base.arrays import Floats
 from tarsus.base.errors import InputError
 from tarsus.identify.bounce import Bounces
-from tarsus.identify.draws import DRAWS
+from tarsus.identify.draws import DRAWS, carried
+from tarsus.identify.estimates import Estimates
 from tarsus.identify.flight import WORST
 from tarsus.identify.foot import FootModel
 from tarsus.identify.restitution import FEWEST, variance_of
@@ -27,10 +28,11 @@ from tarsus.records.excluded import Excluded
 from tarsus.records.measurement import Measurement, Quantity
 
 
-def identify_impact_column(model: FootModel, near: Bounces, seed: int) -> StepResult:
+def identify_impact_column(model: FootModel, known: Estimates, near: Bounces, seed: int) -> StepResult:
     """Column of the impact law at every point but the foot, compared with the mass-weighted law's.
 
-    It has no parameter of the device: a device without a map of its own follows the mass-weighted law.
+    It has no parameter of the device: a device without a map of its own follows the mass-weighted law. ``known``: what
+    earlier steps found, whose draws widen the intervals.
 
     Raises
     ------
@@ -45,23 +47,31 @@ def identify_impact_column(model: FootModel, near: Bounces, seed: int) -> StepRe
     changes = fitted.unknowns[good] @ bounces.changes.T
     covariance = np.einsum("aq,iqr,br->iab", bounces.changes, fitted.inverse[good], bounces.changes)
     k = model.points.index(model.foot_point)
-    known = model.rows @ model.jump / float(model.rows[k] @ model.jump)
+    weighted = model.rows @ model.jump / float(model.rows[k] @ model.jump)
     random = np.random.default_rng([seed, 13])
     combinations, residuals, notes, curves = {}, [], [], []
-    for i, name in enumerate(model.points):
-        if i == k:
-            continue
-        pair = covariance[:, [i, k]][:, :, [i, k]]
-        ratio = common_ratio(changes[:, i], changes[:, k], pair)
-        draws = ratio.value + ratio.std * random.standard_normal(DRAWS)
+    others = [i for i in range(len(model.points)) if i != k]
+    pairs = [covariance[:, [i, k]][:, :, [i, k]] for i in others]
+
+    def ratios(values: Floats) -> Floats:
+        moved = bounces.jumps(known.model(values), fitted)[good]
+        return np.array(
+            [common_ratio(moved[:, i], moved[:, k], own).value for i, own in zip(others, pairs, strict=True)]
+        )
+
+    shared = carried(ratios, known.values, known.samples)
+    for i, pair, off in zip(others, pairs, shared.T, strict=True):
+        name, ratio = model.points[i], common_ratio(changes[:, i], changes[:, k], pair)
+        draws = ratio.value + ratio.std * random.standard_normal(DRAWS) + off
+        low, high = np.quantile(draws, [0.025, 0.975])
         combinations[f"jump of {name} over the foot's"] = (ratio.value, draws, "1")
         rest = changes[:, i] - ratio.value * changes[:, k]
         unsure = variance_of(pair, ratio.value)
         residuals.append(Residual.of(f"jumps of {name}", "m/s", rest, np.sqrt(unsure)))
-        agrees = ratio.low <= known[i] <= ratio.high
+        agrees = low <= weighted[i] <= high
         notes.append(
-            f"{name}: {ratio.value:.4g} [{ratio.low:.4g}, {ratio.high:.4g}]; the mass-weighted law has "
-            f"{known[i]:.4g}, " + ("which agrees." if agrees else "which does not agree.")
+            f"{name}: {ratio.value:.6g} [{low:.6g}, {high:.6g}]; the mass-weighted law has "
+            f"{weighted[i]:.6g}, " + ("which agrees." if agrees else "which does not agree.")
         )
         error = np.sqrt(pair[:, 0, 0])
         curves.append(Curve(name, changes[:, k], changes[:, i], joined=False, error=error))

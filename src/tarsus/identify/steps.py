@@ -195,7 +195,7 @@ def _impact_map(chain: StepRunner) -> StepResult:
     if chain.bounces is None:
         raise InputError("it needs the impacts of the step restitution, which was not done")
     model = chain.known.model()
-    step = identify_impact_column(model, chain.bounces, chain.seed + 5)
+    step = identify_impact_column(model, chain.known, chain.bounces, chain.seed + 5)
     pairs = _pairs(chain)
     if not pairs:
         return step
