@@ -43,6 +43,9 @@ def test_a_refined_grid_is_the_whole_one_where_classes_are_not_finer_than_it():
     of = grid.points[grid.source[x, y]]
     assert np.array_equal(discs(of), grid.code[x, y]), "every point has its class from a run of that class"
     assert (abs(of - every).max(axis=1) < 8).all()
+    spiked = (x <= 32) | ((x <= 35) & (y == 33))  # beyond a square whose corners differ, one whose corners do not
+    spiked = spiked.astype(np.int16).reshape(65, 65)
+    assert np.array_equal(Quadtree.refined(6, 3, lambda points: spiked[*points.T]).code, spiked)
     plain = Quadtree.refined(6, 2, lambda points: np.full(len(points), 7, np.int16))
     assert len(plain.points) == 25 and (plain.code == 7).all() and (plain.source >= 0).all()
 
@@ -102,9 +105,10 @@ def test_a_walker_of_several_starts_has_shares_travel_and_slip():
     walker = ts.load_scene("millipede")
     cells = CellRuns(walker, ("ground.film.coefficient", "gait.high"), starts=6)
     volts, film = ts.get_value(walker, "gait.high"), ts.get_value(walker, "ground.film.coefficient")
-    found = cells.of(np.array([[film, volts]]))
+    found = cells.of(np.array([[film, volts]] * 2))
     measures = dict(zip(cells.names, found["measures"][0], strict=True))
-    assert found["codes"].shape == (1, 6) and measures["motions"] >= 2.0
+    assert found["codes"].shape == (2, 6) and measures["motions"] >= 2.0
+    assert np.array_equal(*found["codes"]) and np.array_equal(*found["measures"])
     assert measures["travel"] == pytest.approx(1.539e-6, rel=1e-3)
     walk = ts.simulate(walker, 1.2)
     assert measures["slip"] == pytest.approx(walk.measures["foot_slip"].value, rel=0.05)

@@ -37,6 +37,7 @@ def test_the_cuts_of_figures_cross_on_the_map(walker):
     along, up = (overlays_of(walker, name)[0] for name in ("millipede-electrostatics", "millipede-adhesion"))
     (line,), (other,) = along.lines, up.lines
     own = [ts.get_value(walker.scene, path) for path in (ELECTRO, RATE)]
+    assert walker.x.share(walker.x.at(0.3)) == pytest.approx(0.3)
     assert np.ptp(line[:, 1]) == 0.0 and line[0, 1] == own[1] and line[[0, -1], 0] == pytest.approx([1e-22, 1e-16])
     assert np.ptp(other[:, 0]) == 0.0 and other[0, 0] == own[0] and other[[0, -1], 1] == pytest.approx([1e-8, 0.1])
     assert [one.name for one in walker.overlaid("millipede-electrostatics").overlays] == [along.name]
@@ -103,6 +104,8 @@ def test_a_packaged_map_draws_its_closed_forms():
     np.testing.assert_allclose(flip[:, 1], np.hypot(born, 2 * (1 + e * e) / (1 + e) ** 2), rtol=1e-7)
     assert found.class_at(0.3, 0.95) == "period 1, stays on the ground" and set(lift[:, 1]) == {1.0}
     assert found.class_at(0.7, 0.95) == "period 1"
+    shares = [found.share(code) for code in found.classes]
+    assert shares == sorted(shares, reverse=True) and sum(shares) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(

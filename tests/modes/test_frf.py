@@ -80,11 +80,15 @@ def test_two_drives_are_told_apart(estimator):
     assert frf.coherence is not None and np.median(frf.coherence) > 0.999
 
 
-@pytest.mark.parametrize(("segment", "resolved"), [(0.2, False), (0.7, True), (2.0, True)])
-def test_the_smearing_of_a_window_is_part_of_the_model(segment, resolved):
+@pytest.mark.parametrize(
+    ("segment", "resolved", "hum"), [(0.2, False, 0.0), (0.7, True, 0.0), (0.7, True, 10.0), (2.0, True, 0.0)]
+)
+def test_the_smearing_of_a_window_is_part_of_the_model(segment, resolved, hum):
+    """A tone of no width beside the mode, ten times as strong, is none."""
     pole = np.exp(2.0 * np.pi * 200.0 / RATE * complex(-0.01, np.sqrt(1.0 - 1e-4)))  # half-power band: 4 Hz
     drive = random_drives(1, 4, 120.0)
     response = lfilter([0.0, 0.1], [1.0, -2.0 * pole.real, abs(pole) ** 2], drive[0])
+    response += hum * np.std(response) * np.sin(2.0 * np.pi * 260.0 * np.arange(len(response)) / RATE)
     channels = (Channel("u", Quantity.VOLTAGE), Channel("v", Quantity.DISPLACEMENT))
     measured = Measurement(channels, np.array([drive[0], response]), 1.0 / RATE)
     frf = estimate_frf([measured], ["u"], ["v"], (100.0, 300.0), segment=segment)
