@@ -77,6 +77,7 @@ def test_the_folder_holds_an_ensemble_that_predicts_the_same(finished):
     for one in result.predicted[3]:
         assert found[one.measure].median == pytest.approx(one.median, rel=1e-9)
         assert found[one.measure].low == pytest.approx(one.low, rel=1e-9)
+    assert [one.weights[0] for one in whole.ensembles] == pytest.approx([1.0 / 6.0] * len(whole.ensembles)), "the best"
     assert found["rate"].p_bounce is not None and found["rate"].p_bounce > 0.8
     with pytest.raises(InputError, match="no condition 'dorp'"):
         whole.predict([{"dorp": 3}])

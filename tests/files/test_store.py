@@ -22,7 +22,7 @@ from tarsus.base.errors import InputError
 from tarsus.files import store
 from tarsus.files.steady import SteadyFile
 from tarsus.files.store import write_run
-from tarsus.files.summary import deviation
+from tarsus.files.summary import account, deviation
 from tarsus.files.whole import write_text
 from tarsus.measure import Measure
 from tarsus.solve import Run, load_run
@@ -277,6 +277,12 @@ def test_what_is_read_beyond_the_end_of_a_file_is_zero(tmp_path):
         file.write(b"ab")
         file.seek(0)
         assert file.readinto(read := bytearray(b"xxxx")) == 4 and read == b"ab\0\0"
+
+
+def test_an_account_has_the_share_of_each_term_in_the_largest(run: Run) -> None:
+    rows = account(run).rows
+    largest = max(abs(value) for _, value, _ in rows[:-1])
+    assert [share for *_, share in rows[:-1]] == pytest.approx([value / largest for _, value, _ in rows[:-1]], abs=5e-6)
 
 
 def test_a_spread_that_rounding_makes_is_none():

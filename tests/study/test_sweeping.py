@@ -8,6 +8,7 @@ import xarray as xr
 
 import tarsus as ts
 import tarsus.orbits.scored as scored
+import tarsus.study.collecting as collecting
 import tarsus.study.sweeping as sweeping
 from scene_files import scene
 from study.sweep_case import RATE, RESTITUTION, small
@@ -66,6 +67,7 @@ def test_finished_units_are_not_run_again(tmp_path, monkeypatch):
     (folder / "sweep.nc").unlink()
     kept = (folder / "units" / "000" / "000000.npz").stat().st_mtime_ns
     seen = []
+    monkeypatch.setattr(collecting, "BLOCK", 1)  # run by run
     again = run_sweep(small(), folder, resume=True, progress=lambda done, total, who: seen.append((done, total)))
     assert seen == [(4, 6), (6, 6)] and again.kept == 4
     assert (folder / "units" / "000" / "000000.npz").stat().st_mtime_ns == kept

@@ -72,11 +72,11 @@ def squares_per_period(track: Track) -> Floats:
         turn = (np.argmin(volts, axis=1)[:, None] + np.arange(2 * count + 1)) % (2 * count)
         steps = np.diff(np.take_along_axis(volts, turn, axis=1), axis=1)
         rise, total = np.zeros(len(runs)), np.zeros(len(runs))
-        for step in steps.T:  # from a lowest voltage on, once around
+        for step in steps.T:  # from a lowest voltage on, once around, where no rise is open
             ended = step < 0.0
             total += np.where(ended, rise**2, 0.0)
             rise = np.where(ended, 0.0, rise + np.maximum(step, 0.0))
-        out[runs] = total + rise**2
+        out[runs] = total
     return out
 
 
