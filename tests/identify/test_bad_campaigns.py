@@ -118,6 +118,17 @@ def test_where_no_step_is_done_what_was_excluded_is_told(tmp_path):
         read_campaign(folder)
 
 
+def test_records_that_are_sampled_otherwise_than_most_are_left_out(tmp_path):
+    folder, file = copied(tmp_path / "campaign", "ramps"), "ramps-60hz-100.mat"
+    changed(folder, lambda c: c.update({k: v[::2] for k, v in c.items() if np.size(v) > 1}, fs=0.5 * c["fs"]), file)
+    chain = grounded(read_campaign(folder))
+    for _ in range(2):  # as steps are done again
+        kept = chain.alike(Purpose.RAMPS)
+    assert kept and file not in {one.file for one in kept}
+    told = [one for one in map(str, chain.evidence.left_out) if "is sampled at" in one]
+    assert len(told) == 1 and told[0].startswith(f"{file}: is sampled at 10 kHz, most records of its purpose at 20")
+
+
 def test_too_few_bounces_are_counted(tmp_path):
     folder = copied(tmp_path / "campaign", "ramps", "bounces")
     for file in folder.glob("bounces-*.h5"):

@@ -87,6 +87,8 @@ def test_times_give_their_step_or_say_why_not():
     assert sampling_step(rounded, resolution=0.01) == pytest.approx(0.3333, rel=1e-2)
     with pytest.raises(ts.InputError, match=r"not even: .* 0\.3 s after sample 2"):
         sampling_step([0.0, 0.1, 0.2, 0.5])
+    with pytest.raises(ts.InputError, match=r"not even: .* 4e-05 s after sample 5999"):  # in five digits: a lost sample
+        sampling_step(np.delete(np.round(np.arange(40501) * 2e-5, 5), 6000), resolution=1e-5)
     with pytest.raises(ts.InputError, match="do not increase at sample 2"):
         sampling_step([0.0, 0.1, 0.1, 0.4])
     assert sampling_step(1.78e9 + np.arange(2000) / 50e3) == pytest.approx(2e-5, rel=1e-5)

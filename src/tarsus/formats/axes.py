@@ -144,7 +144,7 @@ def sampling_step(time: ArrayLike, resolution: float = 0.0) -> float:
     time
         Times [s].
     resolution
-        Step of the digits the times were written in [s]; each may be wrong by that much.
+        Step of the digits the times were written in [s], to which they are rounded: a step is wrong by as much at most.
 
     Raises
     ------
@@ -166,7 +166,7 @@ def sampling_step(time: ArrayLike, resolution: float = 0.0) -> float:
         bad = int(np.flatnonzero(back)[0]) if np.any(back) else 0
         raise InputError(f"the times do not increase at sample {bad + 1}")
     off = np.abs(steps - step)
-    if off.max() > 0.01 * step + 2.0 * resolution:
+    if off.max() > 0.01 * step + resolution:
         bad = int(np.argmax(off))
         raise InputError(
             f"the sampling is not even: the step is {step:g} s on average and {steps[bad]:g} s after sample {bad}"

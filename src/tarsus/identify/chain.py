@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
@@ -26,7 +27,9 @@ from tarsus.identify.step import UNSOLVED, NotDone, StepResult, Used
 from tarsus.identify.steps import AFTERWARDS, GROUND_STEPS, STEPS, SWEEP_STEPS, ChainStep
 from tarsus.identify.traces import Trace
 from tarsus.model.drive.waveforms import Waveform
+from tarsus.records.excluded import Excluded
 from tarsus.records.purpose import Purpose
+from tarsus.tables.numbers import amount
 
 Kind = TypeVar("Kind")
 
@@ -149,6 +152,8 @@ class StepRunner:
             return
         if step.name in self.steps:
             self.known = self.known.without(self.steps.pop(step.name))
+        for said in earlier:
+            self.remark(f"{step.name} is from other records than asked for first: {said}")
         given = {step.purpose} if not step.instead else self._purposes(found)
         files = sum(len(one.files) for purpose in given for _, one in self.opened.sets(purpose))
         self.steps[step.name] = replace(
@@ -217,6 +222,19 @@ class StepRunner:
     def traces(self, *purposes: Purpose) -> list[Trace]:
         """Records of some purposes, without what is their instruments'."""
         return [trace for purpose in purposes for trace in self.evidence.traces.get(purpose, [])]
+
+    def alike(self, purpose: Purpose) -> list[Trace]:
+        """Records of a purpose that are sampled as most of them are, to be fitted together; others are left out."""
+        traces = self.traces(purpose)
+        steps = [round(one.step, 12) for one in traces]
+        usual = Counter(steps).most_common(1)[0][0] if traces else 0.0
+        for trace, step in zip(traces, steps, strict=True):
+            if step != usual:
+                rates = amount(1.0 / step, "Hz", 6), amount(1.0 / usual, "Hz", 6)
+                said = f"is sampled at {rates[0]}, most records of its purpose at {rates[1]}: they are fitted together"
+                one = Excluded(trace.file, "", said)
+                self.evidence.left_out += [one] * (one not in self.evidence.left_out)
+        return [trace for trace, step in zip(traces, steps, strict=True) if step == usual]
 
     def signals(self, *purposes: Purpose) -> dict[str, Waveform]:
         """Drive of every set of some purposes that states one."""

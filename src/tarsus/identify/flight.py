@@ -31,6 +31,7 @@ from tarsus.identify.step import Panel, Residual, StepResult, measured_and_fitte
 from tarsus.identify.traces import Hold, Trace
 from tarsus.identify.volts import Stretches
 from tarsus.solve import SUBSTEPS, Flow, Launches, Varied
+from tarsus.tables.numbers import amount
 
 FILM = ("ground.film.coefficient", "ground.film.thickness")
 PULLS = ("ground.adhesion.initial", "ground.adhesion.rate")
@@ -191,8 +192,10 @@ class FlightProblem:
         self.items, self.model = tuple(items), model
         if not items:
             raise InputError("none of the motions that these records show can be fitted")
-        if len({round(self.traces[one.trace].step, 12) for one in items}) > 1:
-            raise InputError("records that are fitted together are sampled at different rates")
+        rates = {round(self.traces[one.trace].step, 12): self.traces[one.trace].file for one in items}
+        if len(rates) > 1:
+            named = ", ".join(f"{file} at {amount(1.0 / step, 'Hz', 6)}" for step, file in sorted(rates.items()))
+            raise InputError(f"records that are fitted together are sampled at different rates: {named}")
         self.step = self.traces[items[0].trace].step
         self.free = null_space(model.row[None, :])
         self.grounded = -model.gap * model.row / float(model.row @ model.row)  # coordinates, the shortest ones

@@ -132,7 +132,7 @@ def _static(chain: StepRunner, traces: Sequence[Trace]) -> list[Trace]:
 
 def _film(chain: StepRunner) -> StepResult:
     """The film from the flights after detachments, whose pulls adhesion takes."""
-    traces = chain.traces(Purpose.RAMPS)
+    traces = chain.alike(Purpose.RAMPS)
     if not traces:
         raise InputError(chain.nothing_for(Purpose.RAMPS, "ramped squares"))
     if chain.evidence.level is None:
@@ -146,7 +146,7 @@ def _film(chain: StepRunner) -> StepResult:
 
 
 def _electrostatics(chain: StepRunner) -> StepResult:
-    traces = chain.traces(Purpose.CLOSE)
+    traces = chain.alike(Purpose.CLOSE)
     if not traces:
         raise InputError(chain.nothing_for(Purpose.CLOSE, "a foot close to the ground"))
     return identify_close(chain.known.model(), chain.known, traces, chain.seed + 6)
@@ -162,8 +162,8 @@ def _close_with_impacts(chain: StepRunner) -> StepResult:
     chain.known, step = film_by_impacts(
         chain.known,
         chain.steps["electrostatics"],
-        chain.traces(Purpose.BOUNCES),
-        chain.traces(Purpose.CLOSE),
+        chain.alike(Purpose.BOUNCES),
+        chain.alike(Purpose.CLOSE),
         chain.ground(),
     )
     return step
@@ -173,7 +173,7 @@ def _film_by_impacts(chain: StepRunner) -> StepResult:
     """The film as a wide unknown, with what the impacts say of it."""
     wide = wide_film(chain.known.model(), chain.seed + 2)
     try:
-        known, step = film_by_impacts(chain.known.after(wide), wide, chain.traces(Purpose.BOUNCES), (), chain.ground())
+        known, step = film_by_impacts(chain.known.after(wide), wide, chain.alike(Purpose.BOUNCES), (), chain.ground())
     except UNSOLVED as error:
         return replace(wide, notes=(*wide.notes, f"The impacts do not determine it: {error}."))
     if not step.used or step.unsound():
@@ -183,7 +183,7 @@ def _film_by_impacts(chain: StepRunner) -> StepResult:
 
 
 def _restitution(chain: StepRunner) -> StepResult:
-    traces = chain.traces(Purpose.BOUNCES)
+    traces = chain.alike(Purpose.BOUNCES)
     if not traces:
         raise InputError(chain.nothing_for(Purpose.BOUNCES, "bounces"))
     model = chain.known.model()
