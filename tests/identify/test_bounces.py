@@ -144,6 +144,16 @@ def test_one_impact_at_another_speed_shows_that_restitution_goes_by_speed(power,
     assert passed or f"changes with speed: by {'+-'[power < 0.0]}0.0" in check.cause
 
 
+def test_few_events_that_scatter_seldom_show_a_slope_over_speed():
+    rng, seen = np.random.default_rng(1), []
+    covariance = np.broadcast_to(np.diag([1e-6, 1e-12]), (8, 2, 2))
+    for approach in 0.1 * np.exp(0.4 * rng.normal(size=(400, 8))):
+        departure = approach * (0.4 + 0.01 * rng.normal(size=8)) + 1e-5 * rng.normal(size=8)
+        slope, error = slope_over(departure, approach, covariance * 1e-4, np.arange(8), 0.4)
+        seen.append(abs(slope) / error)
+    assert np.mean(np.array(seen) > 3.0) < 0.02  # 0.06 with the error of a known scatter
+
+
 def influence_of(found: RobustRatio, events: np.ndarray) -> Influence:
     score = found.score[:, None]
     return Influence((PATH,), found.clipped_information[:, None, None], score, np.ones(1), {EVENT: events}, {})

@@ -21,7 +21,7 @@ from tarsus.identify.estimates import Estimates
 from tarsus.identify.flight import WORST
 from tarsus.identify.foot import FootModel
 from tarsus.identify.influence import EVENT, SPEED, Influence, events_of, of_records
-from tarsus.identify.robust_ratio import RobustRatio, robust_ratio, slope_over
+from tarsus.identify.robust_ratio import STEEP, RobustRatio, robust_ratio, slope_over
 from tarsus.identify.step import Check, Residual, StepResult, Used, points_and_line
 from tarsus.identify.traces import Trace
 from tarsus.records.excluded import Excluded, enough
@@ -39,8 +39,6 @@ twentieth."""
 _OUTSIDE = 3.5
 """Deviations from the middle ratio beyond which an impact is none like the others: of two thousand normal ones one
 is."""
-_STEEP = 3.0
-"""Standard errors of a slope over speed that chance has once in four hundred campaigns."""
 _ONE_EVENT = 1.5
 """Samples up to which impacts of repeats are one: their clocks differ by less than a sample."""
 TURN = np.array([[1.0, -1.0], [-1.0, 1.0]])
@@ -199,12 +197,16 @@ def _result(
     def ratio(speeds: Floats) -> RobustRatio:
         return robust_ratio(speeds[:, 0], -speeds[:, 1], covariance, events)
 
+    def slope(speeds: Floats, value: float) -> tuple[float, float]:
+        return slope_over(speeds[:, 0], -speeds[:, 1], covariance, events, value)
+
     speeds = fitted.speeds
     found, departure, approach = ratio(speeds), speeds[:, 0], -speeds[:, 1]
 
     def again(values: Floats) -> Floats:
         moved = bounces.moved(known.model(values[:-1]), fitted, float(values[-1]))
-        return np.concatenate([[ratio(moved).value], moved @ np.array([1.0, found.value])])
+        value = ratio(moved).value
+        return np.concatenate([[value, slope(moved, value)[0]], moved @ np.array([1.0, found.value])])
 
     like = np.abs(found.off) < _OUTSIDE
     influence = _influence(bounces, events, found)
@@ -222,6 +224,7 @@ def _result(
         np.sqrt(covariance[:, 0, 0]),
     )
     rest = (departure - found.value * approach)[like]
+    over, error = slope(speeds, found.value)
     around, seen = float(np.sqrt(fitted.chi.mean())), sum(one.size for one in bounces.measured)
     slow, fast = 1e3 * approach.min(), 1e3 * approach.max()
     step = StepResult(
@@ -241,13 +244,13 @@ def _result(
             f"The scatter of e from impact to impact, beyond noise, is {found.scatter:.2g}.",
             f"It is that of impacts at {slow:.3g} to {fast:.3g} mm/s.",
         ),
-        checks=(_over_speed(found, *slope_over(departure, approach, covariance, events, found.value)),),
+        checks=(_over_speed(found, over, float(np.hypot(error, np.std(shared[:, 1])))),),
         bounds={PATH: reached[0]},
         influence=replace(
             influence,
             information=found.clipped_information[:, None, None],
             score=found.clipped[:, None],
-            shared=(found.weight * shared[:, 1:])[:, :, None],
+            shared=(found.weight * shared[:, 2:])[:, :, None],
         ),
     )
     return step, like
@@ -264,7 +267,7 @@ def _over_speed(found: RobustRatio, slope: float, error: float) -> Check:
     return Check(
         "slope of restitution over the logarithm of speed, in standard errors",
         abs(slope) / error,
-        _STEEP,
+        STEEP,
         paths=(PATH,),
         cause=cause,
         record="record bounces at further speeds of impact",

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
+from scipy.special import ndtr, stdtrit
 
 from tarsus.base.arrays import Floats
 from tarsus.impacts.estimates import supported
@@ -21,6 +22,10 @@ _FREEDOM = 4.0
 estimate is a tenth wider than the mean, and one that is far off pulls by the inverse of how far."""
 _ROUNDS = 100
 """Rounds at most; they end before, at rounding."""
+_WIDER = 1.04
+"""Standard error of a slope with Student's weights over that of least squares, of normal events."""
+STEEP = 3.0
+"""Standard errors of a slope over speed that chance has once in four hundred campaigns."""
 _CLIPPED = 3.0
 """Deviations that an event pulls by at most where it is asked along what it goes: one that is far off is one event."""
 
@@ -104,23 +109,28 @@ def robust_ratio(y: Floats, x: Floats, covariance: Floats, events: NDArray[np.in
 
 def slope_over(y: Floats, x: Floats, covariance: Floats, events: NDArray[np.intp], value: float) -> tuple[float, float]:
     """By how much the ratio of events rises with the logarithm of x, and its standard error, with scatter from event to
-    event beyond that slope; infinite where all x are one. Arguments as of `robust_ratio`; value: the ratio found."""
+    event beyond that slope; infinite where all x are one. A scatter of few events is itself uncertain: the error is so
+    wide that `STEEP` of it are as rare as of a known one. Arguments as of `robust_ratio`; value: the ratio found."""
     of = np.unique(events, return_inverse=True)[1]
     _, support, _, known, left = _by_event(y, x, covariance, of, value)
     over = np.bincount(of, np.log(support)) / np.bincount(of)
     columns = np.stack([np.ones_like(over), over - over.mean()], axis=1)
-    if np.linalg.matrix_rank(columns) < 2:
+    free = len(over) - 2
+    if free < 1 or np.linalg.matrix_rank(columns) < 2:
         return 0.0, np.inf
     line, variance = np.zeros(2), 1.0 / known
     for _ in range(_ROUNDS):
         beyond = left - columns @ line
-        variance = 1.0 / known + _scatter(beyond, 1.0 / known)
+        variance = 1.0 / known + _scatter(beyond, 1.0 / known, 2)
         weighted = columns * (_weight(beyond / np.sqrt(variance)) / variance)[:, None]
         before, line = line, np.linalg.solve(weighted.T @ columns, weighted.T @ left)
         if np.abs(line - before).max() < 1e-12 * (1.0 + abs(value)):
             break
     information = columns.T @ (columns / variance[:, None])
-    return float(line[1]), float(np.sqrt(np.linalg.inv(information)[1, 1]))
+    scattered = float(np.mean(1.0 - 1.0 / (known * variance)))  # share of the variance that is of the scatter
+    known_to = free / max(scattered, 1e-3) ** 2  # degrees of freedom, after Welch and Satterthwaite
+    wide = _WIDER * stdtrit(known_to, ndtr(STEEP)) / STEEP
+    return float(line[1]), float(wide * np.sqrt(np.linalg.inv(information)[1, 1]))
 
 
 def _by_event(
@@ -133,14 +143,16 @@ def _by_event(
     return residual, support, weight, known, np.bincount(of, weight * support * residual) / known
 
 
-def _scatter(left: Floats, noise: Floats) -> float:
-    """Variance that gives deviations (ne,), with that of noise (ne,), the weighted mean square of normal ones."""
+def _scatter(left: Floats, noise: Floats, fitted: int = 0) -> float:
+    """Variance that gives deviations (ne,), with that of noise (ne,), the weighted mean square of normal ones; fitted:
+    numbers that were fitted to them."""
 
     def beyond(variance: float) -> float:
         off = left / np.sqrt(noise + variance)
-        return float(np.mean(_weight(off) * off**2)) - _NORMAL
+        return float(np.sum(_weight(off) * off**2)) / (len(left) - fitted) - _NORMAL
 
     if not beyond(0.0) > 0.0:
         return 0.0
-    found: Any = brentq(beyond, 0.0, float(np.max(left**2)) / _NORMAL * (_FREEDOM + 1.0) / _FREEDOM)
+    most = float(np.max(left**2)) / _NORMAL * (_FREEDOM + 1.0) / _FREEDOM
+    found: Any = brentq(beyond, 0.0, most * len(left) / (len(left) - fitted))
     return float(found)
