@@ -128,10 +128,11 @@ def test_a_second_interrupt_ends_work_now_and_loses_nothing_finished(tmp_path, p
     run.send_signal(signal.SIGINT)
     said = next(line for line in run.stderr if "under way" in line)
     assert said.endswith("Ctrl-C again ends it now, and finished parts are kept\n")
-    kept = sorted((tmp_path / "out").glob("units/*/*.npz"))
+    kept = set((tmp_path / "out").glob("units/*/*.npz"))
     run.send_signal(signal.SIGINT)
     assert run.communicate(timeout=20)[1].endswith("--resume`\n") and run.returncode == 130
-    assert kept and sorted((tmp_path / "out").glob("units/*/*.npz")) == kept
+    after = set((tmp_path / "out").glob("units/*/*.npz"))  # a part that was under way may have been finished since
+    assert after and kept <= after
 
 
 @pytest.mark.slow
