@@ -35,6 +35,8 @@ UNITS = ["m", "kg", "s", "V", "N", "Hz", "N m^2 s", "N m^2/V^2", "kg/m^3", "kg/m
         ("2 N-m", "N m", 2.0),
         ("50 KHz", "Hz", 50e3),
         ("4 Millivolts", "V", 4e-3),
+        ("3 deg^2", "rad^2", 3.0 * (math.pi / 180.0) ** 2),
+        ("2 N/m s", "N s/m", 2.0),
     ],
 )
 def test_parse(text: str | float, unit: str, value: float) -> None:

@@ -9,7 +9,7 @@ import pytest
 import threadpoolctl
 
 from tarsus.base.threads import single_threaded
-from tarsus.base.workers import spread
+from tarsus.base.workers import spread, workers
 
 
 def test_a_job_that_spreads_work_does_it_on_its_own_thread():
@@ -22,6 +22,13 @@ def test_a_job_that_spreads_work_does_it_on_its_own_thread():
     first, second = spread(outer, [1, 2], 2)
     assert len(first) == len(second) == 1 and first != second
     assert list(spread(lambda n: n * n, range(5), 3)) == [0, 1, 4, 9, 16], "elsewhere threads are free again"
+
+
+def test_a_scheduler_lends_as_many_processors_as_there_are_at_most(monkeypatch):
+    own = workers()
+    for lent, found in (("1", 1), ("1000000", own)):
+        monkeypatch.setenv("SLURM_CPUS_PER_TASK", lent)
+        assert workers() == found
 
 
 def test_long_jobs_hear_when_one_has_failed():

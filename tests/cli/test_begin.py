@@ -170,7 +170,7 @@ def test_sweeps_that_differ_are_sets_of_their_own(tarsus, tmp_path):
         time = step * np.arange(count)
         angle = 2.0 * np.pi * (low * time + 0.5 * (high - low) / time[-1] * time**2)
         still = rest if name.startswith("steps") else 0
-        volts = np.concatenate([np.zeros(still), np.sin(angle)])
+        volts = np.concatenate([np.zeros(still), np.sin(angle) + (0.0 if still else 1.5)])
         rows = np.column_stack([step * np.arange(len(volts)), volts, 1e-3 * volts])
         text = "\n".join(",".join(f"{x:.9g}" for x in row) for row in rows)
         (tmp_path / f"{name}.csv").write_text(f"time [s],U [V],Spitze v [m/s]\n{text}\n")

@@ -9,6 +9,7 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.spec import get_value
+from tarsus.files.draws import write_draws
 from tarsus.files.runstore import RunStore
 
 BALL = Path(__file__).parents[1] / "scenes" / "ball.toml"
@@ -50,6 +51,12 @@ def test_intervals_impact_map_and_landing_rule_are_shown(tarsus, tmp_path):
     out = tarsus("show", file).out
     assert "landing: restitution first, held when slow" in out and "ground.landing.speed" in out
     assert "95 % interval" not in tarsus("show", BALL).out
+    path, value = "ground.restitution.coefficient", 0.378
+    for low, high, said in ((0.3, value, "0.3 to 0.378 !"), (value - 0.02, value + 0.02, "±\N{NO-BREAK SPACE}0.02")):
+        origin = {"source": "calibrated", "note": "seen", "interval": [[low, high]]}
+        known = ts.with_values(ts.load_scene("cantilever"), {path: value, "provenance": {path: origin}})
+        ts.write_scene(known, file)
+        assert said.replace("\N{NO-BREAK SPACE}", " ") in line(tarsus("show", file), path)
 
 
 def test_check_accepts_what_was_written_and_names_all_errors_at_once(tarsus, scene_table, save, magnet):
@@ -125,6 +132,12 @@ def test_a_value_is_compared_with_the_interval_of_the_other(tarsus, tmp_path):
     inside = {row["path"]: row["inside"] for row in found["values"]}
     assert inside == {damping: True, adhesion: False, gap: None}
     assert "1 of 2 values with a 95 % interval" in tarsus("show", "cantilever", other).out
+    bare = {"provenance": {}, "robot.drives.pzt.law.constant": "-2 uN"}
+    ts.write_scene(ts.with_values(scene, changes | bare), other)
+    back = {row["path"]: row for row in tarsus("show", other, "cantilever", "--json").json()["values"]}
+    assert {path: back[path]["inside"] for path in inside} == inside, "the second's, where the first has none"
+    raised = back["robot.drives.pzt.law.constant"]
+    assert raised["difference"] == pytest.approx((raised["second"] + 2e-6) / 2e-6), "up is up"
 
 
 def test_a_folder_where_another_verb_keeps_its_runs_is_no_sweep(tarsus, tmp_path):
@@ -136,7 +149,11 @@ def test_a_folder_where_another_verb_keeps_its_runs_is_no_sweep(tarsus, tmp_path
         assert said.code == 2 and "--resume" in said.sentences[0]
 
 
-def test_draws_that_are_none_are_refused(tarsus, tmp_path):
+def test_draws_are_shown_as_95_percent_of_them_and_what_is_none_is_refused(tarsus, tmp_path):
+    even = np.linspace(0.0, 1.0, 1001)[:, None]
+    write_draws(tmp_path / "even.npz", ["a"], np.zeros(1), even)
+    found = tarsus("show", tmp_path / "even.npz", "--json").json()["numbers"]["a"]
+    assert found == {"median": pytest.approx(0.5), "interval": pytest.approx([0.025, 0.975])}
     (tmp_path / "empty.npz").touch()
     np.savez(tmp_path / "none.npz", paths=np.array(["a"]), values=np.zeros(1), samples=np.zeros((0, 1)))
     for name in ("empty.npz", "none.npz"):

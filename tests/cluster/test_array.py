@@ -13,9 +13,9 @@ import pytest
 
 import tarsus as ts
 from study.sweep_case import small
-from tarsus.cluster.array import prepare, run_task
-from tarsus.cluster.slurm import _jobs
-from tarsus.cluster.status import status_lines, status_of
+from tarsus.cluster.array import _ranges, _units, prepare, run_task
+from tarsus.cluster.slurm import _jobs, submit
+from tarsus.cluster.status import _span, status_lines, status_of
 from tarsus.study.axes import Linspace, Sobol
 from tarsus.study.progress import Progress
 from tarsus.study.sweeping import run_sweep
@@ -81,7 +81,7 @@ def worker(folder: Path, name: str, *, ago: float, **said: object) -> None:
 def test_status_tells_who_works_who_is_lost_and_how_long_it_takes(tmp_path):
     prepare(SWEEP, tmp_path, 4, resume=False)
     worker(tmp_path, "n1", ago=1.0)
-    worker(tmp_path, "n2", ago=1.0, seconds=5.0, runs={"n2": 10})
+    worker(tmp_path, "n2", ago=1.0, seconds=5.0, runs={"n2:1": 4, "n2:2": 6})
     worker(tmp_path, "n3", ago=3600.0)
     worker(tmp_path, "n4", ago=3600.0, ended=True, runs={})
     found = status_of(tmp_path)
@@ -152,10 +152,18 @@ def test_a_submission_whose_job_cannot_be_read_is_left_out(tmp_path):
     assert _jobs(tmp_path) == ["7"]
 
 
+def test_units_of_an_array_are_written_as_ranges_and_its_job_is_named_without_its_cluster(tmp_path, monkeypatch):
+    assert _ranges([0, 1, 2, 5, 7, 8]) == "0-2,5,7-8" and _units("0-2,5,7-8") == [0, 1, 2, 5, 7, 8]
+    monkeypatch.setattr("tarsus.cluster.slurm._command", lambda *_: "77;main\n")
+    first = submit(SWEEP, tmp_path, "", 2, resume=False)
+    assert first is not None and (first.number, first.job) == (1, "77")
+
+
 def test_status_of_a_sweep_that_has_just_begun(tmp_path):
     prepare(SWEEP, tmp_path, 1, resume=False)
     (tmp_path / "units").rmdir()
     assert status_of(tmp_path).units_done == 0
+    assert [_span(one) for one in (100.0, 5400.0, 1e5, 2e5)] == ["100 s", "90.0 min", "27.8 h", "2.3 days"]
 
 
 def test_laws_from_several_folders_are_one_plan(tmp_path):

@@ -20,6 +20,7 @@ from scipy.io import loadmat
 import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.files import store
+from tarsus.files.series import Variable, blank, read_netcdf, write_netcdf
 from tarsus.files.steady import SteadyFile
 from tarsus.files.store import write_run
 from tarsus.files.summary import account, deviation
@@ -291,3 +292,10 @@ def test_a_spread_that_rounding_makes_is_none():
     found = {unit: [deviation(Measure(0.0, unit, one, 3, "")) for one in some] for unit, some in spreads.items()}
     assert found == {"m": [0.0, 2e-12], "s": [5e-13]}
     assert deviation(Measure(1.0, "s", 4e-5, 3, "")) == 0.0
+
+
+def test_values_that_come_in_blocks_fill_a_grid_row_by_row(tmp_path):
+    whole, file = np.arange(24.0), tmp_path / "x.nc"
+    variables = {"x": Variable(("a", "b", "c"), blank((2, 3, 4)), {})}
+    write_netcdf(variables, {}, file, lambda put: [put("x", k, whole[k : k + 5]) for k in range(0, 24, 5)])
+    assert np.array_equal(read_netcdf(file)["x"], whole.reshape(2, 3, 4))

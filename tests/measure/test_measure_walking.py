@@ -176,6 +176,14 @@ def test_the_height_of_a_walk_is_over_all_its_settled_periods(walk):
     assert "tilt" not in found
 
 
+def test_the_tilt_of_a_period_is_the_larger_at_its_ends():
+    turning = ts.load_scene("hexapod-walker")
+    rows = np.zeros((4, 7 + 12))
+    rows[:, 0], rows[:, 3], rows[:, 4] = T * np.arange(4), [0.02, -0.05, 0.01, 0.0], [0.0, 0.01, 0.0, -0.03]
+    run = Hand(turning, structured_marks(rows, 6), np.zeros(0, EVENT_TYPE), foot_names=tuple(turning.robot.feet))
+    assert walk_statistics(run, skip=0)["tilt"].value == pytest.approx((0.05 + 0.05 + 0.03) / 3.0)
+
+
 SQUARE = ts.Square(amplitude=7.0, offset=7.0, frequency=50.0)
 RISES = [
     (SQUARE, 14.0**2),

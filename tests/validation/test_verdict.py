@@ -35,6 +35,7 @@ def test_figures():
     assert found.mean_deviation == pytest.approx(0.5 / 3.0)
     assert math.isnan(found.r2)  # one row has no number
     assert found.share_within(0.06) == pytest.approx(1.0 / 3.0)
+    assert Figures.of(compared([1.0], [1.5])).share_within(0.5) == 1.0
 
 
 def test_the_coefficient_of_determination_is_that_of_the_numbers_as_they_are():

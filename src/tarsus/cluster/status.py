@@ -62,8 +62,7 @@ def status_of(folder: Path) -> Status:
     done = _units_done(folder / "units")
     finished = (folder / "sweep.nc").exists()
     done = units if finished else done
-    last = runs - (units - 1) * chunk
-    runs_done = runs if done >= units else min(done * chunk, runs - last)
+    runs_done = runs if done >= units else done * chunk
     counts = {"working": 0, "lost": 0, "ended": 0}
     rate, nodes = 0.0, {}
     for age, said in _workers(folder):
