@@ -72,6 +72,14 @@ def test_html_of_texts_that_are_html():
     assert "<b>x</b>" in one.html() and one.text().splitlines()[-1] == "x" and one.json()["rows"] == [["x"]]
 
 
+def test_three_columns_of_long_words_are_cards_on_a_narrow_screen():
+    long = Table(
+        "", ("open", "why", "record"), [("film.coefficient,", "capture_unless_pulled is used", "displacement of mid")]
+    )
+    short = Table("", ("", "before", "after"), [("hardest touchdown", "188.1 mm/s", "421.6 um/s")])
+    assert 'class="table cards"' in long.html() and 'class="table"' in short.html()
+
+
 def test_csv_and_plain_data_are_in_si(table):
     head, first, second = csv.reader(io.StringIO(table.csv()))
     assert head == ["path", "value", "error", "95 % range from", "95 % range to", "held", "unit"]

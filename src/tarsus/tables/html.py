@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from tarsus.tables.table import Table
 
 CARDS, LETTERS = 4, 40
-"""Columns from which on, and letters of all titles beyond which, a narrow screen shows rows as cards below each other
-where a wide one has a table: the last columns would be beyond its edge."""
+"""Columns from which on, and letters of all titles, or of the longest words of three columns, beyond which a narrow
+screen shows rows as cards below each other where a wide one has a table: the last columns would be beyond its edge."""
 
 MANY = 9
 """Columns beyond which letters and gaps are smaller: at 960 px, the width of a page, ten columns have 96 px each."""
@@ -30,7 +30,9 @@ _PATH = re.compile(r"[A-Za-z_*][\w*-]*(?:\.[\w*-]+)+")
 def table_html(table: Table) -> Markup:
     """The title, the rows, the notes and the parts of a table; classes are those of the page's style."""
     columns, heads = table.columns, table.heads()
-    letters = sum(map(len, heads))
+    words = [" ".join(map(str, texts)).split() for texts in zip(heads, *table.cells(), strict=True)]
+    least = sum(max(map(len, one), default=0) for one in words) if len(columns) > 2 else 0
+    letters = max(sum(map(len, heads)), least)
     over = [(title, len(list(same))) for title, same in groupby(columns, lambda one: one.over)]
     made: Any = _macro()(
         table,
