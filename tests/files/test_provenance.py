@@ -71,3 +71,8 @@ def test_refused() -> None:
     ]
     with pytest.raises(InputError, match="expected 2"):
         parse_scene(description_text(wrong))
+
+
+def test_what_is_switched_off_is_written() -> None:
+    scene = load_scene("hexapod", **{"ground.impact.passive": False})
+    assert parse_scene(scene_text(scene)).ground.impact.passive is False

@@ -282,6 +282,7 @@ def test_what_is_read_beyond_the_end_of_a_file_is_zero(tmp_path):
 
 def test_an_account_has_the_share_of_each_term_in_the_largest(run: Run) -> None:
     rows = account(run).rows
+    assert rows[-2][:2] == ("lost to the squeeze film", -run.ledger.laws["film"]) and rows[-2][1] > 0.0
     largest = max(abs(value) for _, value, _ in rows[:-1])
     assert [share for *_, share in rows[:-1]] == pytest.approx([value / largest for _, value, _ in rows[:-1]], abs=5e-6)
 

@@ -1,10 +1,12 @@
 """Whether a run's contacts repeat at its end."""
 
+import numpy as np
 import pytest
 
 import tarsus as ts
 from scene_files import scene
-from tarsus.files.settled import settled
+from tarsus.files.settled import _quiet, repetition, settled
+from tarsus.solve.codes import EVENT_TYPE
 
 
 def table(restitution, gamma, gap=0.0):
@@ -42,3 +44,14 @@ def test_where_events_do_not_tell_the_run_says_so():
         assert told.multiple is None and told.periods == periods
         assert why in str(told) and str(told) in str(run)
     assert settled(ts.simulate(scene("ball"))) is None  # without a drive there is nothing to repeat
+
+
+def test_three_periods_are_seen_twice_before_they_repeat():
+    """Contacts at phases of their own in three periods, and then at three that come again: after five such there is
+    one comparison short of six."""
+    phase = np.concatenate([[0.11, 0.43, 0.27], np.tile([0.2, 0.3, 0.4], 4)])
+    events = np.zeros(len(phase), EVENT_TYPE)
+    events["time"] = np.arange(len(phase)) + phase
+    found = [repetition(events[:count], 1.0, float(count)) for count in (10, 11, 12, 13)]
+    assert [one.multiple for one in found] == [0, 0, 3, 3]
+    assert _quiet(np.array([0.5, 1.95])) == pytest.approx(0.225)

@@ -76,7 +76,7 @@ def test_long_series_keep_their_peaks() -> None:
 
 def test_rows_shading_and_levels_are_told() -> None:
     rows = one_panel(
-        shaded=[(0.5, 0.75), (4.5, 5.0)],
+        shaded=[(0.5, 0.75), (4.5, 5.0), (1.0, 1.0)],
         bars=[Bars([(1.0, 3.0), (5.0, 6.0)], -0.35, 0.35, INK)],
         levels=[Level(2.0, GREEN, (5, 3))],
         signs=[Sign("stuck", area=True)],
@@ -85,7 +85,8 @@ def test_rows_shading_and_levels_are_told() -> None:
     )
     (panel,) = spec([rows], (0.0, 4.0))["panels"]
     assert panel["bars"] == [{"color": "ink", "low": -0.35, "high": 0.35, "spans": [[1.0, 3.0]]}], "what is seen"
-    assert panel["shaded"] == [[0.5, 0.75]] and panel["names"] == ["L1", "R1"]
+    assert panel["shaded"] == [[0.5, 0.75], [1.0, pytest.approx(1.0 + 4.0 / 1500.0)]], "no contact is too short to see"
+    assert panel["names"] == ["L1", "R1"]
     assert panel["limits"] == [1.5, -0.5]
     assert panel["levels"] == [{"at": 2.0, "color": "c-green", "dash": [5.25, 3.15]}]
     assert "stuck" in panels_html([rows], "what is seen", (0.0, 4.0))

@@ -43,6 +43,9 @@ def test_packing_is_within_half_a_step_and_keeps_zero(bits: int) -> None:
     assert channel["step"] <= np.ptp(values) / (2**bits - 2) * (1.0 + 1e-12)
     assert np.abs(back - values).max() <= 0.5 * channel["step"] * (1.0 + 1e-9)
     assert np.all(back[:, ::7] == 0.0)
+    for size in range(2, 40):
+        held = np.append(random.normal(1e-6, 3e-6, (1, size)), [[np.nan]], axis=1)
+        assert np.isnan(unpacked(packed(held, bits, gaps=True), 1, gaps=True)).tolist() == np.isnan(held).tolist()
 
 
 def test_constants_are_packed_as_they_are_what_is_not_finite_as_zero_and_times_keep_their_resolution() -> None:

@@ -10,7 +10,7 @@ import pytest
 import tarsus as ts
 from html_page import Page
 from tarsus.report.style import scale_of
-from tarsus.report.sweep_page import _median_run, sweep_html
+from tarsus.report.sweep_page import _failures, _median_run, sweep_html
 from tarsus.study.axes import Grid, Linspace, Logspace
 from tarsus.study.collecting import collected_variables
 from tarsus.study.summary import read_scored
@@ -96,6 +96,8 @@ def test_of_very_many_runs_some_are_shown(tmp_path: Path, monkeypatch: pytest.Mo
     sweep, file = made(tmp_path, ["DONE"] * 12)
     text = Page(sweep_html(sweep, file)).text
     assert "This page is made of one run in 3; all are in sweep.nc." in text and "bounces 4 5" in text
+    table = _failures(read_scored(*made(tmp_path, [*["DONE"] * 6, "STALLED", *["DONE"] * 5]), 3), {GAP: "m", FILM: "1"})
+    assert [row[0] for row in table.parts[0].rows] == [6]
 
 
 def test_a_line_joins_runs() -> None:

@@ -134,4 +134,7 @@ def test_path_from_above_is_to_scale() -> None:
     sides = [np.linalg.norm(np.diff(one, axis=0), axis=1) / scale for one in lines if 4 <= len(one) <= 5]
     bodies = [one for one in sides if max(one) == pytest.approx(30e-3, rel=0.02)]
     assert len(bodies) == 7
+    last = np.diff([one for one in lines if len(one) == 2][-1], axis=0)[0]
+    yaw = float(series["body"].values[list(run.scene.robot.structure.body_coordinates).index("yaw"), -1])
+    assert np.arctan2(-last[1], last[0]) == pytest.approx(yaw, abs=1e-3) and abs(yaw) > 0.02
     assert picture in report_html(run)
