@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import re
 
 import numpy as np
@@ -10,15 +11,16 @@ import pytest
 
 import tarsus as ts
 from html_page import Page, alone
+from packed_series import unpacked
 from scene_files import scene as scene_of
 from tarsus.base.errors import InputError
 from tarsus.measure import CautionKind
 from tarsus.model.scene import Provenance, Source
 from tarsus.model.values import ValueRow, grouped
 from tarsus.report import write_report
-from tarsus.report.figures import turns_of
+from tarsus.report.figures import ledger, turns_of
 from tarsus.report.run_page import MOST_EVENTS, report_html
-from tarsus.report.series import contact_intervals, drive_period, series_of
+from tarsus.report.series import contact_intervals, drive_period, last_turns, series_of
 from tarsus.solve.codes import EVENT_TYPE
 from tarsus.tables.numbers import amount
 
@@ -148,6 +150,20 @@ def test_windows_end_at_whole_periods(run: ts.Run) -> None:
     assert series.last_periods(10) == series.whole
     part = series.inside((0.04, 0.08))
     assert series.time[part][0] <= 0.04 and series.time[part][-1] >= 0.08
+
+
+def test_the_last_turns_are_as_many_as_are_asked_for(run: ts.Run) -> None:
+    found = last_turns(run, 3, 100).time
+    assert (found[0], found[-1], len(found)) == pytest.approx((0.02, 0.08, 301))
+
+
+def test_curves_of_the_account_are_what_is_stored_and_what_is_lost(run: ts.Run) -> None:
+    series = series_of(run)
+    panel = json.loads(re.search(r'charts-data">(.*?)</script>', ledger(series).picture)[1])["panels"][0]
+    lines = [unpacked(one["values"], 1, gaps=True)[0] * panel["step"] for one in panel["series"]]
+    stored = series["kinetic_energy"] + series["elastic_energy"]
+    assert lines[1].max() == pytest.approx(stored.max(), rel=1e-3)
+    assert lines[-1][-1] == pytest.approx(-run.ledger.laws["film"], rel=0.02) and lines[-1][-1] > 0.0
 
 
 def test_equal_members_are_shown_once() -> None:

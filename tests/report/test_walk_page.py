@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 
 import tarsus as ts
 from html_page import alone
+from packed_series import unpacked
 from tarsus.base.events import TRANSITIONS, FootState
 from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion, motion_of, whole_motion
 from tarsus.report.player import walk_figure
@@ -100,6 +102,8 @@ def test_impacts_at_landings_do_not_press_the_other_forces_to_a_line() -> None:
     assert "from one line to the next is 1.6 µN" in figure.caption and "the largest is 100 µN" in figure.caption
     calm = ground_forces(replace(pushed, normal=np.full_like(normal, 1e-6)), (0.0, float(motion.time[-1])))
     assert "cut" not in calm.caption
+    drawn = json.loads(re.search(r'charts-data">(.*?)</script>', calm.picture)[1])["panels"][0]["series"][0]
+    assert np.nanmax(unpacked(drawn["values"], 1, gaps=True)) < 0.0, "upward, where rows count downward"
 
 
 def test_the_committed_picture_of_a_foot_s_states_names_all_that_the_engine_s_table_has() -> None:
