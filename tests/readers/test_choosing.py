@@ -8,6 +8,10 @@ import numpy as np
 import pytest
 from scipy.io import wavfile
 
+from tarsus.formats.axes import even
+from tarsus.formats.declared import declared
+from tarsus.formats.numerals import column_step
+from tarsus.formats.packing import unpacked
 from tarsus.formats.unit_names import frequency_factor, ratio_of, scaled, time_factor
 from tarsus.records.clipping import clipped_samples, heaped_samples
 from tarsus.records.measurement import Quantity
@@ -56,6 +60,14 @@ def test_units_of_axes_and_ratios():
     assert found[0].factor / found[1].factor == pytest.approx(1.0)
     assert time_factor("[ ms ]") == pytest.approx(1e-3) and frequency_factor("kHz") == pytest.approx(1e3)
     assert time_factor("m") is None and scaled("kg") is None and scaled("") is None and ratio_of("m/s") is None
+
+
+def test_rates_and_roundings_are_those_of_what_is_written():
+    assert declared("the header", "sample rate [kHz]", 5.0).step == pytest.approx(2e-4)
+    assert unpacked(np.array([0, 10, 0, 20], np.int16), {"scale_factor": 1e-3}).resolution == pytest.approx(5e-4)
+    assert column_step([["0.5"], ["12.25"], ["100"]], 0, False) == pytest.approx(0.1), "four digits of the largest"
+    times = np.round(np.arange(50) * 0.3333, 2)
+    assert even("a file", times, 0.01).rounding == pytest.approx(0.01 / times[-1]), "of the whole, not of a step"
 
 
 def test_clipping_is_told_from_the_samples():

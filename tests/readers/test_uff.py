@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 import pyuff
 
+from tarsus.formats.uff import SystemOfUnits, _nodal, _reference
+from tarsus.formats.universal import AtNodes, _at_nodes, _binary, _columns, _floats
 from tarsus.records.measurement import Quantity
 from tarsus.records.readers import read_measurement, read_response
 
@@ -207,3 +209,24 @@ def test_numbers_as_fortran_and_others_write_them(tmp_path, rows):
     right[0] *= -1.0 if rows[0][0] == "-" else 1.0
     right[5] = 6e-100 if "-100" in rows[0] else 6.0
     assert read_measurement(path)["1+Z"] == pytest.approx(right, rel=1e-12)
+
+
+def responses_by(said: str, values: np.ndarray) -> AtNodes:
+    return AtNodes(5, 8, ("", "", "", "", said), (1.0,), tuple(range(1, len(values) + 1)), values, None)
+
+
+def test_data_at_nodes_of_one_number_have_no_direction_and_moments_have_no_newtons():
+    (one,) = _nodal("x", [responses_by("3 -2 0 13", np.array([[2.0 + 0.0j]]))])
+    assert (one.name, one.reference.name, one.reference.unit) == ("1", "3-Y", "N")
+    assert _reference(responses_by("3 -5 0 13", np.zeros((1, 1))), SystemOfUnits()).unit == ""
+
+
+def test_numbers_lie_where_their_heads_say():
+    """Whole numbers of a head on two lines; columns of 13, 20 and 20 without blanks; abscissae of half the width."""
+    lines = [*"abcde", "1 5 0 8 2 1", "8 1 1 1 1 1 1 1", "1 1", "12.5", "1 0.25"]
+    found = _at_nodes(lines, None)
+    assert (found.reals, found.nodes, found.values.tolist()) == ((12.5,), (1,), [[0.25]])
+    text = f"{'1.00000E+00':>13}{'-1.50000000000-100':>20}{'-2.5000000000000-100':>20}"
+    assert _floats(text, _columns(True, True, True)).tolist() == [1.0, -1.5e-100, -2.5e-100]
+    mixed = np.array([(0.5, 1.25), (1.0, -2.0)], [("x", "<f4"), ("y", "<f8")]).tobytes()
+    assert _binary("x", "1", b"58b 1 2", mixed, (True, True, 2, 2)).tolist() == [[0.5, 1.25], [1.0, -2.0]]

@@ -24,8 +24,6 @@ _SMALL = {"v": "V", "mv": "mV", "uv": "uV", "kv": "kV", "ma": "mA", "ua": "uA"}
 _GRAVITY = 9.80665
 """Standard gravity [m/s^2], by definition."""
 _MOTIONS = (Quantity.DISPLACEMENT, Quantity.VELOCITY, Quantity.ACCELERATION)
-_GRAVITY = 9.80665
-"""The standard gravity [m/s^2], by definition."""
 _POUND_FORCE = 4.4482216152605
 """Newtons of a pound-force, by definition."""
 _IMPERIAL = {
