@@ -16,7 +16,7 @@ import tarsus as ts
 from scene_files import SCENES
 from tarsus.base.errors import InputError
 from tarsus.cli import main
-from tarsus.export.mjcf import Mjcf, damping_ratio, stepped_restitution
+from tarsus.export.mjcf import Mjcf, Units, damping_ratio, stepped_restitution
 from tarsus.export.subject import Subject
 
 HOSTILE = "a\" <b> & ' */ #error\n]]> --> é \u202e"
@@ -61,6 +61,21 @@ def test_tendons_are_the_structure(name):
         assert system.normals.T @ moves == pytest.approx(np.tril(np.ones((3, 4))), abs=1e-9)
     push = sum(part.force * part.row for part in parts)
     assert push == pytest.approx(moves.T @ system.constant, abs=1e-9 * np.abs(system.constant).max() + 1e-30)
+
+
+def test_a_foot_below_a_ceiling_meets_it_by_its_gap_with_the_damping_of_its_restitution():
+    model = model_of("cantilever", 0.002, **{"robot.feet.tip.normal": -1})
+    root, units = Xml.fromstring(model.text()), model.units
+    ground, foot = (
+        root.find(f".//{kind}[@name='{name}']") for kind, name in (("geom", "ground:tip"), ("geom", "foot:tip"))
+    )
+    radius = float(foot.get("size"))
+    heights = [float(one.get("pos").split()[2]) for one in (ground, foot)]
+    assert (heights[0] - heights[1] - radius) * units.length == pytest.approx(70e-6)
+    spring, damper = (-float(one) for one in root.find(".//pair").get("solref").split())
+    ratio = damping_ratio(model.restitution, model.step * model.contact_rate)
+    assert damper / (2.0 * math.sqrt(spring)) == pytest.approx(ratio)
+    assert Units(2.0, 3.0, 5.0).force == pytest.approx(6.0 / 25.0)
 
 
 def test_names_do_not_break_the_file():

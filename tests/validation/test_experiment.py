@@ -30,6 +30,11 @@ def test_a_folder_of_ones_own(tmp_path):
     assert "time of fall" in str(found)
 
 
+def test_without_a_band_no_number_is_outside(tmp_path):
+    closes = ("within = { error = 0.001, share = 1.0 }", "closes = 1.0")
+    assert ts.validate(drop_folder(tmp_path / "drop", claims=closes)).outside() == []
+
+
 def test_a_row_is_added_to_the_table_without_columns_that_it_lacks(tmp_path):
     added = ("80,440,1,bob", "80,440,1,bob\n125,504.8")
     found = ts.validate(drop_folder(tmp_path / "drop", measured=added))
