@@ -40,6 +40,11 @@ def test_a_program_plays_the_volts(name, most, tmp_path):
     assert np.abs(played - wanted).max() < most * np.abs(wanted).max()
 
 
+def test_a_sine_is_held_between_many_values(tmp_path):
+    (_, said) = ts.export("ball-on-table", "c", tmp_path, duration=0.02).to_dict()["lost"]
+    assert 200 < int(said.split("held between ")[1].split()[0]) <= 256
+
+
 def test_a_walker_has_its_gait(tmp_path):
     found = ts.export("millipede", "c", tmp_path, duration=0.01, step=2e-6)
     text = (tmp_path / "gait.h").read_text()

@@ -68,6 +68,7 @@ def test_state_spaces_are_the_motion(name):
         free = ~seen.held[:, 1]
         assert out[:m][free] == pytest.approx(seen.gap[:, 1][free], rel=1e-9)
         assert out[m : 2 * m][free] == pytest.approx(seen.rate[:, 1][free], rel=1e-9, abs=1e-15)
+        assert out[2 * m :][~free] == pytest.approx(seen.pull[:, 1][~free], rel=1e-6)
 
 
 def test_files_hold_what_names_say(tmp_path):

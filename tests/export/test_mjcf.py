@@ -17,7 +17,7 @@ from scene_files import SCENES
 from tarsus.base.errors import InputError
 from tarsus.cli import main
 from tarsus.export.mjcf import Mjcf, Units, damping_ratio, stepped_restitution
-from tarsus.export.subject import Subject
+from tarsus.export.subject import Subject, evaluate, expanded
 
 HOSTILE = "a\" <b> & ' */ #error\n]]> --> é \u202e"
 
@@ -83,6 +83,17 @@ def test_names_do_not_break_the_file():
     root = Xml.fromstring(Mjcf(Subject.of(scene, 0.01)).text())
     assert root.get("model") == HOSTILE.replace("\n", " ") or root.get("model") == HOSTILE
     assert [one.tag for one in root][:3] == ["option", "compiler", "worldbody"]
+
+
+@pytest.mark.parametrize(
+    "signal", [ts.Sine(amplitude=8.0, frequency=50.0), ts.Sampled(times=(0.0, 0.01), levels=(0.0, 6.0))]
+)
+def test_a_channel_that_is_written_out_is_the_channel(signal):
+    """What repeats, up to within a period, and what is held at its end."""
+    scene = ts.load_scene("cantilever", **{"signals.pzt": signal})
+    (channel, *_) = Subject.of(scene, 0.002).plan.channels
+    times = np.linspace(0.0, 0.0998, 500)
+    assert evaluate(expanded(channel, 0.0999), times) == pytest.approx(evaluate(channel, times), rel=1e-9, abs=1e-18)
 
 
 def test_drives_are_straight_lines_between_rows():
