@@ -38,10 +38,15 @@ class Step(Description):
     level: float = quantity("V", "level")
 
 
+class Shake(Description):
+    kind: Literal["shake"] = "shake"
+    amplitude: float = quantity("m", "way", default=1e-3)
+
+
 class Whole(Description):
     name: str
     layer: Layer | None = None
-    signals: Named[Annotated[Wave | Step, Field(discriminator="kind")]] = FrozenDict()
+    signals: Named[Annotated[Wave | Step | Shake, Field(discriminator="kind")]] = FrozenDict()
     ratios: tuple[float, ...] = quantity("1", "damping ratio", ge=0)
     shapes: Named[tuple[float, ...]] = quantity("1", "shape", default=FrozenDict())
     count: int = 1
@@ -99,6 +104,10 @@ def test_another_kind_keeps_what_both_have(device, changes, wanted) -> None:
     made = with_values(scene, changes)
     for path, value in wanted.items():
         assert get_value(made, path) == (get_value(scene, path) if value == "as it was" else value)
+
+
+def test_another_kind_keeps_no_number_of_another_unit() -> None:
+    assert get_value(with_values(whole(), {"signals.pzt.kind": "shake"}), "signals.pzt.amplitude") == 1e-3
 
 
 def test_with_values_takes_units_tables_and_none() -> None:
