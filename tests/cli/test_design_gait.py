@@ -37,6 +37,10 @@ def test_limits_are_words_of_their_own(tarsus, tmp_path):
     assert done.code == 0 and not done.sentences, "what the table says is not said beside it"
     said = [one["measure"] for one in done.json()["limits"]]
     assert said[:3] == ["slip_ratio", "peak", "mean_speed"]
+    never = ("--limits", "mean_speed > 1 m/s", "--request", "objective=least slip", "--no-report", "--json")
+    done = tarsus("design", "gait", *GAIT, *never, "-o", str(tmp_path / "never"))
+    assert done.code == 1 and "no gait was found that keeps the limits" in done.sentences[0]
+    assert done.json()["objectives"][0]["name"] == "slip"
     wrong = ("--limits", "slip<0.2,slip_ratio=1", "--limits", "mean_speed<1V", "-o", str(tmp_path / "none"))
     done = tarsus("design", "gait", *GAIT, *wrong)
     assert done.code == 2 and len(done.sentences) == 3 and not (tmp_path / "none").exists()

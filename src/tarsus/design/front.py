@@ -177,6 +177,12 @@ class Design(DesignResult):
         return list(alike.values())
 
     @property
+    def problems(self) -> list[str]:
+        """What the user must not miss: that nothing was found that keeps the limits."""
+        lost = self.robust.beyond >= 1.0
+        return [f"no {self.request.noun} was found that keeps the limits: all runs of the robust one break them"] * lost
+
+    @property
     def remarks(self) -> list[str]:
         """Sentences on draws in doubt, on the limits, and on gaits that leave them or the range of their model."""
         said = self.request.reliance.sentences()

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections import ChainMap
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -117,9 +117,11 @@ def objectives_of(given: str | DesignObjective | Sequence[str | DesignObjective]
 
 
 def _objective(word: str) -> DesignObjective:
-    """One of `OBJECTIVES`, or a measure by name with a direction: most or least."""
+    """One of `OBJECTIVES`, or one or a measure by name with a direction: most or least."""
     way, _, name = word.partition(" ")
     if way in ("most", "least"):
+        if name in OBJECTIVES:
+            return replace(OBJECTIVES[name], most=way == "most")
         measure = measure_of(name)
         return DesignObjective(measure.replace("_", " ").replace(".", " of "), measure, way == "most")
     if word in OBJECTIVES:
