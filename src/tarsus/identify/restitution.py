@@ -256,6 +256,12 @@ def _result(
     return step, like
 
 
+def bounded(step: StepResult) -> StepResult:
+    """The step with draws that keep to what a restitution can be, wherever what others say of them has moved them."""
+    _, samples, reached = within(step.values, step.samples, (BOUNDS,))
+    return replace(step, samples=samples, bounds={PATH: reached[0]})
+
+
 def _over_speed(found: RobustRatio, slope: float, error: float) -> Check:
     """Whether the ratio goes by the speed of impact."""
     slow, fast = 1e3 * found.support.min(), 1e3 * found.support.max()

@@ -20,6 +20,7 @@ from tarsus.identify.free_motion import AirRecord, air_records
 from tarsus.identify.heldout import Comparison, compare
 from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.prediction import fit_air
+from tarsus.identify.restitution import bounded
 from tarsus.identify.step import StepResult, failures
 from tarsus.identify.steps import CHECKS, GIVEN, IN_THE_AIR, LANDING_RULE, RESONANCES, STEPS, straighter
 from tarsus.identify.surprises import with_surprises
@@ -110,6 +111,8 @@ def check(chain: StepRunner, comparisons: Sequence[Comparison], air: Sequence[Ai
         if fit is not None and fit.widens:
             steps.update({name: fit.widened(step) for name, step in steps.items()})
     steps.update(with_surprises(steps, chain.known, chain.evidence.ground(), chain.seed))
+    if "restitution" in steps:
+        steps["restitution"] = bounded(steps["restitution"])
     for step in steps.values():
         chain.known = chain.known.redrawn(step)
     last = next(reversed(steps), None)
@@ -124,6 +127,7 @@ def draw_given(chain: StepRunner) -> None:
     """Draw all numbers along with what was corrected of the records, and with what the device file states with an
     interval: each is moved by its standard error, and what the steps find with it shows how far the numbers go along;
     those of the ground go by factors."""
+    chain.steps |= {name: chain.known.updated(step) for name, step in chain.steps.items()}
     for number, (model, evidence) in enumerate(_perturbed(chain)):
         chain.report(GIVEN)
         there = _again(chain, model, evidence)
