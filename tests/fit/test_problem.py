@@ -132,6 +132,11 @@ def test_functions_of_runs_stand_beside_other_terms(ball):
             [Reading("peak", 1.0, 1.0)],
             "its numbers are in m/s^2; write '50 mm/s^2'",
         ),
+        (
+            [Unknown(E, 0.5, 0.9, prior=Prior(-0.6, 0.1))],
+            [Reading("peak", 1.0, 1.0)],
+            "a median between the bounds, got -0.6",
+        ),
         ([Unknown(E, 0.5, 1.4)], [Reading("peek", 1.0, 1.0)], "did you mean 'peak'"),
         ([Unknown(E, 0.5, 0.9)], [0.1], "term 1 (float): expected a reading, samples"),
         ([Unknown(E, 0.5, 0.9)], [], "terms: expected at least one"),

@@ -139,6 +139,10 @@ FAULTS = [
     (f'{HEAD}{RATE} = ["3 um"]', f"vary.{RATE}.0: expected a rate of force (N/s), got '3 um', which is a length"),
     (f'{HEAD}{RATE} = {{ kind = "logspace", start = 0.0, stop = 1.0, count = 3 }}', f"vary.{RATE}.start: "),
     (f'{HEAD}{RATE} = {{ kind = "linspace", start = 0.0, stop = 1.0 }}', f"vary.{RATE}.count: "),
+    (
+        f'{HEAD}{RATE} = {{ kind = "linspace", start = 0.0, stop = 1.0, count = 1 }}',
+        "2 or more values between different",
+    ),
     (f'{HEAD}{RATE} = {{ kind = "linspace", start = 0.0, stop = 1.0, count = 20_000_000 }}', "at most 1e+07"),
     (f"{HEAD}ground.gravity = [9.81]", "'ground.gravity' is not set"),
     (f"{HEAD}duration = [0.1, 0.2]", "vary.duration: every run of a sweep has one duration"),

@@ -328,6 +328,8 @@ def _in_si(one: Unknown, unit: str) -> tuple[float, float, bool, Prior | None, f
         prior = one.prior.in_si(unit)
         if prior.factor is not None and low <= 0.0:
             problems.append(f"prior: a factor needs a lower bound above 0, got {one.low}")
+        if low < high and not low <= float(prior.median) <= high:
+            problems.append(f"prior: expected a median between the bounds, got {one.prior.median}")
     size = None if one.size is None else parse_quantity(one.size, unit)
     if size is not None and size <= 0.0:
         problems.append(f"size: expected a value above 0, got {one.size}")

@@ -154,10 +154,11 @@ class Grid(Description):
 
     def faults(self, axes: Mapping[str, SweepAxis]) -> list[tuple[str, str]]:
         """What the design cannot use, as (path in the axes, sentence)."""
+        missing = "missing; expected the number of values on the grid"
         return [
-            (f"{name}.count", "missing; expected the number of values on the grid")
+            (f"{name}.count", missing if axis.size is None else "expected 2 or more values between different ends")
             for name, axis in axes.items()
-            if axis.size is None
+            if axis.size is None or (axis.size == 1 and axis.ends[0] < axis.ends[1])
         ]
 
     def points(self, axes: Mapping[str, SweepAxis], part: slice) -> dict[str, Floats]:
