@@ -23,7 +23,7 @@ chunk = {chunk}
 wave = "sine"
 hz = 200
 [vary]
-ground.restitution.coefficient = {{ kind = "linspace", start = 0.1, stop = 0.6, count = {count} }}
+ground.restitution.coefficient = {{ kind = "linspace", start = 0.1, stop = {last}, count = {count} }}
 ground.adhesion.rate = {{ kind = "logspace", start = "1 uN/s", stop = "100 uN/s", count = 10 }}
 """
 
@@ -34,7 +34,7 @@ def study(tmp_path):
 
     def write(count: int = 2, chunk: int = 5) -> Path:
         file = tmp_path / "small.toml"
-        file.write_text(STUDY.format(count=count, chunk=chunk), encoding="utf-8")
+        file.write_text(STUDY.format(count=count, chunk=chunk, last=0.6 if count > 1 else 0.1), encoding="utf-8")
         return file
 
     return write
@@ -114,7 +114,7 @@ def test_a_law_of_ones_own_is_part_of_the_plan(tarsus, study, magnet, tmp_path):
 
 def test_all_that_is_wrong_with_a_study_is_said(tarsus, tmp_path):
     file = tmp_path / "bad.toml"
-    file.write_text(STUDY.format(count=0, chunk=5).replace("peak", "peek"), encoding="utf-8")
+    file.write_text(STUDY.format(count=0, chunk=5, last=0.6).replace("peak", "peek"), encoding="utf-8")
     result = tarsus("sweep", file, "-o", tmp_path / "out")
     assert result.code == 2 and len(result.sentences) == 2 and not (tmp_path / "out").exists()
     for example in EXAMPLES.glob("*.toml"):
