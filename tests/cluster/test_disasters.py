@@ -28,7 +28,7 @@ SWEEP = small(
     vary={"ground.restitution.coefficient": Linspace(start=0.1, stop=0.6)},
     design=Sobol(count=240),
     chunk=2,
-    duration=0.5,
+    duration=1.5,
 )
 
 
