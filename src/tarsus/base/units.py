@@ -341,6 +341,14 @@ def format_quantity(value: float, unit: str) -> str:
     return min(candidate(exponent, text) for exponent, text in _spellings(unit))[1]
 
 
+_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
+
+
+def is_ambiguous(text: str) -> bool:
+    """Whether the commas of a number may be of thousands, as that of ``1,208``: another program reads it so."""
+    return _THOUSANDS.fullmatch(text) is not None
+
+
 def is_number(text: str) -> bool:
     """Whether a text is a plain number, as `float` reads it."""
     try:

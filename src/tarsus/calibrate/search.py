@@ -55,8 +55,8 @@ class SearchResult:
     cost: float
     rejected: str
     states: Floats | None
-    gained: float = 0.0
-    mixing: float = 1.0
+    gained: float
+    mixing: float
 
 
 @dataclass

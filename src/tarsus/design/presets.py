@@ -86,9 +86,9 @@ def hold(scene: SceneLike, free: Any, seconds: float | str, **settings: Any) -> 
     """Gaits that stay longest on a wall or a ceiling, and slide least while they do, in episodes of so many seconds.
 
     A robot stays as long as one foot at least is on the ground; how it slides is seen after the first third of the
-    drive periods. How it tumbles afterwards is not held against it: the
-    limit of the model is lifted unless ``limits`` say otherwise, and gaits that leave it are named. ``settings`` are
-    those of `tarsus.design.gait`. Raises InputError as it does.
+    drive periods. How it tumbles afterwards is not held against it: the limit of the model is lifted unless ``limits``
+    say otherwise, and gaits that leave it are named. ``settings`` are those of `tarsus.design.gait`. Raises InputError
+    as it does.
     """
     own = model_range(as_scene(scene))
     kept = ({} if own is None else {own.measure: "< inf"}) | dict(settings.pop("limits", None) or {})

@@ -251,7 +251,7 @@ class DesignSearch:
         size, free = len(self.request.objectives), self.request.free
 
         def costs(points: Floats) -> Floats:
-            self._report(f"front, {len(grounds)} grounds")
+            self.doing = f"front, {len(grounds)} grounds"
             each = self.quick.costs(free.values(points), grounds)
             self.tried += len(points)
             found = self.quick.risked(each, grounds, risk), self.quick.nominal(each)

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import csv
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
-from tarsus.base.units import is_number
-
-_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
-"""Quoted numbers that another program reads a thousand times larger."""
+from tarsus.base.units import is_ambiguous, is_number
 
 
 @dataclass(frozen=True)
@@ -125,7 +121,7 @@ def parse_rows(text: str, where: str, cells: Mapping[str, Cell] | None = None) -
         f"{where}, line {number}: '{cell.strip()}' has a decimal comma or one of thousands; write it without"
         for number, found in plain
         for cell in found
-        if apart == "," and _THOUSANDS.fullmatch(cell.strip())
+        if apart == "," and is_ambiguous(cell.strip())
     ]
     if problems:
         raise InputError(problems)

@@ -10,6 +10,7 @@ from datetime import datetime
 from functools import cached_property
 
 from tarsus.base.errors import InputError
+from tarsus.base.units import is_ambiguous
 from tarsus.formats.numerals import number
 
 _SEPARATORS = ("\t", ";", ",", "|", None)
@@ -17,7 +18,6 @@ _LONGEST_HEADER = 2000
 """Lines before the numbers: more than any instrument writes."""
 _LONGEST_CELL = 3
 """Lines that a quoted cell of a header may go on for; more are taken for a stray quotation mark, such as of inches."""
-_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
 _WORD = re.compile(r"[^\W\d_]{2,}")
 _AT_BLANKS = re.compile(r"\s+(?![\[({<])(?![^\[({<]*[\])}>])")
 """Blanks outside of brackets, and before none: a unit belongs to its name."""
@@ -145,7 +145,7 @@ def _without_double_commas(source: str, found: SplitText) -> SplitText:
     and refused in several; quoted ones that may all be of thousands are refused."""
     if found.separator == "," and found.comma:
         with_comma = [cell for row in found.ends for cell in row if "," in cell]
-        if with_comma and all(_THOUSANDS.fullmatch(cell) for cell in with_comma):
+        if with_comma and all(map(is_ambiguous, with_comma)):
             raise InputError(f"{source}: '{with_comma[0]}' has a decimal comma or one of thousands; export it without")
     if found.separator != "," or found.comma or found.width % 2 or any('"' in line for line in found.body[:3]):
         return found

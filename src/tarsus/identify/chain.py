@@ -164,6 +164,7 @@ class StepRunner:
             notes=(*found.notes, *(f"Not from other records: {said}." for said in earlier)),
         )
         self.known = self.known.after(found)
+        self.steps = {name: self.known.updated(one) for name, one in self.steps.items()}
 
     def guarded(self, what: str, find: Callable[[], Kind], otherwise: Kind) -> Kind:
         """What is found of the device as a whole; where that fails with these data a remark, and what stands for it."""

@@ -127,7 +127,6 @@ def draw_given(chain: StepRunner) -> None:
     """Draw all numbers along with what was corrected of the records, and with what the device file states with an
     interval: each is moved by its standard error, and what the steps find with it shows how far the numbers go along;
     those of the ground go by factors."""
-    chain.steps |= {name: chain.known.updated(step) for name, step in chain.steps.items()}
     for number, (model, evidence) in enumerate(_perturbed(chain)):
         chain.report(GIVEN)
         there = _again(chain, model, evidence)
@@ -193,4 +192,4 @@ def _again(chain: StepRunner, model: FootModel, evidence: Evidence) -> dict[str,
             continue
         other.take((step,))
         other.known = other.known.certain()
-    return {name: other.known.updated(step) for name, step in other.steps.items()}
+    return other.steps

@@ -30,13 +30,14 @@ _PATH = re.compile(r"[A-Za-z_*][\w*-]*(?:\.[\w*-]+)+")
 def table_html(table: Table) -> Markup:
     """The title, the rows, the notes and the parts of a table; classes are those of the page's style."""
     columns, heads = table.columns, table.heads()
-    words = [" ".join(map(str, texts)).split() for texts in zip(heads, *table.cells(), strict=True)]
-    least = sum(max(map(len, one), default=0) for one in words) if len(columns) > 2 else 0
-    letters = max(sum(map(len, heads)), least)
+    cells, letters = table.cells(), sum(map(len, heads))
+    if len(columns) == CARDS - 1:  # with fewer, columns of long words fit; with more, rows are cards anyway
+        words = (" ".join(map(str, texts)).split() for texts in zip(heads, *cells, strict=True))
+        letters = max(letters, sum(max(map(len, one), default=0) for one in words))
     over = [(title, len(list(same))) for title, same in groupby(columns, lambda one: one.over)]
     made: Any = _macro()(
         table,
-        rows=[[_cell(one) for one in row] for row in table.cells()],
+        rows=[[_cell(one) for one in row] for row in cells],
         numbers=table.numeric(),
         heads=heads,
         titles=[f"{one.over}: {head}" if one.over else head for one, head in zip(columns, heads, strict=True)],
