@@ -11,6 +11,7 @@ import tarsus as ts
 from tarsus.base.spec import get_value
 from tarsus.files.draws import write_draws
 from tarsus.files.runstore import RunStore
+from tarsus.inspection.comparison import of_runs
 
 BALL = Path(__file__).parents[1] / "scenes" / "ball.toml"
 
@@ -118,6 +119,14 @@ def test_runs_are_compared(tarsus, runs):
     same = tarsus("show", runs / "a", runs / "a", "--json").json()
     assert same["parting"] is None and same["values"] == []
     assert all(row["difference"] in (0.0, None) for row in same["measures"] + same["energies"])
+
+
+@pytest.mark.parametrize(("shift", "parted"), [(0.5e-6, False), (2e-6, True)])
+def test_events_at_times_as_near_as_no_ground_is_known_are_the_same(runs, shift, parted):
+    """Shifts as parts of the duration, of which a millionth is allowed."""
+    run, late = (ts.load_run(runs / "a") for _ in range(2))
+    late.events["time"] += shift * run.duration
+    assert (of_runs(("a", "b"), run, late).data["parting"] is not None) == parted
 
 
 def test_a_value_is_compared_with_the_interval_of_the_other(tarsus, tmp_path):

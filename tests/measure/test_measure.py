@@ -157,6 +157,16 @@ def test_a_warning_where_the_median_bounce_is_below_a_twentieth_of_the_peak(high
     assert (CautionKind.COUNTED_LOW in {one.kind for one in found.warnings}) == warned
 
 
+@pytest.mark.parametrize(("flights", "median"), [(9, "5 µm"), (10, "5.5 µm")])
+def test_the_median_bounce_that_a_warning_states(flights, median):
+    """Bounces of 1, 2, 3 ... um, the last of them far higher."""
+    events = hops(flights, 1e-6)
+    events["apex"][2::2] = np.arange(1, flights + 1) * 1e-6
+    events["apex"][-1] = 1e-3
+    said = str(period_statistics(Hand(events, 0.02, 0.02)).warnings[0])
+    assert said == f"Foot foot: its median bounce is {median} high, its peak 1 mm."
+
+
 def test_a_warning_where_periods_are_too_few_for_a_spread():
     events = hops(4, 3e-6)
     few = period_statistics(Hand(events, 3 * MS, MS), skip=1).warnings

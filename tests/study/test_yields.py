@@ -12,7 +12,7 @@ from tarsus.study.axes import CUT, Linspace, Normal
 from tarsus.study.manufacture import Saltelli, Scattered
 from tarsus.study.robots import Robots
 from tarsus.study.studyfile import frozen_texts, read_sweep
-from tarsus.study.yields import Leader, _curve, _difference, _group, leader_of
+from tarsus.study.yields import Leader, _curve, _difference, _filled, _group, leader_of
 from walking_devices import creeping_millipede
 
 GAIN, STIFF = "robot.drives.*.law.gain", "robot.structure.legs.*.stiffness_v"
@@ -99,6 +99,11 @@ def test_a_curve_counts_failed_robots_as_failing():
     assert (np.diff(curve.share) <= 0.0).all() and (curve.low < curve.share).all()
     less = _curve("cost_of_transport", "1", values)
     assert less.share[-1] == 0.75 and less.less
+
+
+@pytest.mark.parametrize(("measure", "worst"), [("cost_of_transport", 3.0), ("mean_speed", 1.0)])
+def test_a_failed_run_counts_as_the_worst_that_was_seen(measure, worst):
+    assert _filled(measure, np.array([2.0, np.nan, 1.0, 3.0])).tolist() == [2.0, worst, 1.0, 3.0]
 
 
 def test_robots_with_so_many_dead_legs_are_counted_with_those_that_failed():

@@ -386,6 +386,12 @@ _FIELDS = (
 """Fields of a sweep, and the arguments that they come from."""
 
 
+def _filled(name: str, values: Floats) -> Floats:
+    """Values (n,) of a measure where failed runs count as the worst that was seen: SALib takes no gaps."""
+    worst = np.nanmax(values) if name in LESS else np.nanmin(values)
+    return np.where(np.isfinite(values), values, worst)
+
+
 @contextlib.contextmanager
 def _named() -> Iterator[None]:
     """Problems with fields of a sweep, said of the arguments that they come from."""
@@ -421,9 +427,7 @@ def judged(
         assert isinstance(legs.design, Saltelli)
         draws = legs.design.count
         for name, one in read_scored(legs, result.file).values.items():
-            # a failed run counts as the worst that was seen: SALib takes no gaps
-            worst = np.nanmax(one) if name in LESS else np.nanmin(one)
-            filled = np.where(np.isfinite(one), one, worst)
+            filled = _filled(name, one)
             indices[name] = legs.design.indices(filled) if np.ptp(filled) > 0.0 else {}
     first = found[sweep.measures[0]]
     return Yield(
