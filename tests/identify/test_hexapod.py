@@ -18,7 +18,7 @@ from tarsus.identify.estimates import Estimates
 from tarsus.identify.flight import ATTRACTION, FILM
 from tarsus.identify.foot import FootModel
 from tarsus.identify.hysteresis import Shares, fit_loops
-from tarsus.identify.impact_column import Pair, from_pairs, identify_impact_column, map_from_pairs
+from tarsus.identify.impact_column import Pair, identify_impact_column, map_from_pairs
 from tarsus.identify.loops import calmed
 from tarsus.identify.restitution import PATH, identify_restitution
 from tarsus.identify.step import StepResult
@@ -141,9 +141,9 @@ def test_a_pair_tells_restitution_and_column_and_one_that_does_not_belong_togeth
     scene = runs()[0].scene
     model = FootModel(scene, "foot1", next(iter(scene.robot.drives)), tuple(POINTS))
     close, in_air = records()
-    found, left = map_from_pairs(model, [Pair("near", "far", (close,), (in_air,))])
+    sure = Estimates.nothing(model)
+    told, left = map_from_pairs(sure, "foot1", [Pair("near", "far", (close,), (in_air,))], seed=3)
     assert not left
-    told = from_pairs(found, seed=3)
     value, draws, _ = told["restitution, from near less the air"]
     assert value == pytest.approx(RESTITUTION, rel=0.02)
     low, high = np.quantile(draws, [0.025, 0.975])
@@ -151,8 +151,14 @@ def test_a_pair_tells_restitution_and_column_and_one_that_does_not_belong_togeth
     for number, name in enumerate(POINTS[1:], start=1):
         jump = told[f"jump of {name} over the foot's, from near less the air"][0]
         assert jump == pytest.approx(true_column()[number], rel=0.02)
+    path = "robot.structure.damping.0.0"
+    damping = np.array([get_value(scene, path)])
+    unsure = Estimates(model, (path,), damping, damping * (1.0 + 0.3 * np.linspace(-1.0, 1.0, DRAWS)[:, None]))
+    wider = map_from_pairs(unsure, "foot1", [Pair("near", "far", (close,), (in_air,))], seed=3)[0]
+    assert np.std(wider["restitution, from near less the air"][1]) > 3.0 * np.std(draws)
+    assert {name: one[0] for name, one in wider.items()} == {name: one[0] for name, one in told.items()}
     weak = replace(in_air, values=0.5 * in_air.values)
-    found, left = map_from_pairs(model, [Pair("near", "far", (close,), (weak,))])
+    found, left = map_from_pairs(sure, "foot1", [Pair("near", "far", (close,), (weak,))], seed=3)
     assert not found and len(left) == 1
     assert left[0].file == "near less far" and "is left after subtraction" in left[0].reason
 

@@ -23,7 +23,7 @@ from tarsus.identify.foot import FootModel
 from tarsus.identify.restitution import FEWEST, variance_of
 from tarsus.identify.step import Curve, Panel, Residual, StepResult, Used
 from tarsus.impacts.estimates import Spread, common_ratio
-from tarsus.impacts.impact_map import ImpactMapEstimate, estimate_impact_map
+from tarsus.impacts.impact_map import estimate_impact_map
 from tarsus.records.excluded import Excluded
 from tarsus.records.measurement import Measurement, Quantity
 
@@ -102,39 +102,51 @@ class Pair:
     in_air: tuple[Measurement, ...]
 
 
-def map_from_pairs(model: FootModel, pairs: Sequence[Pair]) -> tuple[dict[str, ImpactMapEstimate], list[Excluded]]:
+Told = dict[str, tuple[float, Floats, str]]
+"""Numbers by name, as (value, draws (nd,), unit)."""
+
+
+def map_from_pairs(known: Estimates, foot: str, pairs: Sequence[Pair], seed: int) -> tuple[Told, list[Excluded]]:
     """Restitution and impact column by the sets near the ground, after section 3.4.2 of the source, and the pairs that
     cannot give them, with the reason: where the ground acts before it is touched, through a film, the record in the air
-    does not explain the one near the ground."""
-    found: dict[str, ImpactMapEstimate] = {}
+    does not explain the one near the ground. ``known``: what earlier steps found, whose draws widen the intervals."""
+    random = np.random.default_rng([seed, 17])
+    found: Told = {}
     left: list[Excluded] = []
     for pair in pairs:
-        name = _velocity(pair.close[0], model.foot_point)
+        name = _velocity(pair.close[0], foot)
         try:
             if name is None:
-                raise InputError(f"no channel is the velocity of point '{model.foot_point}'")
-            found[pair.near] = estimate_impact_map(pair.close, pair.in_air, model.scene.robot.structure, name)
+                raise InputError(f"no channel is the velocity of point '{foot}'")
+            found |= _of_pair(known, pair, name, random)
         except InputError as error:
             reason = error.problems[0][:1].lower() + error.problems[0][1:]
             left.append(Excluded(f"{pair.near} less {pair.air}", name or "", f"as a pair: {reason.rstrip('.')}"))
     return found, left
 
 
+def _of_pair(known: Estimates, pair: Pair, foot: str, random: np.random.Generator) -> Told:
+    def told(values: Floats) -> dict[str, Spread]:
+        structure = known.model(values).scene.robot.structure
+        estimate = estimate_impact_map(pair.close, pair.in_air, structure, foot)
+        jumps = zip(estimate.names, estimate.column, strict=True)
+        return {"restitution": estimate.restitution} | {
+            f"jump of {name} over the foot's": one for name, one in jumps if name != foot
+        }
+
+    def moved(values: Floats) -> Floats:
+        return np.array([one.value for one in told(values).values()])
+
+    found, shared = told(known.values), carried(moved, known.values, known.samples)
+    return {
+        f"{name}, from {pair.near} less the air": (
+            one.value,
+            one.value + one.std * random.standard_normal(DRAWS) + off,
+            "1",
+        )
+        for (name, one), off in zip(found.items(), shared.T, strict=True)
+    }
+
+
 def _velocity(record: Measurement, point: str) -> str | None:
     return next((c.name for c in record.channels if c.at == point and c.quantity is Quantity.VELOCITY), None)
-
-
-def from_pairs(found: dict[str, ImpactMapEstimate], seed: int) -> dict[str, tuple[float, Floats, str]]:
-    """Restitution and jumps by name, as (value, draws (nd,), unit)."""
-    random = np.random.default_rng([seed, 17])
-    out: dict[str, tuple[float, Floats, str]] = {}
-
-    def add(name: str, one: Spread) -> None:
-        out[name] = (one.value, one.value + one.std * random.standard_normal(DRAWS), "1")
-
-    for near, estimate in found.items():
-        add(f"restitution, from {near} less the air", estimate.restitution)
-        for name, one in zip(estimate.names, estimate.column, strict=True):
-            if name != estimate.foot:
-                add(f"jump of {name} over the foot's, from {near} less the air", one)
-    return out

@@ -20,7 +20,7 @@ from tarsus.identify.film import identify_film, wide_film
 from tarsus.identify.film_exponent import film_checked
 from tarsus.identify.flight import ATTRACTION, FILM
 from tarsus.identify.hysteresis import Shares, identify_hysteresis
-from tarsus.identify.impact_column import Pair, from_pairs, identify_impact_column, map_from_pairs
+from tarsus.identify.impact_column import Pair, identify_impact_column, map_from_pairs
 from tarsus.identify.resonance import Resonances, identify_resonances, of_sweeps, shape_mismatch
 from tarsus.identify.restitution import identify_restitution
 from tarsus.identify.step import UNSOLVED, StepResult, Used
@@ -199,11 +199,11 @@ def _impact_map(chain: StepRunner) -> StepResult:
     pairs = _pairs(chain)
     if not pairs:
         return step
-    found, left = map_from_pairs(model, pairs)
+    found, left = map_from_pairs(chain.known, model.foot_point, pairs, chain.seed + 5)
     return replace(
         step,
-        combinations={**step.combinations, **from_pairs(found, chain.seed + 5)},
-        used=(*step.used, Used("pairs with the air", len(found), len(pairs))),
+        combinations={**step.combinations, **found},
+        used=(*step.used, Used("pairs with the air", len(pairs) - len(left), len(pairs))),
         left_out=(*step.left_out, *left),
     )
 
