@@ -17,12 +17,14 @@ from identify.campaigns import folder as folder_of_all
 from tarsus.base.errors import InputError
 from tarsus.identify.campaign import checked_drive, read_campaign, read_records
 from tarsus.identify.chain import StepRunner, identify
+from tarsus.identify.readiness import readiness_of
 from tarsus.identify.resonance import identify_resonances
 from tarsus.identify.restitution import identify_restitution
 from tarsus.model.structure import Beam
 from tarsus.modes.agreement import agreeing
 from tarsus.records.measurement import Channel, Measurement, Quantity
 from tarsus.records.purpose import Purpose
+from tarsus.synthesis.record_files import write_uff
 
 
 def swap(content: dict[str, Any]) -> None:
@@ -263,6 +265,15 @@ def test_sweeps_of_which_no_majority_agrees_are_refused():
     records[:2] = [shorter(one) for one in records[:2]]
     with pytest.raises(InputError, match="have different lengths or sampling rates"):
         agreeing(records, chain.opened.model.points, (300.0, 8900.0))
+
+
+def test_sweeps_of_unlike_lengths_are_told_before_anything_is_identified(tmp_path):
+    folder = copied(tmp_path / "campaign", "modal")
+    assert not readiness_of(read_campaign(folder)).problems
+    for number, record in enumerate(sweeps()[1][:2], start=1):
+        write_uff(shorter(record), folder / f"sweep-{number}.uff")
+    told = [one for one in readiness_of(read_campaign(folder)).problems if "lengths" in one]
+    assert len(told) == 1 and told[0].endswith("no more than half of them agree: repeat one of them")
 
 
 def test_a_campaign_file_tells_all_its_faults_at_once_and_those_of_the_device_name_its_file(tmp_path):

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 
+from tarsus.base.errors import InputError
 from tarsus.identify.campaign import Opened, RecordFile, RecordSet, guessed_purpose
 from tarsus.identify.evidence import Evidence
 from tarsus.model.drive.waveforms import SweptSine
 from tarsus.model.structure import Walker
-from tarsus.modes.agreement import channels_of, needed_of
+from tarsus.modes.agreement import sampled_alike
 from tarsus.records.purpose import Purpose
 
 TOLD_BY = {
@@ -54,12 +55,12 @@ def readiness_of(opened: Opened) -> Readiness:
             remarks.append(
                 f"records.{name}: its purpose is '{one.purpose.value}', its name sounds like '{guess.value}'"
             )
-    points = opened.model.points
     sweeps = {name for name, _ in opened.sets(Purpose.MODAL)}
-    swept = [(one.file, one.record) for one in evidence.readings if one.set in sweeps]
-    for file, record in swept:
-        if record is not None and channels_of(record, points) is None:
-            problems.append(f"{file}: {needed_of(points)}")
+    swept = [one.record for one in evidence.readings if one.set in sweeps and one.record is not None]
+    try:
+        problems += [str(one) for one in sampled_alike(swept, opened.model.points)[2]] if swept else []
+    except InputError as error:
+        problems += error.problems
     used = Counter(one.purpose for one in opened.campaign.records.values())
     if not any(purpose in used for purpose in TOLD_BY):
         problems.append(

@@ -57,7 +57,7 @@ def agreeing(records: Sequence[Measurement], points: Sequence[str], band: tuple[
     InputError
         If no majority agrees.
     """
-    kept, layout, out = _alike(records, points)
+    kept, layout, out = sampled_alike(records, points)
     drive, channels = layout[0], layout[1:]
     spectra: dict[int, Complexes] = {}
     for k in kept:
@@ -87,23 +87,32 @@ def _smoothed(responses: Complexes) -> Complexes:
     return np.asarray(fftconvolve(responses, weights / weights.sum(), "valid", axes=1), dtype=np.complex128)
 
 
-def _alike(records: Sequence[Measurement], points: Sequence[str]) -> tuple[list[int], tuple[str, ...], list[Excluded]]:
-    """Numbers of the records with the drive, channels and sampling that most have; drive and channels; the others."""
+def sampled_alike(
+    records: Sequence[Measurement], points: Sequence[str]
+) -> tuple[list[int], tuple[str, ...], list[Excluded]]:
+    """Numbers of the records with the drive, channels and sampling that most have; drive and channels; the others.
+
+    Raises
+    ------
+    InputError
+        If no record has the points and a drive, or no majority agrees.
+    """
     out: list[Excluded] = []
     layouts: dict[int, tuple[str, ...]] = {}
     for k, record in enumerate(records):
-        channels = channels_of(record, points)
+        channels = _channels_of(record, points)
         if record.drive is None:
             out.append(Excluded(record.source, "", "the drive is missing: no channel is known to be it"))
         elif channels is None:
-            out.append(Excluded(record.source, "", needed_of(points)))
+            needed = f"the points {', '.join(points)} need a channel each, all of one quantity"
+            out.append(Excluded(record.source, "", needed))
         else:
             layouts[k] = (record.drive, *channels)
     if not layouts:
         raise InputError([str(one) for one in out])
     layout = _most(layouts, records, "have different channels")
     own = {k: (records[k].count, round(records[k].rate, 6)) for k in layouts if layouts[k] == layout}
-    count, rate = _most(own, records, "have different lengths or sampling rates")
+    count, rate = _most(own, records, "have different lengths or sampling rates", ": repeat one of them")
     for k, names in layouts.items():
         if names != layout:
             said = f"its channels {', '.join(names)} are not those of most sweeps: {', '.join(layout)}"
@@ -116,12 +125,7 @@ def _alike(records: Sequence[Measurement], points: Sequence[str]) -> tuple[list[
     return [k for k, found in own.items() if found == (count, rate)], layout, out
 
 
-def needed_of(points: Sequence[str]) -> str:
-    """What sweeps must hold, in words."""
-    return f"the points {', '.join(points)} need a channel each, all of one quantity"
-
-
-def channels_of(record: Measurement, points: Sequence[str]) -> tuple[str, ...] | None:
+def _channels_of(record: Measurement, points: Sequence[str]) -> tuple[str, ...] | None:
     """Names of the channels of all points, of one quantity, or None."""
     for quantity in _MOTIONS:
         by_point = {c.at: c.name for c in record.channels if c.quantity is quantity}
@@ -130,11 +134,11 @@ def channels_of(record: Measurement, points: Sequence[str]) -> tuple[str, ...] |
     return None
 
 
-def _most(found: Mapping[int, Kind], records: Sequence[Measurement], what: str) -> Kind:
+def _most(found: Mapping[int, Kind], records: Sequence[Measurement], what: str, cure: str = "") -> Kind:
     """What more than half of the records have."""
     value, times = Counter(found.values()).most_common(1)[0]
     if 2 * times <= len(found):
-        raise InputError(f"{_named(found, records)} {what}, and no more than half of them agree")
+        raise InputError(f"{_named(found, records)} {what}, and no more than half of them agree{cure}")
     return value
 
 
