@@ -76,6 +76,12 @@ def test_a_run_that_stopped_early_has_measures_all_the_same(name, steps):
     assert run._repr_html_() and batch._repr_html_()
 
 
+def test_a_number_that_the_scene_leaves_out_may_vary_with_its_unit():
+    batch = ts.simulate_batch(ts.load_scene("millipede"), {"ground.incline": ["0 deg", "5 deg"]}, 0.02)
+    assert "0.08727 rad" in str(batch) and np.ptp(batch.measured()["peak"].value) > 0.0
+    assert batch.to_dataset(["peak"])["ground.incline"].attrs["units"] == "rad"
+
+
 def same(given: object) -> object:
     return given
 

@@ -127,6 +127,7 @@ def test_a_dead_leg_costs_what_it_costs():
         ({"scatter": {GAIN: "2 V"}}, r"law\.gain: .*N/V"),
         ({"scatter": {GAIN: "10"}}, r"times the value itself, .*N/V; .* in percent, such as '10%'"),
         ({"over": {"ground.friction": ("0.3", "0.5")}}, "ground.friction: is not a number"),
+        ({"over": {"ground.incline": ("0 deg", "5 deg")}}, "ground.incline: is not set in this scene: set it first"),
         ({"scatter": {}, "over": {}, "dead": (0, 0)}, "nothing is scattered"),
     ],
 )

@@ -393,6 +393,13 @@ def float_paths(desc: Description) -> dict[str, FloatInfo]:
     }
 
 
+def number_at(desc: Description, path: str) -> FloatInfo:
+    """The number at a path of a description, NaN where it is not set."""
+    found = get_value(desc, path)
+    spec = next((spec for at, _, spec in _leaves(desc, "", _BARE) if at == path), _BARE)
+    return FloatInfo(found if isinstance(found, float) else np.nan, spec.unit, spec.doc)
+
+
 def _step(node: Any, key: str) -> Any:
     """Child of a node by name or index; KeyError if there is none."""
     if isinstance(node, Description):
@@ -443,7 +450,7 @@ def number_paths(desc: Description, name: str) -> tuple[str, ...]:
     for path in paths:
         found = get_value(desc, path)
         if found is None:
-            raise InputError([f"{path}: is not set here, so it has no value that could vary"])
+            raise InputError([f"{path}: is not set here, so it has no value that could vary: set it first"])
         if not isinstance(found, float):
             inside = [p for p, value, _ in _leaves(found, "", _BARE) if p and type(value) is float]
             many = f"is a table or list; name one number inside, such as {path}.{inside[0]}" if inside else ""

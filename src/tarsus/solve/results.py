@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import Hinted
-from tarsus.base.spec import float_paths, with_values
+from tarsus.base.spec import number_at, with_values
 from tarsus.files.series import Variable, outcome_variable
 from tarsus.measure.history import EventHistories
 from tarsus.measure.measure import Measured, Measures, measure_name, measure_variables, no_measure
@@ -103,11 +103,10 @@ class Batch(Hinted):
 
     def table(self) -> Table:
         """How the runs ended, and what varies in them."""
-        known = float_paths(self.scene)
         rows = [(path, len(np.unique(v)), v.min(), v.max()) for path, v in self.vary.items()]
         ended = ", ".join(f"{count} {code}" for code, count in self.outcomes.items())
         columns = ("varied", "values", Column("least", ROW), Column("greatest", ROW))
-        units = [known[path].unit for path in self.vary]
+        units = [number_at(self.scene, path).unit for path in self.vary]
         return Table(f"{self.scene.name}: {_runs(self)}; {ended}", columns, rows, units=units)
 
     def plot(self, measure: str, **options: Any) -> Any:
@@ -342,10 +341,10 @@ def _runs(batch: Batch) -> str:
 def _variables(batch: Batch, found: Mapping[str, Measured]) -> dict[str, Variable]:
     """Varied values, outcomes and measures of a batch by name."""
     dims, shape = tuple(batch.axes) or ("run",), batch.shape
-    known, feet = float_paths(batch.scene), list(batch.scene.robot.feet)
+    feet = list(batch.scene.robot.feet)
     out: dict[str, Variable] = {}
     for path, values in (batch.axes or batch.vary).items():
-        about = known[path]
+        about = number_at(batch.scene, path)
         notes = {"units": about.unit, "long_name": about.doc or path}
         out[path] = Variable((path,) if batch.axes else dims, values, notes)
     meanings = {code.name: code.value for code in ResultCode}

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import by_path, float_paths, one_number, paths_of, with_values
+from tarsus.base.spec import by_path, get_value, number_at, one_number, paths_of, with_values
 from tarsus.base.units import parse_quantity
 from tarsus.base.workers import Workers, is_executor, places, spread, workers
 from tarsus.files.library import SceneLike, as_scene
@@ -432,7 +432,7 @@ def _in_si(scene: Scene, name: str, given: ArrayLike, problems: list[str]) -> np
         path = paths_of(scene, name)[0]
         if values.dtype.kind not in "UO":
             return values.astype(float)
-        unit = float_paths(scene)[one_number(scene, path)].unit
+        unit = number_at(scene, path if get_value(scene, path) is None else one_number(scene, path)).unit
         return np.array([parse_quantity(one, unit) for one in values.ravel().tolist()]).reshape(values.shape)
     except InputError as error:
         said = error.problems

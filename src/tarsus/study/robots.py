@@ -13,7 +13,7 @@ import numpy as np
 from tarsus.base.arguments import Quantity, Range, Ranges
 from tarsus.base.errors import InputError, InputProblem
 from tarsus.base.messages import nearest
-from tarsus.base.spec import FloatInfo, by_path, float_paths
+from tarsus.base.spec import FloatInfo, by_path, float_paths, get_value
 from tarsus.base.units import format_quantity, parse_quantity
 from tarsus.model.scene import Scene
 from tarsus.study.axes import Linspace, Normal, SweepAxis
@@ -89,8 +89,7 @@ class Robots:
             for pattern, value in by_path(scene, given).items():
                 found = [path for path in known if fnmatch.fnmatchcase(path, pattern)]
                 if not found:
-                    said = f"is not a number in this scene{nearest(pattern, known)}"
-                    problems.append(InputProblem.at(pattern, said))
+                    problems.append(InputProblem.at(pattern, _no_number(scene, pattern, known)))
                 for path in found:
                     try:
                         made[path] = axis_of(known[path], value)
@@ -166,6 +165,17 @@ def _evenly(about: FloatInfo, ends: Range) -> Linspace:
         raise InputError(f"expected both ends of a range, got {ends!r}")
     first, last = (parse_quantity(one, about.unit) for one in ends)
     return Linspace(start=first, stop=last)
+
+
+def _no_number(scene: Scene, pattern: str, known: Mapping[str, FloatInfo]) -> str:
+    """Why a pattern stands for nothing that scatters."""
+    try:
+        unset = get_value(scene, pattern) is None
+    except InputError:
+        unset = False
+    return (
+        "is not set in this scene: set it first" if unset else f"is not a number in this scene{nearest(pattern, known)}"
+    )
 
 
 def _leg(pattern: str, path: str) -> dict[str, str]:

@@ -294,7 +294,7 @@ def _path_faults(scene: Scene, known: Mapping[str, FloatInfo], name: str, path: 
         text = str(error)
         return [(where, text.removeprefix(f"{path}: ") if path == name else text)]
     if found is None:
-        return [(where, f"'{path}' is not set in the scene, so it has no value to vary")]
+        return [(where, f"'{path}' is not set in the scene, so it has no value to vary: set it first")]
     return [(where, f"'{path}' is no single number with a fraction; only such values vary")]
 
 
