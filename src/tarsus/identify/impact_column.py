@@ -102,16 +102,18 @@ class Pair:
     in_air: tuple[Measurement, ...]
 
 
-Told = dict[str, tuple[float, Floats, str]]
+Combinations = dict[str, tuple[float, Floats, str]]
 """Numbers by name, as (value, draws (nd,), unit)."""
 
 
-def map_from_pairs(known: Estimates, foot: str, pairs: Sequence[Pair], seed: int) -> tuple[Told, list[Excluded]]:
+def map_from_pairs(
+    known: Estimates, foot: str, pairs: Sequence[Pair], seed: int
+) -> tuple[Combinations, list[Excluded]]:
     """Restitution and impact column by the sets near the ground, after section 3.4.2 of the source, and the pairs that
     cannot give them, with the reason: where the ground acts before it is touched, through a film, the record in the air
     does not explain the one near the ground. ``known``: what earlier steps found, whose draws widen the intervals."""
     random = np.random.default_rng([seed, 17])
-    found: Told = {}
+    found: Combinations = {}
     left: list[Excluded] = []
     for pair in pairs:
         name = _velocity(pair.close[0], foot)
@@ -125,8 +127,8 @@ def map_from_pairs(known: Estimates, foot: str, pairs: Sequence[Pair], seed: int
     return found, left
 
 
-def _of_pair(known: Estimates, pair: Pair, foot: str, random: np.random.Generator) -> Told:
-    def told(values: Floats) -> dict[str, Spread]:
+def _of_pair(known: Estimates, pair: Pair, foot: str, random: np.random.Generator) -> Combinations:
+    def estimated(values: Floats) -> dict[str, Spread]:
         structure = known.model(values).scene.robot.structure
         estimate = estimate_impact_map(pair.close, pair.in_air, structure, foot)
         jumps = zip(estimate.names, estimate.column, strict=True)
@@ -135,9 +137,9 @@ def _of_pair(known: Estimates, pair: Pair, foot: str, random: np.random.Generato
         }
 
     def moved(values: Floats) -> Floats:
-        return np.array([one.value for one in told(values).values()])
+        return np.array([one.value for one in estimated(values).values()])
 
-    found, shared = told(known.values), carried(moved, known.values, known.samples)
+    found, shared = estimated(known.values), carried(moved, known.values, known.samples)
     return {
         f"{name}, from {pair.near} less the air": (
             one.value,

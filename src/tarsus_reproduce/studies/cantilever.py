@@ -38,7 +38,7 @@ unknowns = {
 choices = {"landing": LANDING}
 constraints = [BREAKS_OFF]
 sampling = {"settle": "0.2 s", "window": "0.2 s", "windows": 1, "resolution": "0.1 um", "accuracy": 1e-5}
-search = {"seed": 1, "population": 24, "prescreening": 96, "short": 4, "generations": 16, "spread": 5, "members": 24,
+search = {"seed": 1, "population": 24, "prescreening": 96, "short": 4, "generations": 16, "spread": 200, "members": 24,
           "rejected": 12}  # fmt: skip
 
 
