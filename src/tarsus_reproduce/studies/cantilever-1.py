@@ -38,7 +38,7 @@ choices = {"landing": LANDING}
 constraints = [BREAKS_OFF]
 sampling = {"settle": "0.2 s", "window": "0.2 s", "windows": 1, "resolution": "0.1 um", "accuracy": 1e-5}
 # One search, for no row is left out, so that it may be longer than those that are made again for every row.
-search = {"seed": 1, "population": 40, "prescreening": 512, "short": 8, "generations": 50, "spread": 200,
+search = {"seed": 1, "population": 40, "prescreening": 512, "short": 8, "generations": 50, "spread": 400,
           "leave_out": False, "members": 24, "rejected": 3}  # fmt: skip
 
 

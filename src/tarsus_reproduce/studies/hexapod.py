@@ -54,7 +54,7 @@ constraints = [
 ]  # fmt: skip
 
 sampling = {"settle": "0.2 s", "window": "50 ms", "windows": 6, "resolution": "0.1 um", "accuracy": 1e-6}
-search = {"seed": 1, "population": 24, "prescreening": 256, "short": 6, "generations": 24, "spread": 6, "members": 24,
+search = {"seed": 1, "population": 24, "prescreening": 256, "short": 6, "generations": 24, "spread": 400, "members": 24,
           "rejected": 1.8}  # fmt: skip
 
 POLARITIES = {"pressing": (-1, 0.5, 0.5), "lifting": (1, 0.5, 0.5), "both": (1, 1, 0)}
