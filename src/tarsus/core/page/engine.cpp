@@ -10,19 +10,19 @@
 #define TARSUS_OUT(name) extern "C" __attribute__((export_name(#name)))
 
 namespace {
-const char* told = "";
+const char* message = "";
 }
 
 // No exceptions here: the words of the first are kept. All that the engine throws are std::exception first of all.
 extern "C" void* __cxa_allocate_exception(size_t size) { return std::malloc(size); }
 extern "C" void __cxa_throw(void* thrown, void*, void (*)(void*)) {
-  told = static_cast<std::exception*>(thrown)->what();
+  message = static_cast<std::exception*>(thrown)->what();
   __builtin_trap();
 }
 
 using tarsus::Packaged;
 
-TARSUS_OUT(trouble) const char* trouble() { return told; }
+TARSUS_OUT(trouble) const char* trouble() { return message; }
 TARSUS_OUT(reserve) char* reserve(size_t bytes) { return static_cast<char*>(std::malloc(bytes)); }
 TARSUS_OUT(plan) Packaged* plan(char* packet, size_t bytes) { return new Packaged(packet, bytes); }
 TARSUS_OUT(duration) double duration(Packaged* plan) { return plan->duration(); }

@@ -102,7 +102,7 @@ class Flight {
            int every, double* values, double* slopes) {
     Number gap, speed;
     seen(foot, z, gap, speed);
-    Number felt = force_at(foot, gap, speed, squares == nullptr ? 0.0 : squares[0]);
+    Number reaction = force_at(foot, gap, speed, squares == nullptr ? 0.0 : squares[0]);
     double by_gap = 0.0, by_speed = 0.0;
     const int half = s.states / 2;
     for (int i = 0; i < half; i++) {
@@ -114,14 +114,14 @@ class Flight {
       for (int e = 0; e < every; e++, n++) {
         const Number from = along(force[n], n * step, offset), to = along(force[n + 1], (n + 1) * step, offset);
         for (int i = 0; i < s.states; i++) {
-          moved[i] = s.first[2 * i] * from + s.first[2 * i + 1] * felt + s.last[2 * i] * to;
+          moved[i] = s.first[2 * i] * from + s.first[2 * i + 1] * reaction + s.last[2 * i] * to;
         }
         add_product(s.free, z, moved);
         seen(foot, moved, gap, speed);
         for (int c = 0; c < CORRECTIONS; c++) {
-          felt = force_at(foot, gap + by_gap * felt, speed + by_speed * felt, squares == nullptr ? 0.0 : squares[n + 1]);
+          reaction = force_at(foot, gap + by_gap * reaction, speed + by_speed * reaction, squares == nullptr ? 0.0 : squares[n + 1]);
         }
-        for (int i = 0; i < s.states; i++) z[i] = moved[i] + s.last[2 * i + 1] * felt;
+        for (int i = 0; i < s.states; i++) z[i] = moved[i] + s.last[2 * i + 1] * reaction;
       }
       report(values + sample * s.channels, slopes + sample * s.channels * N);
     }
@@ -160,8 +160,8 @@ class Flight {
   void rate(const Foot& foot, const std::vector<Number>& at, const Number& force, std::vector<Number>& out) const {
     Number gap, speed;
     seen(foot, at, gap, speed);
-    const Number felt = force_at(foot, gap, speed, 0.0);
-    for (int i = 0; i < s.states; i++) out[i] = s.inputs[2 * i] * force + s.inputs[2 * i + 1] * felt;
+    const Number reaction = force_at(foot, gap, speed, 0.0);
+    for (int i = 0; i < s.states; i++) out[i] = s.inputs[2 * i] * force + s.inputs[2 * i + 1] * reaction;
     add_product(s.flow, at, out);
   }
 

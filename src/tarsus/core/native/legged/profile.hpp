@@ -138,10 +138,10 @@ inline void float_above(Legged& s, int i) {
   // A film on one side of a corner alone may drive a foot off that side while its leg, or the film of the other side, drives it back.
   // So it is above its facet for as much longer as flights may be high that are none, and cannot cross the corner again in no time; but
   // for the side of a step, which stops it.
-  const bool felt = s.feet[i].film || s.feet[i].force;
+  const bool reacts = s.feet[i].film || s.feet[i].force;
   const auto past = [&](int way) {
     const bool stops = (on.upright() || profile_of(s, i).facet(on.number + way).upright()) && corner_of(s, i, way).rises();
-    return felt && !stops ? s.settings.rest_height : 0.0;
+    return reacts && !stops ? s.settings.rest_height : 0.0;
   };
   leg.low = on.low * on.cos - past(-1);
   leg.high = on.high * on.cos + past(1);

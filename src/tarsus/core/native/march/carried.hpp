@@ -22,7 +22,7 @@ struct CarriedFoot {
       wedged;
 
   bool as_it_moves() const { return std::isnan(sense); }
-  int started(int let_go) const { return std::isnan(start) ? let_go : int(start); }
+  int started(int released) const { return std::isnan(start) ? released : int(start); }
 };
 constexpr size_t CARRIED = sizeof(CarriedFoot) / sizeof(double);
 

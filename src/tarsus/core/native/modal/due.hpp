@@ -108,10 +108,10 @@ inline bool rest_on_ground(Modal& m, const std::vector<int>& feet, bool pressed 
     if (m.rate_of(i) > m.no_rate(i)) continue;
     // a pull within rounding of zero, as at the time at which it changes its sign, holds no foot that has just been released, and
     // releases no other
-    const bool let_go = m.just_let_go(i);
+    const bool released = m.just_released(i);
     const double strength = new_strength(m, i), none = no_pull(m, i, t) + ROUNDING * std::fabs(strength);
-    resting.push_back({i, 0.0, strength, let_go && !pressed ? -none : none});
-    if (pressed && let_go) m.feet[i].low++;
+    resting.push_back({i, 0.0, strength, released && !pressed ? -none : none});
+    if (pressed && released) m.feet[i].low++;
     m.feet[i].departure = FROM_REST;
   }
   if (!resting.empty()) find_held(m, resting, pressed);
@@ -176,7 +176,7 @@ TARSUS_APART inline void happen(Modal& m) {
     if (impact(m, i)) return;
   }
   if (!down.empty() && (rest_on_ground(m, down, true) || (loose.empty() && stopped.empty()))) return;
-  if (!loose.empty()) return let_go(m, std::move(loose), std::move(leaves));
+  if (!loose.empty()) return release_feet(m, std::move(loose), std::move(leaves));
   m.note_parts();
   add_film_momenta(m);
   std::sort(stopped.begin(), stopped.end());

@@ -109,7 +109,7 @@ inline double pull_without_their_friction(Modal& m, const std::vector<int>& feet
 // The pulls on these feet exceed the strengths of their contacts, normal to the ground or along it; leaves, by foot: along the normal. Where a pull on a
 // foot that sticks does so along the normal only because the foot sticks, the foot slides: without friction its contact holds it. Where friction bears that
 // pull along the ground, it leaves.
-TARSUS_APART inline void let_go(Modal& m, std::vector<int> feet, std::vector<uint8_t> leaves) {
+TARSUS_APART inline void release_feet(Modal& m, std::vector<int> feet, std::vector<uint8_t> leaves) {
   m.note_parts();
   add_film_momenta(m);
   if (m.sizes.ways == 0) return part(m, {std::move(feet), {}});

@@ -30,7 +30,7 @@ inline bool bears(const Modal& m, int event) {
 // Whether what pulls on a contact has jumped, so that its margin is below zero as the step begins: not on a foot that
 // was released at this very moment and came back at once.
 TARSUS_APART inline bool has_jumped(const Modal& m, int event, double margin, UnresolvedRoot& root) {
-  if (!bears(m, event) || (event < m.sizes.feet && m.just_let_go(event))) return false;
+  if (!bears(m, event) || (event < m.sizes.feet && m.just_released(event))) return false;
   root.zero = no_event(m, event);
   if (!(margin < -root.zero)) return false;
   root.first = root.last = 1;

@@ -160,7 +160,7 @@ struct Modal {
   // Age [s] that a contact of a foot would begin with now.
   double age_brought(int foot) const { return feet[foot].brought(laws, foot, clock.time); }
   // Whether a foot's pull has exceeded the strength of its contact at the present time.
-  bool just_let_go(int foot) const { return clock.time - feet[foot].left <= settings.least_progress; }
+  bool just_released(int foot) const { return clock.time - feet[foot].left <= settings.least_progress; }
 
   // Flowing state (2 stride): the modal state less beta P of the film momenta; and the one at the end of a step.
   TARSUS_INLINE double* state() { return state_; }

@@ -50,7 +50,7 @@ inline int launch_class(const Modal& m) {
   int k = m.mode->landing_class, lost = 0;
   if (!m.acting.empty() && m.acting[0] < 2 * m.sizes.feet) k = std::max(k, m.last_launch);
   for (int i : m.mode->free) {
-    if (m.just_let_go(i)) lost = std::max(lost, m.feet[i].low);
+    if (m.just_released(i)) lost = std::max(lost, m.feet[i].low);
   }
   return lost > 0 ? std::min(k + lost, int(m.book.lengths.size()) - 1) : k;
 }
