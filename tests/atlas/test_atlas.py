@@ -209,7 +209,7 @@ def test_processes_that_share_a_folder_make_one_atlas(tmp_path, monkeypatch):
         ({"x": (VOLTS, 1, 2)}, "is both axes"),
         ({"x": (GAP, "0 um", "80 um", "log")}, "a logarithmic axis begins above 0"),
         ({"x": ("robot.feet.tip.gab", 1, 2)}, "did you mean 'robot.feet.tip.gap'"),
-        ({"x": (GAP, "80 um")}, "expected a:b or a:b:log"),
+        ({"x": (GAP, "80 um", "90 um", "lgo")}, "expected a:b or a:b:log"),
         ({"x": ("ground.restitution.coefficient", 0.1, 2.0)}, "ground.restitution.coefficient"),
         ({"depth": 13}, "depth: expected 1 to 12"),
         ({"starts": 0}, "starts: expected 1 or more, got 0"),

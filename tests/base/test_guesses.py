@@ -1,5 +1,6 @@
 """What users type first: short words for numbers, and names that are guessed."""
 
+import inspect
 from typing import Any
 
 import numpy as np
@@ -143,6 +144,11 @@ def stepped(volts: Any) -> object:
     return session.step(volts, "2 ms")
 
 
+def verb(name: str, **options: Any) -> wrong_inputs.Ask:
+    first = next(iter(inspect.signature(getattr(ts, name)).parameters))
+    return lambda at: getattr(ts, name)(**{first: "cantilever", **options})
+
+
 NO_NUMBERS = ("ground.gravity", "ground.film", "robot.feet.tip.point")
 WRONG: dict[str, tuple[wrong_inputs.Ask, wrong_inputs.Said]] = {
     "volts for a duration": (
@@ -189,6 +195,25 @@ WRONG: dict[str, tuple[wrong_inputs.Ask, wrong_inputs.Said]] = {
         lambda at: ts.sweep({"scene": "x"}, output=at),  # type: ignore[arg-type]
         ("got a dict", "ts.Sweep("),
     ),
+    "scene of a run": (
+        lambda at: ts.attractors(ts.simulate("cantilever", "1 ms")),  # type: ignore[arg-type]
+        "scene: expected a Scene, a name or a path, got a Run",
+    ),
+    "scene of nothing": (lambda at: ts.simulate(None), "scene: expected a Scene, a name or a path, got None"),  # type: ignore[arg-type]
+    "part of a start": (verb("attractors", starts=2.5), "starts: expected a whole number, got 2.5"),
+    "seed below 0": (verb("identify", seed=-1), "seed: expected a whole number of 0 or more, got -1"),
+    "no threads": (verb("validate", threads=0), "threads: expected a whole number of 1 or more, got 0"),
+    "text for a flag": (verb("attractors", edges="no"), "edges: expected True or False, got 'no'"),
+    "text for a number": (verb("synthesize", output="x", snr_db="40 dB"), "snr_db: expected a number, got '40 dB'"),
+    "number for a text": (verb("recommend", budget=1, parameter=3), "parameter: expected a text, got 3"),
+    "number for a folder": (verb("report", folder=3), "folder: expected a name or a path, got 3"),
+    "one end of a range": (verb("explore", over={"volts": 5}), "over: expected both ends of every range, got {'volts'"),
+    "range of no path": (verb("branch", along="volts"), "along: expected ranges by path, as {"),
+    "values of no name": (verb("recommend", budget=1, vary="volts"), "vary: expected values by name"),
+    "axis of no ends": (verb("atlas", x="volts"), "x: expected a path and both ends"),
+    "one count": (verb("yield_", dead=1), "dead: expected fewest and most, as (0, 1), got 1"),
+    "one end of a band": (lambda at: ts.modes("x.uff", band=5), "band: expected both ends of a range"),  # type: ignore[arg-type]
+    "record of a number": (lambda at: ts.modes(3), ("sources: expected a Measurement, ", "a name or a path, got 3")),  # type: ignore[arg-type]
     "sweep of a device": (lambda at: ts.sweep("cantilever", {"volts": [4, 6, 8]}), ("ts.Sweep(", "ts.simulate_batch(")),
 }
 

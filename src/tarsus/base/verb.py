@@ -15,23 +15,25 @@ R = TypeVar("R")
 
 
 def verb(function: Callable[P, R]) -> Callable[P, R]:
-    """The function, which answers a word that it does not take with the nearest one that it does."""
+    """The function, which answers a word that it does not take with the nearest one that it does, and a value of
+    another type with a sentence."""
 
     @wraps(function)
     def asked(*args: P.args, **options: P.kwargs) -> R:
+        from inspect import signature
+
+        from tarsus.base.messages import nearest
+        from tarsus.base.taken import check_taken
+
+        taken = signature(function)
         try:
-            return function(*args, **options)
+            found = taken.bind(*args, **options)
         except TypeError as error:
-            from inspect import signature
-
-            from tarsus.base.messages import nearest
-
-            taken = signature(function).parameters
-            unknown = [word for word in options if word not in taken]
-            within = error.__traceback__ is None or error.__traceback__.tb_next is not None
-            if within or not unknown:
-                raise
-            raise TypeError(f"{error}{nearest(unknown[0], taken)}") from None
+            unknown = [word for word in options if word not in taken.parameters]
+            near = nearest(unknown[0], taken.parameters) if unknown else ""
+            raise TypeError(f"{function.__name__}() {error}{near}") from None
+        check_taken(function, found)
+        return function(*found.args, **found.kwargs)
 
     return asked
 

@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.verb import verb
 from tarsus.base.workers import Workers
 from tarsus.calibrate.cells import absolute_of
 from tarsus.calibrate.description import TableSampling
@@ -157,6 +158,7 @@ def ensemble_table(whole: WeightedEnsemble) -> dict[str, Any]:
     }
 
 
+@verb
 def load_ensemble(
     folder: str | os.PathLike[str], laws: Mapping[str, type[Law]] | None = None, threads: int | None = None
 ) -> WeightedEnsemble:

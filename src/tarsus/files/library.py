@@ -13,6 +13,7 @@ from pydantic import BaseModel
 
 from tarsus.base.errors import InputError, InputProblem
 from tarsus.base.messages import alternatives, kind_of, nearest
+from tarsus.base.verb import verb
 from tarsus.files.installed import device_names, device_path, is_path
 from tarsus.files.toml import read_scene
 from tarsus.model.drive.waveforms import Waveform
@@ -32,6 +33,7 @@ def _device(name: str) -> Scene:
     return read_scene(device_path(name))
 
 
+@verb
 def as_scene(scene: SceneLike, /, **values: Any) -> Scene:
     """The scene itself, or the device or scene file that is named, with some values changed; values and errors as for
     `load_scene`."""
@@ -39,6 +41,7 @@ def as_scene(scene: SceneLike, /, **values: Any) -> Scene:
     return changed(found, **values) if values else found
 
 
+@verb
 def load_scene(
     name: str | os.PathLike[str],
     /,

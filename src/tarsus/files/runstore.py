@@ -136,9 +136,12 @@ class RunStore:
         try:
             present = {path.name for path in folder.iterdir()} - {MANIFEST} if folder.is_dir() else set()
             tops = {Path(name).parts[0] for name in texts}
-            if present & {*tops, PLAN_FILE, UNIT_FOLDER, COLLECTED_FILE} and not resume:
+            if (taken := present & {*tops, PLAN_FILE, UNIT_FOLDER, COLLECTED_FILE}) and not resume:
+                if PLAN_FILE not in taken:
+                    raise InputError(f"'{folder}' holds {min(taken)}, but no {what}; give another folder with -o")
+                one = "an atlas" if what == "atlas" else f"a {what}"
                 raise InputError(
-                    f"'{folder}' holds a {what}; continue it there with --resume, or give another folder with -o"
+                    f"'{folder}' holds {one}; continue it there with --resume, or give another folder with -o"
                 )
             if PLAN_FILE not in present:
                 foreign = sorted(name for name in present if not _own(name, {*tops, PLAN_FILE}))

@@ -12,6 +12,7 @@ from typing import Any
 from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, described, quantity_units, validate, with_values
 from tarsus.base.units import format_quantity
+from tarsus.base.verb import verb
 from tarsus.files.tables import FileKind, read_table, table_of
 from tarsus.files.whole import write_text
 from tarsus.model.laws import Law
@@ -25,6 +26,7 @@ _LONGEST_TEXT_LIST = 36
 """Lists of more numbers than this are written as plain SI floats, without units."""
 
 
+@verb
 def read_scene(path: str | os.PathLike[str], laws: Mapping[str, type[Law]] | None = None) -> Scene:
     """Read a scene from a TOML file.
 

@@ -39,7 +39,7 @@ def new(
     *,
     device: str | None = None,
     legs: int | None = None,
-    mass: str | None = None,
+    mass: float | str | None = None,
 ) -> View:
     """Write a file to begin with: a device, a law of the ground, a study, a design, or a campaign of records.
 

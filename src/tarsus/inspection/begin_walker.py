@@ -36,7 +36,7 @@ PITCH, HALF_WIDTH = 5e-3, 4e-3
 """Distance of neighbouring legs along the body, and of legs from its middle [m]."""
 
 
-def walker_text(legs: int, mass: str | None = None) -> str:
+def walker_text(legs: int, mass: float | str | None = None) -> str:
     """A scene file of a walker. mass: of its body, with a unit; 25 mg a leg without.
 
     Raises InputError for a number of legs below 1 or above 40, and for a mass that is none.

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.events import CONTACT_BEGINS, EVENT_WORDS, IMPACTS
 from tarsus.base.spec import with_values
+from tarsus.base.verb import verb
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.model.structure.walker import Walker
 from tarsus.orbits.differences import NOISE
@@ -217,6 +218,7 @@ class Orbit:
         }
 
 
+@verb
 def periodic(scene: SceneLike, *, multiple: int | None = None, values: Mapping[str, float] | None = None) -> Orbit:
     """The periodic motion that a scene settles to; a walker's modulo its travel, so that it is a gait.
 

@@ -21,6 +21,7 @@ from tarsus.base.events import EventKind
 from tarsus.base.messages import Hinted
 from tarsus.base.spec import by_path, get_value, with_values
 from tarsus.base.units import parse_quantity
+from tarsus.base.verb import verb
 from tarsus.files.summary import run_summary
 from tarsus.measure.limits import model_range
 from tarsus.measure.measure import Measure, Measures
@@ -519,6 +520,7 @@ def prepared(
     return engine, rows_for(scene, plan, values, duration, courses=courses)
 
 
+@verb
 def load_run(folder: str | os.PathLike[str], laws: Mapping[str, Any] | None = None) -> Run:
     """Read a run that `Run.save` or ``tarsus simulate -o`` wrote; laws: the user's laws that its scene needs, by kind.
 

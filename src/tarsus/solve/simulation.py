@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.spec import by_path, get_value, number_at, one_number, paths_of, with_values
 from tarsus.base.units import parse_quantity
+from tarsus.base.verb import verb
 from tarsus.base.workers import Workers, is_executor, places, spread, workers
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.model.scene import seconds_of
@@ -203,6 +204,7 @@ def _moves_drive(path: str) -> bool:
     return path.startswith(("gait.", "signals.", "robot.drives.")) and ".load." not in path
 
 
+@verb
 def simulate_batch(
     scene: SceneLike,
     vary: Mapping[str, ArrayLike] | None = None,

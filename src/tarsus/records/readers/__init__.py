@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import validate
+from tarsus.base.verb import verb
 from tarsus.formats.content import content_of
 from tarsus.formats.raw import RawFile
 from tarsus.records.measurement import FrequencyResponse, Measurement
@@ -21,6 +22,7 @@ Read = TypeVar("Read")
 __all__ = ["ChannelChoice", "Choices", "choices_of", "read_measurement", "read_response"]
 
 
+@verb
 def read_measurement(path: str | os.PathLike[str], **choices: Any) -> Measurement:
     """Time series of a file, in SI. The format is recognised from the content.
 
