@@ -88,7 +88,7 @@ LINES = [
     ("show a.csv --read Ch1=V --read record=2", {"name": "a.csv", "read": {"Ch1": "V", "record": "2"}}),
     ("new device mine.toml --legs 4", {"kind": "device", "path": Path("mine.toml"), "legs": 4}),
     ("plot out gap -o gap.svg --only tip", {"name": "gap", "only": ["tip"], "output": Path("gap.svg")}),
-    ("synthesize cantilever-capture -o lab --perturb 0.2", {"perturb": 0.2, "rate": "20 kHz", "seed": 1}),
+    ("synthesize cantilever-capture -o lab --perturb 0.2", {"perturb": "0.2", "rate": "20 kHz", "seed": 1}),
     ("validate --all", {"name": None, "threads": None}),
 ]
 

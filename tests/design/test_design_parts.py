@@ -61,7 +61,7 @@ def test_of_many_draws_some_stand_for_all_where_a_risk_averages(scene, risk, cou
 @pytest.mark.parametrize(
     ("given", "told"),
     [
-        ({GAP: ("74 um", "66 um")}, "low below high"),
+        ({GAP: ("74 um", "66 um")}, " is empty"),
         ({"robot.feet.tip.gab": (0.0, 1.0)}, "did you mean"),
         ({"ground.restitution.coefficient": (0.2, 1.4)}, "coefficient"),
         ({GAP: 3.0}, "expected"),

@@ -73,7 +73,7 @@ def test_all_that_is_wrong_is_said_at_once(hexapod):
     said = " | ".join(told.value.problems)
     assert "gait.dutty: the scene has no such number" in said and "did you mean 'gait.duty'" in said
     assert "initial.displacement.0: " in said
-    assert "gait.duty: expected low below high" in said and "gait.low: has no usual range; give one" in said
+    assert "gait.duty: the range from" in said and "gait.low: has no usual range; give one" in said
     assert "gait.frequency: expected a frequency (Hz), got '1 m'" in said
     assert "symmetry: 'wave' ties phases, so gait.phases has to be free" in said
     assert len(told.value.problems) == 6

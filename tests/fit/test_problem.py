@@ -124,7 +124,7 @@ def test_functions_of_runs_stand_beside_other_terms(ball):
     [
         ([], [Reading("peak", 1.0, 1.0)], "unknowns: expected at least one"),
         ([Unknown(E + "s", 0.1, 0.2)], [Reading("peak", 1.0, 1.0)], f"did you mean '{E}'"),
-        ([Unknown(E, 0.5, 0.4)], [Reading("peek", 1.0, 1.0)], "expected low below high"),
+        ([Unknown(E, 0.5, 0.4)], [Reading("peek", 1.0, 1.0)], "the range from 0.5 to 0.4 is empty"),
         ([Unknown(E, 0.0, 0.4, "log")], [Reading("peak", 1.0, 1.0)], "above 0 on a logarithmic scale"),
         ([Unknown(E, 0.5, 0.9, prior=Prior(0.6, -0.1))], [Reading("peak", 1.0, 1.0)], "expected a positive spread"),
         (
@@ -153,7 +153,7 @@ def test_what_does_not_fit_is_told(ball, unknowns, terms, said):
     with pytest.raises(InputError) as error:
         Problem(ball, unknowns, terms, 1.0)
     assert said in str(error.value)
-    assert len(error.value.problems) == (2 if said == "expected low below high" else 1)
+    assert len(error.value.problems) == (2 if said == "the range from 0.5 to 0.4 is empty" else 1)
 
 
 def test_names_of_earlier_versions_are_answered():

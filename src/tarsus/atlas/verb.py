@@ -19,7 +19,7 @@ from tarsus.atlas.cells import MOST_PERIODS, Arrays, CellRuns
 from tarsus.atlas.quadtree import Ints, Quadtree
 from tarsus.atlas.result import ATLAS_FILES, Atlas
 from tarsus.base.arguments import Axis
-from tarsus.base.errors import InputError
+from tarsus.base.errors import InputError, InputProblem
 from tarsus.base.progress import Progress
 from tarsus.base.spec import with_values
 from tarsus.base.workers import Workers, is_executor, workers
@@ -117,6 +117,8 @@ def atlas(
     """
     if (x is None) != (y is None):
         raise InputError("x, y: an atlas has two axes; give both, or a study of two numbers and neither")
+    if periods < 1:
+        raise InputError(InputProblem.at("periods", f"expected 1 or more, got {periods}"))
     draw: tuple[str, ...] = ()
     if x is None or y is None:
         if isinstance(scene, Scene):

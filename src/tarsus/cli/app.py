@@ -24,6 +24,21 @@ GROUP = "tarsus.commands"
 
 DONE, FAILED, BAD_INPUT = 0, 1, 2
 
+SHARED = (
+    "--set",
+    "--law",
+    "--duration",
+    "--seed",
+    "--threads",
+    "--on",
+    "--output",
+    "-o",
+    "--resume",
+    "--overwrite",
+    "--no-report",
+)
+"""Options of many verbs: one that a verb lacks is no misspelt other one."""
+
 VOICES = {
     "-q": console.Voice.QUIET,
     "--quiet": console.Voice.QUIET,
@@ -213,11 +228,16 @@ def _command(argv: list[str]) -> int:
 
 def _sentence(error: Any, argv: list[str]) -> str:
     """What is wrong with the words, where cyclopts says it in terms of programs."""
-    from cyclopts import CoercionError, MissingArgumentError, UnusedCliTokensError, ValidationError
+    from cyclopts import CoercionError, MissingArgumentError, UnknownOptionError, UnusedCliTokensError, ValidationError
 
     error.verbose = False
     if isinstance(error, UnusedCliTokensError):
-        return f"unexpected: {' '.join(error.unused_tokens or ())}."
+        unused = list(error.unused_tokens or ())
+        before = argv[argv.index(unused[0]) - 1] if unused and unused[0] in argv else ""
+        cure = " (a value with a blank stands in quotes)" if "=" in before else ""
+        return f"unexpected: {' '.join(unused)}{cure}."
+    if isinstance(error, UnknownOptionError) and (name := error.token.keyword or error.token.value) in SHARED:
+        return f"this verb has no {name}."
     if isinstance(error, ValidationError) and error.argument is not None and error.argument.tokens:
         return f"{error.argument.tokens[0].keyword or error.argument.name}: {error.exception_message}."
     if isinstance(error, MissingArgumentError) and error.argument is not None and not error.argument.tokens:

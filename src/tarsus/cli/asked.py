@@ -138,6 +138,8 @@ class Asked:
 
     def check(self, folder: Path | None) -> None:
         """Refuse a folder or a file that is in the way, before any time is spent."""
+        if folder is None and self.flag("resume"):
+            raise InputError("--resume continues what a folder holds: name it with -o")
         if folder is not None and self.command.endings:
             check_new_file(folder, loaded(self.command.endings), self.flag("overwrite"))
         elif folder is not None:

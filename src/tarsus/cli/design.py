@@ -40,6 +40,20 @@ NAMED = {
 """Designs with a name of their own."""
 
 
+def landed(asked: Asked, *, over: Grounds = None, request: Many = None) -> int:
+    """A landing by its settings.
+
+    Parameters
+    ----------
+    over
+        PATH=a:b, a number that is not known, from a to b; may be repeated. Or a draws.npz of `tarsus identify`.
+    request
+        A TOML file of settings, or one of them as NAME=VALUE, e.g. pairs=2; may be repeated. `tarsus design request`
+        prints a file with all of them.
+    """
+    return named(asked, over=over, request=request)
+
+
 def named(asked: Asked, *, free: Many = None, limits: Many = None, over: Grounds = None, request: Many = None) -> int:
     """A design by its settings.
 
@@ -75,7 +89,7 @@ def named(asked: Asked, *, free: Many = None, limits: Many = None, over: Grounds
 
 
 for _verb, _row in NAMED.items():
-    design.command(line_of(_row, f"design {_verb}", named), name=_verb)
+    design.command(line_of(_row, f"design {_verb}", landed if _verb == "landing" else named), name=_verb)
 
 
 def whole(asked: Asked, file: Path, /, *, request: Many = None) -> int:

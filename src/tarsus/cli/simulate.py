@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from tarsus.base.errors import InputError
 from tarsus.cli import console
 from tarsus.cli.asked import Asked
 from tarsus.cli.options import FLAG, MaybeCount
@@ -38,6 +39,8 @@ def simulate(
 
     scene, folder = asked.arguments["scene"], asked.folder()
     asked.check(folder)
+    if mat and folder is None:
+        raise InputError("--mat writes into the run's folder: name one with -o")
     with console.spinner("simulating"), asked.calling() as function:
         run = function()
     others: Any = None

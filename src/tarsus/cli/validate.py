@@ -19,6 +19,9 @@ def validate(asked: Asked, *, all: Annotated[bool, FLAG] = False) -> int:
     from tarsus.base.errors import InputError
     from tarsus.validation import experiment_names
 
-    if all == (asked.words["name"] is not None):
+    name = asked.words["name"]
+    if all and name is not None:
+        raise InputError(f"--all means every experiment: leave '{name}' out")
+    if not all and name is None:
         raise InputError(f"name an experiment ({', '.join(experiment_names())}) or its folder, or give --all")
     return asked.carry_out()

@@ -78,11 +78,13 @@ def read_draws(file: Path) -> dict[str, Floats]:
     InputError
         If the file is none.
     """
+    if not file.exists():
+        raise InputError(f"{file}: no such file")
     try:
         with np.load(file, allow_pickle=False) as stored:
             paths, samples = ([str(path) for path in stored["paths"]], np.asarray(stored["samples"], dtype=float))
     except (OSError, EOFError, KeyError, ValueError, BadZipFile) as error:  # an empty or cut file among them
-        raise InputError(f"{file} holds no draws of an identification: {error}") from error
+        raise InputError(f"{file} holds no draws of an identification; expected a draws.npz") from error
     if samples.ndim != 2 or samples.shape[1] != len(paths) or not samples.size:
         raise InputError(f"{file} holds no draws of an identification: {len(paths)} paths, draws {samples.shape}")
     return {path: samples[:, j] for j, path in enumerate(paths)}

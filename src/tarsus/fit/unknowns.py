@@ -319,7 +319,7 @@ class Unknowns:
 def _in_si(one: Unknown, unit: str) -> tuple[float, float, bool, Prior | None, float | None]:
     """Bounds, whether logarithmic, prior and size of an unknown."""
     low, high = parse_quantity(one.low, unit), parse_quantity(one.high, unit)
-    problems = [] if low < high else [f"expected low below high, got {one.low} and {one.high}"]
+    problems = [] if low < high else [f"the range from {one.low} to {one.high} is empty"]
     log = one.scale is Scale.LOG
     if log and low <= 0.0:
         problems.append(f"expected a lower bound above 0 on a logarithmic scale, got {one.low}")

@@ -64,7 +64,10 @@ def show(
     name, laws = os.fspath(name), laws_of(law)
     if other is not None:
         return _compared(name, os.fspath(other), laws)
-    match kind := kind_of(name):
+    kind = kind_of(name)
+    if kind is not FileKind.RECORD and (given := [f"{one}: is of a record" for one in _named(drive=drive, read=read)]):
+        raise InputError([f"{one}, and '{name}' is {kind.value[1]}" for one in given])
+    match kind:
         case FileKind.DEVICE | FileKind.SCENE:
             return scene_view(load_scene(name, laws=laws))
         case FileKind.RECORD:
@@ -97,12 +100,19 @@ def show(
     return result_view(kind, Path(name))
 
 
+def _named(**options: Any) -> list[str]:
+    return [name for name, value in options.items() if value]
+
+
 def _compared(first: str, second: str, laws: dict[str, Any]) -> View:
     kinds = [kind_of(name) for name in (first, second)]
     if all(kind is FileKind.RUN for kind in kinds):
         from tarsus.solve import load_run
 
         return comparison.of_runs((first, second), load_run(first, laws), load_run(second, laws))
+    for name, kind in zip((first, second), kinds, strict=True):
+        if kind is FileKind.DEVICE:
+            load_scene(name, laws=laws)
     problems = [
         f"'{name}' is {kind.value[1]}: compare two runs, or two devices or scene files"
         for name, kind in zip((first, second), kinds, strict=True)

@@ -129,7 +129,7 @@ def _ranges(scene: Scene, over: Ranges | FilePath | None) -> dict[str, tuple[flo
             continue
         low, high = (parse_quantity(end, infos[path].unit) for end in ends)
         if not low < high:
-            faults.append(f"{path}: expected a range from its lower to its upper end, got {ends[0]} to {ends[1]}")
+            faults.append(f"{path}: the range from {ends[0]} to {ends[1]} is empty")
         found[path] = low, high
     if faults:
         raise InputError(faults)

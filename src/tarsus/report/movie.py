@@ -111,8 +111,10 @@ def movie(
         problems.append(f"{target}: expected a name ending in {' or '.join(ENDINGS)}")
     elif target.suffix.lower() == ".webm" and shutil.which("ffmpeg") is None:
         problems.append(f"{target}: a WebM needs ffmpeg on the path, and there is none; a GIF needs nothing")
-    if not (100 <= width <= WIDEST and periods >= 1):
-        problems.append(f"expected a width of 100 to {WIDEST} pixels and a period, got {width} and {periods}")
+    if not 100 <= width <= WIDEST:
+        problems.append(f"width: expected 100 to {WIDEST} pixels, got {width}")
+    if periods < 1:
+        problems.append(f"periods: expected 1 or more, got {periods}")
     if problems:
         raise InputError(problems)
     if isinstance(found, str | os.PathLike):

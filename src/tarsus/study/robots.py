@@ -143,12 +143,16 @@ class Robots:
 def _scattered(about: FloatInfo, text: float | str) -> Normal:
     if isinstance(text, str) and text.endswith("%"):
         share = parse_quantity(text[:-1].strip(), "1") / 100.0
+        if share < 0.0:
+            raise InputError(f"expected a standard deviation of 0 or more, got '{text}'")
         if about.value == 0.0:
             raise InputError(
                 f"{text} of 0 is nothing: give the standard deviation as a value, such as '2 {about.unit}'"
             )
         return Normal(mean=about.value, deviation=abs(about.value) * share)
     deviation = parse_quantity(text, about.unit)
+    if deviation < 0.0:
+        raise InputError(f"expected a standard deviation of 0 or more, got '{text}'")
     if about.value != 0.0 and deviation > MOST_SCATTER * abs(about.value):
         plain = re.fullmatch(r"\d+(?:\.\d+)?", str(text))
         meant = f"{text}%" if plain and float(text) <= 100.0 else "10%"
@@ -164,6 +168,8 @@ def _evenly(about: FloatInfo, ends: Range) -> Linspace:
     if isinstance(ends, str) or len(ends) != 2:
         raise InputError(f"expected both ends of a range, got {ends!r}")
     first, last = (parse_quantity(one, about.unit) for one in ends)
+    if first > last:
+        raise InputError(f"the range from {ends[0]} to {ends[1]} is empty")
     return Linspace(start=first, stop=last)
 
 

@@ -22,6 +22,7 @@ from tarsus.base.verb import verb
 from tarsus.base.workers import Workers
 from tarsus.files.jsontext import json_text
 from tarsus.files.library import SceneLike, as_scene
+from tarsus.files.output import MANIFEST
 from tarsus.files.runstore import SWEEP_FILES
 from tarsus.files.whole import write_text
 from tarsus.measure.shares import share_of
@@ -343,6 +344,9 @@ def yield_(
         raise InputError(InputProblem.at("draws", said))
     name = scene if isinstance(scene, str | os.PathLike) else drawing.name
     folder = Path(output) if output is not None else Path(f"{Path(name).stem}.yield")
+    present = sorted(one.name for one in folder.iterdir() if one.name != MANIFEST) if folder.is_dir() else []
+    if resume and present and "robots" not in present:
+        raise InputError(f"'{folder}' holds no yield to continue: it has {present[0]} but no robots")
     done: list[SweepResult] = []
     for part, one in (("robots", sweep), ("legs", legs)):
         if one is not None:

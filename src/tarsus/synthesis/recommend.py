@@ -282,7 +282,9 @@ def _quantities(budget: float | str, spread: float | str, vary: Values) -> tuple
         listed = values.split(",") if isinstance(values, str) else values
         each = listed if isinstance(listed, Sequence) else [] if listed is None else [listed]
         found[name] = [read(name, one.strip() if isinstance(one, str) else one, UNITS[name]) for one in each]
-    out = read("budget", budget, "s"), read("spread", spread, "1"), found
+    seconds, share = read("budget", budget, "s"), read("spread", spread, "1")
+    if share <= 0.0:
+        problems.append(f"spread: expected a share above 0, got {spread}")
     if problems:
         raise InputError(problems)
-    return out
+    return seconds, share, found

@@ -31,7 +31,7 @@ def synthesize(
     seed: int = 1,
     snr_db: float = 40.0,
     rate: float | str = "20 kHz",
-    perturb: float = 0.0,
+    perturb: float | str = "0 %",
     progress: Progress | None = None,
 ) -> View:
     """Simulate the records of an identification campaign and write its folder, with the truth kept apart.
@@ -49,7 +49,7 @@ def synthesize(
     rate
         Samples per second [Hz].
     perturb
-        Multiply every number that a campaign identifies by 1 - this to 1 + this, at random.
+        Multiply every number that a campaign identifies by 1 - this to 1 + this, at random: 0.2 or "20 %".
     progress
         Called as ``progress(done, total, what)``.
 
@@ -66,7 +66,8 @@ def synthesize(
     instrument = checked_instrument(rate, snr_db)
     scene = as_scene(device)
     still_only(scene, "records are made of robots")
-    device_made = perturbed(scene, perturb, seed) if perturb else scene
+    share = quantity_of("perturb", perturb, "1")
+    device_made = perturbed(scene, share, seed) if share else scene
     written = write_campaign(device_made, Path(output), instrument, seed, progress, nominal=scene)
     size = sum(path.stat().st_size for path in written)
     files = [str(path) for path in written]
