@@ -21,7 +21,7 @@ WRITTEN = [
     ),
     (
         f"attractors {SCENES}/vibrating_table.toml {TABLE} --starts 12 --over speed=-0.5:0.5",
-        "attractors",
+        "set of attractors",
         "attractors.json attractor-1.toml attractor-2.toml attractor-1.html attractor-2.html",
         ("device files: attractor-1.toml",),
         "Edges of basins",

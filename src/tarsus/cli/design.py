@@ -104,7 +104,12 @@ def whole(asked: Asked, file: Path, /, *, request: Many = None) -> int:
     """
     from tarsus.design.problem import DesignSettings
     from tarsus.design.request import settings_of
+    from tarsus.files.kinds import folder_sentence
 
+    if file.suffix != ".toml" and not file.is_file():
+        held = folder_sentence(file, ()) if file.is_dir() else ""
+        begin = "`tarsus new design FILE.toml` writes one to begin with"
+        raise InputError(f"'{file}' is no file of a design (.toml){held}; {begin}")
     files, given = _settings(request)
     if files:
         raise InputError(f"--request {files[0]}: '{file}' is the file of settings; give further settings as NAME=VALUE")

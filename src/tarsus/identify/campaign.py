@@ -17,6 +17,7 @@ from pydantic import Field, field_validator, model_validator
 from tarsus.base.errors import Fault, InputError, InputProblem
 from tarsus.base.messages import PathErrors, nearest
 from tarsus.base.spec import Amount, Description, FrozenDict, MaybeAmount, Named, quantity, scene_name, validate
+from tarsus.files.kinds import folder_sentence, mark_of
 from tarsus.files.library import load_scene
 from tarsus.files.tables import FileKind, read_table
 from tarsus.formats.freedoms import along_axis
@@ -184,8 +185,10 @@ def read_campaign(path: str | os.PathLike[str]) -> Opened:
     if file.is_dir():
         file = file / "campaign.toml"
         if not file.exists():
+            held = folder_sentence(file.parent, ()) if mark_of(file.parent) else ""
             raise InputError(
-                f"{file}: no such file; `tarsus new campaign {shlex.quote(str(path))}` writes one for its records"
+                f"{file}: no such file"
+                + (held or f"; `tarsus new campaign {shlex.quote(str(path))}` writes one for its records")
             )
     elif file.is_file() and file.suffix != ".toml":
         raise InputError(f"{file}: is no campaign file (campaign.toml, or the folder that it is in)")

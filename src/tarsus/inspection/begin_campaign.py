@@ -17,6 +17,7 @@ from tarsus.base.errors import InputError, InputProblem
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import scene_name
 from tarsus.base.units import format_quantity
+from tarsus.files.kinds import folder_sentence, mark_of
 from tarsus.files.library import load_scene
 from tarsus.identify.campaign import guessed_purpose
 from tarsus.identify.campaign_file import pattern_of
@@ -95,6 +96,8 @@ def campaign_text(folder: Path, device: str | None) -> tuple[str, list[str]]:
     """
     if not folder.is_dir():
         raise InputError(f"'{folder}' is no folder: a campaign begins with the folder of its records")
+    if mark_of(folder):
+        raise InputError(f"'{folder}' is no folder of records{folder_sentence(folder, ())}")
     names = sorted(file.name for file in folder.iterdir() if file.suffix.lower() in RECORDS and file.is_file())
     if not names:
         raise InputError(f"'{folder}' holds no records ({', '.join(sorted(RECORDS))})")
