@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.base.messages import nearest
+from tarsus.base.messages import nearest, together
 from tarsus.base.spec import with_values
 from tarsus.base.units import is_number
 from tarsus.base.workers import Workers
@@ -210,14 +210,29 @@ def _variants(described: Described, unknowns: Unknowns, rows: tuple[Row, ...], f
         one = Variant(study.scene, described.defined, named, rows, paths, study.sampling.draws > 1)
         every.append(one)
         check_rows(one, middle, faults)
-        with faults.noted():
-            for each in ends:
-                one.changes(each, rows[0])
     faults.stop()
+    with faults.noted():
+        for one, each in product(every, ends):
+            one.changes(each, rows[0])
+    faults.stop()
+    faults.add(*(f"unknowns.{name}: it changes nothing in any row" for name in _idle(every, unknowns)))
     with faults.noted("unknowns"):
         for each in ends:
             with_values(every[0].scene_of(middle, rows[0]), {path: each[name] for path, name in paths.items()})
     return tuple(every)
+
+
+def _idle(variants: Sequence[Variant], unknowns: Unknowns) -> list[str]:
+    """Names of the unknowns of which no row of any variant has other changes at an end than in the middle."""
+
+    def moves(two: list[dict[str, float]], one: Variant, row: Row) -> bool:
+        low, high = (found and (found.key, found.numbers) for found in (one.changes(each, row) for each in two))
+        return low != high
+
+    middle, *ends = probes(unknowns)
+    pairs = [(unknowns.names[i // 2], [middle, end]) for i, end in enumerate(ends)]
+    moving = {name for name, two in pairs if any(moves(two, one, row) for one in variants for row in one.rows)}
+    return [name for name in unknowns.names if name not in moving]
 
 
 def probes(unknowns: Unknowns) -> list[dict[str, float]]:
@@ -229,9 +244,13 @@ def probes(unknowns: Unknowns) -> list[dict[str, float]]:
 
 def check_rows(variant: Variant, values: Mapping[str, float], faults: Faults) -> None:
     """Note what is wrong with the scenes of a variant's rows for SI values of the unknowns."""
+    own = []
     for row in variant.rows:
-        with faults.noted():
+        try:
             variant.scene_of(values, row)
+        except InputError as error:
+            own += [str(problem) for problem in error.problems]
+    faults.add(*together(list(dict.fromkeys(own))))
 
 
 def _hypotheses(study: Study, channels: list[str], variants: Sequence[Variant]) -> list[Hypothesis]:

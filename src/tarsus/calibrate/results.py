@@ -255,7 +255,7 @@ def calibration_table(numbers: Mapping[str, Any]) -> Table:
     kept = [one for one in ranked if not one["dropped"]]
     notes = [
         f"A hypothesis is kept when its cost is within {WITHIN:g} residual scales of the best (a likelihood ratio of "
-        f"20 to 1); the scale is {number(numbers['residual_scale'], 3)} tolerances, for "
+        f"20 to 1); the scale is the square of {number(numbers['residual_scale'], 3)} tolerances, for "
         f"{number(numbers['effective_unknowns'], 3)} unknowns that the table's cells determine. Seed {numbers['seed']}."
     ]
     for name, one in numbers["choices"].items():
@@ -304,14 +304,14 @@ def unknowns_table(branch: Mapping[str, Any]) -> Table:
     columns = (
         "unknown",
         Column("best", ROW),
-        *(Column(name, ROW, 3) for name in ("90 % range", "bounds")),
+        *(Column(name, ROW, 3) for name in ("95 % interval", "bounds")),
         "the data say",
     )
     rows = [
         (
             f"{name}\n{one['meaning']}".strip(),
             one["best"],
-            (one["low"], one["high"]),
+            tuple(one["interval_95"]),
             tuple(one["bounds"]),
             one["determined"],
         )

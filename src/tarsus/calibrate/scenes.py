@@ -105,7 +105,7 @@ class Variant:
         """
         with self.defined.at_row(row.name):
             try:
-                found = self.defined.function(UnknownValues(**unknowns, **self.options), dict(row.cells))
+                found = self._called(unknowns, row)
             except InputError:
                 raise
             except (ArithmeticError, ValueError):
@@ -115,6 +115,10 @@ class Variant:
         if twice := self.paths.keys() & found:
             raise InputError(f"unknowns.{self.paths[min(twice)]}: the function changes '{min(twice)}' too")
         return RowChanges.of({**{path: unknowns[name] for path, name in self.paths.items()}, **found}, row.last)
+
+    def _called(self, unknowns: Mapping[str, float], row: Row) -> Any:
+        """What the function gives for a row."""
+        return self.defined.function(UnknownValues(**unknowns, **self.options), dict(row.cells))
 
     def run(self, unknowns: Mapping[str, float], row: Row) -> tuple[Scene, dict[str, float]] | None:
         """The template of a row for SI values of the unknowns, and its floats by path; None where it has none."""
@@ -143,6 +147,7 @@ class Variant:
         changes = self.changes(unknowns, row)
         with self.defined.at_row(row.name):
             if changes is None:
+                self._called(unknowns, row)  # says at which line it has no value, and why
                 raise InputError("the function has no value for these unknowns")
             return with_values(*self._templated(changes))
 
