@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from tarsus.tables import Column, Table, amount, interval, number, percent
 from tarsus.tables.data import data_tables
-from tarsus.tables.numbers import digits_apart, path_end
+from tarsus.tables.numbers import amounts, digits_apart, path_end
 
 
 @pytest.fixture(scope="module")
@@ -125,6 +125,7 @@ def test_numbers_percents_and_intervals():
         number(None) == number(float("inf")) == "–" and number(1234567.0) == "1.235·10⁶" and number(12345.6) == "12350"
     )
     assert percent(1.0, 2) == "100 %" and percent(None) == "–"
+    assert amounts((0.0, -8.509e-9, -1.829e-7), "N/V") == "0, −8.509, −182.9 nN/V"
     assert interval(1e-6, 3.4e-5, "m", 3) == "1 to 34 µm" and interval(0.1, 0.25, "%") == "10 to 25 %"
     assert (
         interval(1.0, 2.0) == "1 to 2" and interval(None, None, "m") == "–" and interval(None, 2.0, "s") == "– to 2 s"

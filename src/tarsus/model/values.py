@@ -10,7 +10,7 @@ from itertools import groupby
 from typing import Any
 
 from tarsus.base.spec import float_paths
-from tarsus.tables.numbers import amount
+from tarsus.tables.numbers import amount, amounts
 from tarsus.tables.table import Table
 
 LONGEST_LIST = 6
@@ -156,7 +156,7 @@ def _value(values: Sequence[float], unit: str) -> str:
     if len(shown) > 2 and len(set(shown)) == 1:
         return f"{shown[0]}, each of {len(shown)}"
     if len(values) <= LONGEST_LIST:
-        return ", ".join(shown)
+        return ", ".join(shown) if len(values) < 3 else amounts(values, unit, 6)
     return f"{len(values)} values, {amount(min(values), unit)} to {amount(max(values), unit)}"
 
 

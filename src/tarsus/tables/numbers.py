@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 MISSING = "–"
 """Shown where a value does not exist."""
@@ -59,15 +59,24 @@ def percent(fraction: float | None, digits: int = 3) -> str:
 
 def interval(low: float | None, high: float | None, unit: str = "1", digits: int = 4) -> str:
     """Two ends under one prefix, that of the farther one: "1.2 to 34 µm"; ends that read alike stand once."""
-    ends = (low, high)
+    shown, label = _under_one_prefix((low, high), unit, digits)
+    return MISSING if set(shown) == {MISSING} else " to ".join(dict.fromkeys(shown)) + label
+
+
+def amounts(values: Sequence[float], unit: str = "1", digits: int = 4) -> str:
+    """Values under one prefix, that of the largest: "0, −8.509, −182.9 nN/V"."""
+    shown, label = _under_one_prefix(values, unit, digits)
+    return ", ".join(shown) + label
+
+
+def _under_one_prefix(values: Sequence[float | None], unit: str, digits: int) -> tuple[list[str], str]:
+    """Values as they read before the unit, and the unit after them."""
     if unit == "%":
-        ends, unit = tuple(None if one is None else 100.0 * one for one in ends), " %"
-    known = [abs(one) for one in ends if one is not None and math.isfinite(one)]
-    if not known:
-        return MISSING
-    step, label = (1.0, unit.strip()) if unit in ("1", "", "-", " %") else prefixed(max(known), unit, digits)
-    shown = " to ".join(dict.fromkeys(number(None if one is None else one / step, digits) for one in ends))
-    return f"{shown} {label}" if label not in ("1", "", "-") else shown
+        values, unit = [None if one is None else 100.0 * one for one in values], " %"
+    most = max((abs(one) for one in values if one is not None and math.isfinite(one)), default=0.0)
+    step, label = (1.0, unit.strip()) if unit in ("1", "", "-", " %") else prefixed(most, unit, digits)
+    shown = [number(None if one is None else one / step, digits) for one in values]
+    return shown, f" {label}" if label not in ("1", "", "-") else ""
 
 
 LEAST_DIGITS, MOST_DIGITS = 4, 7
