@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -60,7 +62,9 @@ def test_the_ensemble_is_as_wide_as_the_likelihood():
 
 def test_chains_that_have_not_mixed_determine_nothing():
     found = solve(of(0), search(spread=2))
-    assert "the chains of the ensemble have not mixed" in found.fit.best.doubt
+    assert "the chains of the ensemble have not mixed" in found.fit.best.doubt and "(it had 2)" in found.fit.best.doubt
+    asked = re.findall(r"Give it a spread of about (\d+) ", found.fit.best.doubt)
+    assert not solve(of(0), search(spread=int(asked[0]))).fit.best.doubt
     assert mixing(np.array([[0.0], [2.0], [2.0], [4.0]]), 2) == pytest.approx(np.sqrt(1.5))  # variances 2 and 2, of two
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from math import ceil
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,10 +36,11 @@ class HypothesisEnsemble(Ensemble):
     doubt: str = ""
 
 
-def _doubt(found: SearchResult, scale: float, inside: int) -> str:
-    """Why a search was too short, and what it needs more of, by what it found and the visited sets inside the
-    likelihood region; a residual scale is a likelihood ratio of 1.6, about what a chain sees of the hollow around a
-    best set."""
+def _doubt(found: SearchResult, scale: float, inside: int, spread: int) -> str:
+    """Why a search was too short, and what it needs more of, by what it found, the visited sets inside the likelihood
+    region and the generations of its chains; a residual scale is a likelihood ratio of 1.6, about what a chain sees of
+    the hollow around a best set. Between chains variances fall as 1 over their generations: it needs so many times as
+    many, and half of that again, for the mixing of one search scatters by a tenth or two."""
     if found.gained > scale:
         below = f"the generations of the ensemble came {found.gained / scale:.3g} residual scales below it"
         return f"{below}. Give it more generations"
@@ -46,12 +48,13 @@ def _doubt(found: SearchResult, scale: float, inside: int) -> str:
         return f"{inside} of its sets lie in the likelihood region, {FEWEST} make an interval. Give it more generations"
     if found.mixing > MIXED:
         seen = f"the chains of the ensemble have not mixed (R-hat {found.mixing:.2f}, {MIXED} at most)"
-        return f"{seen}. Give it a longer spread"
+        longer = 1.5 * spread * min((found.mixing**2 - 1.0) / (MIXED**2 - 1.0), 10.0)
+        return f"{seen}. Give it a spread of about {ceil(longer / 10.0) * 10} (it had {spread})"
     return ""
 
 
-def ensemble_of(fit: HypothesisFit, scale: float, count: int, found: SearchResult) -> HypothesisEnsemble:
-    """Up to ``count`` members of a hypothesis.
+def ensemble_of(fit: HypothesisFit, scale: float, search: Search, found: SearchResult) -> HypothesisEnsemble:
+    """Up to as many members of a hypothesis as the search has.
 
     The best point, which weighs as one draw, and a sample of the states of its chain that lie inside the likelihood
     region, even in cost; one that is drawn several times weighs as often. Without a chain all visited points of the
@@ -67,11 +70,11 @@ def ensemble_of(fit: HypothesisFit, scale: float, count: int, found: SearchResul
         taken = cost <= most
         if taken.any():
             cloud, share, order = found.states[taken], np.ones(int(taken.sum())), cost[taken]
-    places, times = np.unique(drawn_evenly(share, order, count - 1), return_counts=True)
+    places, times = np.unique(drawn_evenly(share, order, search.members - 1), return_counts=True)
     members = np.concatenate([points[best][None], cloud[places]])
     weights = np.concatenate([[1.0], times])
     readings = fit.archive.evaluate(fit.hypothesis.run, members)
-    weights, doubt = weights / weights.sum(), _doubt(found, scale, int(inside.sum()))
+    weights, doubt = weights / weights.sum(), _doubt(found, scale, int(inside.sum()), search.spread)
     return HypothesisEnsemble(members, weights, fit.cost_at(members), fit.hypothesis, readings, doubt)
 
 
@@ -108,7 +111,7 @@ def searched_ensembles(archive: Archive, search: Search) -> SearchedEnsembles:
     costs = {b: one.cost for b, one in found.items() if not one.rejected}
     kept = [b for b in costs if costs[b] <= min(costs.values()) + WITHIN * freedom.scale]
     fits = [HypothesisFit(archive, b) for b in kept]
-    ensembles = [ensemble_of(one, freedom.scale, search.members, found[one.number]) for one in fits]
+    ensembles = [ensemble_of(one, freedom.scale, search, found[one.number]) for one in fits]
     best = int(np.argmin([one.best for one in ensembles]))
     own = fits[best].pieces(ensembles[best].readings[:1])
     missed = discrepancy_of(problem.objective.cells, own.missed[0], own.wrong[0], freedom.unknowns)
