@@ -47,6 +47,11 @@ def test_a_word_means_the_same_in_every_verb(word):
     assert len(said) >= 2 and len(set(said)) == 1
 
 
+@pytest.mark.parametrize("verb", [verb for verb, words in OPTIONS.items() if "--resume" in words])
+def test_where_a_verb_keeps_its_runs_is_the_output_of_its_function(verb):
+    assert "output" in inspect.signature(function_of(verb)).parameters
+
+
 @pytest.mark.parametrize("verb", OPTIONS)
 def test_words_come_with_those_that_belong_to_them(verb):
     words = OPTIONS[verb]
@@ -152,6 +157,9 @@ OTHERWISE = {
 }
 """An option that the function takes as several arguments."""
 
+SECOND = {"simulate": {"duration"}}
+"""Words that may stand without their name, in that place."""
+
 NOT_OF_PYTHON = {"completion", "design request"}
 """Commands that print what a shell or an editor takes."""
 
@@ -179,6 +187,13 @@ def parameters(function: Any) -> set[str]:
     found = inspect.signature(function).parameters
     settings = any(one.kind is one.VAR_KEYWORD for one in found.values())  # as `design.request` names them
     return set(found) | (DESIGN if settings else set())
+
+
+@pytest.mark.parametrize("verb", sorted(set(LONG) - NOT_OF_PYTHON))
+def test_words_of_all_verbs_are_named_in_python(verb):
+    taken = inspect.signature(function_of(verb)).parameters
+    shared = taken.keys() & {"law", "seed", "threads", "resume", "duration", "progress"}
+    assert all(taken[name].kind is inspect.Parameter.KEYWORD_ONLY for name in shared - SECOND.get(verb, set()))
 
 
 @pytest.mark.parametrize("verb", sorted(LONG))

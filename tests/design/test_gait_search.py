@@ -330,15 +330,15 @@ def test_a_design_that_is_killed_goes_on_and_ends_the_same(scene, tmp_path, monk
 
     monkeypatch.setattr(Runs, "each", dying)
     with pytest.raises(KeyboardInterrupt):
-        gait(scene, FREE, folder=tmp_path, **SMALL)
+        gait(scene, FREE, output=tmp_path, **SMALL)
     monkeypatch.undo()
     with pytest.raises(InputError, match="holds a design; continue it there with --resume"):
-        gait(scene, FREE, folder=tmp_path, **SMALL)
-    resumed = gait(scene, FREE, folder=tmp_path, resume=True, **SMALL)
+        gait(scene, FREE, output=tmp_path, **SMALL)
+    resumed = gait(scene, FREE, output=tmp_path, resume=True, **SMALL)
     assert resumed.reused > 0 and resumed.runs + resumed.reused == whole.runs
     assert np.array_equal(resumed.costs, whole.costs) and np.array_equal(resumed.rows, whole.rows)
     with pytest.raises(InputError, match="holds another design"):
-        gait(scene, FREE, folder=tmp_path, resume=True, **{**SMALL, "candidates": 65})
+        gait(scene, FREE, output=tmp_path, resume=True, **{**SMALL, "candidates": 65})
 
 
 def test_a_bad_request_is_refused_whole(scene):

@@ -25,7 +25,9 @@ def opened(result) -> xr.Dataset:
 
 def test_a_grid_holds_what_a_batch_gives(tmp_path):
     sweep = small()
-    dataset = opened(run_sweep(sweep, tmp_path))
+    result = run_sweep(sweep, tmp_path)
+    assert repr(result) == f"<SweepResult {str(result).splitlines()[0]}>"
+    dataset = opened(result)
     assert dataset["peak"].dims == (RESTITUTION, RATE)
     assert dataset[RATE].values.tolist() == [1e-6, 5e-6, 25e-6]
     assert dataset[RATE].attrs["units"] == "N/s" and dataset["peak"].attrs["units"] == "m"

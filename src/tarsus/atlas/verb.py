@@ -88,7 +88,8 @@ def atlas(
     periods
         Drive periods after which a run that does not repeat counts as not settled, or as chaotic.
     output
-        Folder of finished runs, from which an atlas that was killed goes on; several processes may work in one.
+        Folder for what is found and its page, and of finished runs, from which an atlas that was killed goes on with
+        `resume`; in Python of runs alone, ``write`` adds the rest. Several processes may work in one.
     resume
         Continue what the folder holds.
     threads

@@ -70,7 +70,7 @@ class Solution:
         return out
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Calibration(Tabled):
     """A finished calibration: its solution, the ensemble that predicts any row, and what is predicted of the table's
     rows, those that were fitted first."""

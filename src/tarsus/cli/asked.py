@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,7 +40,7 @@ def _option(name: re.Match[str]) -> str:
 def loaded(home: str) -> Any:
     """What "package.module:name" names."""
     module, _, name = home.partition(":")
-    return getattr(import_module(module), name)
+    return attrgetter(name)(import_module(module))
 
 
 @dataclass
@@ -181,14 +182,14 @@ class Asked:
         folder, taken = self.folder(), self.command.taken
         assert self.arguments is not None  # what is wrong with them is said before a folder is looked at
         self.check(folder)
-        inside = next((name for name in ("output", "folder") if name in taken), None)
+        inside = "output" in taken  # the function itself writes there
         with contextlib.ExitStack() as stack:
-            if inside is not None:  # the function itself writes there
+            if inside:
                 stack.enter_context(self.writing(folder))
-                more[inside] = folder
+                more["output"] = folder
             with self.calling(**more) as function:
                 found = function()
-            if inside is None:
+            if not inside:
                 stack.enter_context(self.writing(folder))
             written = [] if folder is None else self._written(found, folder)
         return self.show(found, written)

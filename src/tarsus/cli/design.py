@@ -21,7 +21,8 @@ from tarsus.cli.verb import Verb
 design = App(name="design", help="What numbers or a signal of a scene should be, given what its robot should do.")
 
 FILES, PAGE = "tarsus.design.search:DESIGN_FILES", "tarsus.report.gait_page:write_gait_report"
-GRAMMAR = Verb("tarsus.design.verb:design", files=FILES, page=PAGE, title="designs")
+WRITE = "tarsus.design.results:DesignResult.write"
+GRAMMAR = Verb("tarsus.design.verb:design", files=FILES, write=WRITE, page=PAGE, title="designs")
 NAMED = {
     "landing": Verb(
         "tarsus.design.landing:landing",
@@ -29,7 +30,7 @@ NAMED = {
         page="tarsus.report.landing_page:landing_html",
         title="design",
     ),
-    "gait": Verb("tarsus.design.presets:gait", files=FILES, page=PAGE, title="designs"),
+    "gait": Verb("tarsus.design.presets:gait", files=FILES, write=WRITE, page=PAGE, title="designs"),
     "adapt": Verb(
         "tarsus.design.adaptive:adapt",
         files="tarsus.design.adaptive_gait:ADAPT_FILES",

@@ -45,7 +45,7 @@ done
 """
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Submission(Tabled):
     """An array of tasks: its number in the folder, its script, tasks, the units that they share, and the name of its
     job where it was submitted."""

@@ -16,7 +16,7 @@ from tarsus.design.problem import DesignProblem
 from tarsus.design.results import DesignResult, csv_text, units_of
 from tarsus.files.jsontext import json_text
 from tarsus.files.version import package_version
-from tarsus.tables.numbers import interval, percent
+from tarsus.tables.numbers import how_many, interval, percent
 from tarsus.tables.table import Column, Table
 
 Floats = NDArray[np.float64]
@@ -124,7 +124,8 @@ class AdaptiveGait(DesignResult):
             f"best single gait loses {percent(self.fixed_regret, 2)}, the best of these each time "
             f"{percent(self.choice_regret, 2)}"
         )
-        title = f"AdaptiveGait of '{self.request.scene.name}': {len(self.gaits)} gaits, regret {percent(self.regret)}"
+        gaits, regret = how_many(len(self.gaits), "gait"), percent(self.regret)
+        title = f"AdaptiveGait of '{self.request.scene.name}': {gaits}, regret {regret}"
         return Table(title, columns, rows, notes)
 
     def to_dict(self) -> dict[str, Any]:

@@ -37,7 +37,7 @@ def gait(
     risk: str | Risk | None = None,
     *,
     request: Given = None,
-    folder: str | Path | None = None,
+    output: str | Path | None = None,
     resume: bool = False,
     threads: Workers = None,
     progress: Progress | None = None,
@@ -51,8 +51,11 @@ def gait(
     ----------
     scene
         A scene, or a device's name or a scene file's path. It is a walker with a gait.
-    free, objective, over, risk, request, folder, resume, threads, progress
+    free, objective, over, risk, request, resume, threads, progress
         As for `tarsus.design`; speed and energy unless an objective is given.
+    output
+        Folder for what is found and its page, and of finished runs, from which a design that was killed goes on with
+        `resume`; in Python of runs alone, ``write`` adds the rest.
     settings
         Those of `tarsus.design`, and symmetry, that ties free phases, and dead, legs that do not move.
 
@@ -69,7 +72,7 @@ def gait(
     """
     options = settings_of(GaitSettings, request, free=free, objective=objective, over=over, risk=risk, **settings)
     asked = gait_problem(as_scene(scene), options, options.risk)
-    return found_for(asked, options, folder, progress, threads=threads, resume=resume)
+    return found_for(asked, options, output, progress, threads=threads, resume=resume)
 
 
 def steady(scene: SceneLike, free: Any, speed: float | str, **settings: Any) -> Design:

@@ -30,7 +30,7 @@ def design(
     risk: str | Risk | None = None,
     *,
     request: Given = None,
-    folder: str | Path | None = None,
+    output: str | Path | None = None,
     resume: bool = False,
     threads: Workers = None,
     progress: Progress | None = None,
@@ -59,8 +59,9 @@ def design(
         grounds, else nominal.
     request
         Settings as a mapping or a TOML file, see `settings_text`; what is given as an argument prevails.
-    folder
-        Where batches of runs are kept; with ``resume`` a design that was killed goes on there, and ends the same.
+    output
+        Folder for what is found and its page, and of finished runs, from which a design that was killed goes on with
+        `resume`; in Python of runs alone, ``write`` adds the rest.
     threads
         Worker threads, or an executor.
     progress
@@ -88,7 +89,7 @@ def design(
     if scene is None:
         raise InputError("scene: name a device or a scene file, or a request that does")
     asked = problem_of(as_scene(scene), options, options.risk)
-    return found_for(asked, options, folder, progress, threads=threads, resume=resume)
+    return found_for(asked, options, output, progress, threads=threads, resume=resume)
 
 
 def found_for(

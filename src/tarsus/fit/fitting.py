@@ -37,7 +37,7 @@ STARTS = 3
 """Starts of a descent: neighbouring valleys of runs whose events differ by one."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FitResult(Tabled):
     """A fitted scene: what was found, and the problem it was found for.
 

@@ -18,13 +18,13 @@ Recorded = Opened | str | os.PathLike[str]
 
 
 @overload
-def identify(campaign: Recorded, seed: int = 1, progress: Progress | None = None) -> Identification: ...
+def identify(campaign: Recorded, *, seed: int = 1, progress: Progress | None = None) -> Identification: ...
 @overload
 def identify(
-    campaign: Recorded, seed: int = 1, progress: Progress | None = None, *, track: Sequence[Recorded]
+    campaign: Recorded, *, seed: int = 1, progress: Progress | None = None, track: Sequence[Recorded]
 ) -> Tracking: ...
 def identify(
-    campaign: Recorded, seed: int = 1, progress: Progress | None = None, *, track: Sequence[Recorded] = ()
+    campaign: Recorded, *, seed: int = 1, progress: Progress | None = None, track: Sequence[Recorded] = ()
 ) -> Identification | Tracking:
     """Identify a device from the records of a campaign, or of a series of campaigns.
 

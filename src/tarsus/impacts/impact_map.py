@@ -35,7 +35,7 @@ class Repeat:
     fitted: FittedImpacts | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ImpactMapEstimate(Tabled):
     """An impact law as measured.
 

@@ -59,7 +59,7 @@ _COARSE = 1e-5
 """Share of all frequencies from which on the rounding of sampling steps is remarked: intervals are seldom narrower."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ModalFit(Tabled):
     """Modes identified in a band.
 

@@ -203,7 +203,7 @@ def run_bench(progress: Progress | None = None, repeats: int = 25) -> dict[str, 
 
 
 @verb
-def bench(progress: Progress | None = None) -> View:
+def bench(*, progress: Progress | None = None) -> View:
     """Time the engine on the reference problems; whole event sequences are checked before a time is printed.
 
     Parameters

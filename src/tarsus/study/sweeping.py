@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from tarsus.study.sweep import Sweep
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SweepResult(Tabled):
     """A finished sweep.
 

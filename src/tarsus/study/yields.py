@@ -145,7 +145,7 @@ def leader_of(indices: Mapping[str, Mapping[str, float]], draws: int) -> Leader 
     return Leader(name, own["total"], own["total_error"], tuple(group for group, _ in rivals), wanted)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Yield(Tabled):
     """What the runs say.
 

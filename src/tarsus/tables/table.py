@@ -195,6 +195,10 @@ class Tabled:
         """Everything found."""
         raise NotImplementedError
 
+    def __repr__(self) -> str:
+        first, *_ = self.table().title.split("\n")
+        return f"<{type(self).__name__} {first}>" if first else f"<{type(self).__name__}>"
+
     def __str__(self) -> str:
         return self.table().text(LETTERS)
 
