@@ -199,6 +199,10 @@ WRONG: dict[str, tuple[wrong_inputs.Ask, wrong_inputs.Said]] = {
         lambda at: ts.attractors(ts.simulate("cantilever", "1 ms")),  # type: ignore[arg-type]
         "scene: expected a Scene, a name or a path, got a Run",
     ),
+    "page of another ending": (
+        lambda at: ts.explore("cantilever", at / "x.gif"),
+        "x.gif': expected a name ending in .html",
+    ),
     "scene of nothing": (lambda at: ts.simulate(None), "scene: expected a Scene, a name or a path, got None"),  # type: ignore[arg-type]
     "part of a start": (verb("attractors", starts=2.5), "starts: expected a whole number, got 2.5"),
     "seed below 0": (verb("identify", seed=-1), "seed: expected a whole number of 0 or more, got -1"),

@@ -149,3 +149,15 @@ def test_a_reader_that_stops_reading_is_no_error(words):
     said = show.stderr.read().decode()
     assert show.wait(timeout=60) == 0
     assert said == ""
+
+
+@pytest.mark.parametrize(
+    ("more", "said"), [((), "interrupted, nothing further was written"), (("-o", "out"), "--resume`")]
+)
+def test_parts_are_said_to_be_kept_where_a_folder_keeps_them(tarsus, monkeypatch, tmp_path, more, said):
+    def interrupted(*words, **options):
+        raise KeyboardInterrupt
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("tarsus.atlas.verb.atlas", interrupted)
+    assert tarsus("atlas", "cantilever-gap-map", *more).sentences[-1].endswith(said)

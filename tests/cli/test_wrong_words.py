@@ -125,6 +125,7 @@ WRONG = [
     ("branch cantilever --along signals.pzt.amplitude=8V:4V --multiple 0", "multiple: expected a number of drive per"),
     ("explore nowhere -o page.html", "no device is called 'nowhere'"),
     ("export cantilever --to stl -o folder", "mjcf"),
+    ("export cantilever --to matlab --step 1us -o folder", "step: a model for MATLAB has none"),
     ("attractors ./folder", "is a folder: expected a device by name, or a scene file (.toml)"),
     ("attractors millipede --starts 0", "starts: expected 1 or more, got 0"),
     ("attractors millipede --starts 2.5", "--starts: expected a whole number, got '2.5'"),

@@ -157,7 +157,8 @@ class Asked:
             elif self.words.get("threads") is not None:
                 given["threads"] = self.words["threads"]
             if "resume" in self.words:
-                stack.enter_context(interrupts.resumable())
+                if self.folder() is not None:
+                    stack.enter_context(interrupts.resumable())
                 given.setdefault("resume", self.flag("resume"))
             if bar is not None and bar.type in PROGRESS:
                 title = command.title or "runs"

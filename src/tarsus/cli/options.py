@@ -52,9 +52,7 @@ LawFiles = Annotated[
 Json = Annotated[bool, FLAG, Parameter(help="print one JSON object instead.")]
 Folder = Annotated[Path, Parameter(name=["--output", "-o"])]
 MaybeFolder = Annotated[Path | None, Parameter(name=["--output", "-o"])]
-Overwrite = Annotated[
-    bool, FLAG, Parameter(help="replace what this verb wrote into the folder before; other files stay.")
-]
+Overwrite = Annotated[bool, FLAG, Parameter(help="replace what this verb wrote there before; other files stay.")]
 Resume = Annotated[bool, FLAG, Parameter(help="continue what the folder holds; what is finished is not done again.")]
 Report = Annotated[bool, Parameter(help="write report.html.")]
 _SEED = Parameter(help="of everything that is drawn at random; without it the verb's or the study's own.")

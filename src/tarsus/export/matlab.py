@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.io import savemat
 
+from tarsus.base.errors import InputError, InputProblem
 from tarsus.base.events import FootState
 from tarsus.export.subject import Floats, Subject, expanded, knots
 from tarsus.export.verb import Exported
@@ -27,7 +28,9 @@ ARGUMENTS = {"momentum": "gap", "force": "gap, rate, volts, time", "rebound": "s
 
 
 def exported(described: Subject, step: float | None) -> Exported:
-    """The files of a scene; a step is not used: the script finds its own."""
+    """The files of a scene. Raises InputError for a step: the script finds its own."""
+    if step is not None:
+        raise InputError(InputProblem.at("step", "a model for MATLAB has none: its script finds its own"))
     model, reason = io.BytesIO(), _reason(described)
     savemat(model, _content(described, reason), format="5", long_field_names=True, oned_as="column")
     with TemporaryDirectory() as folder:

@@ -92,7 +92,7 @@ def export(
     duration
         How long the run is [s] that goes along; the scene's own by default.
     step
-        Time step of a model that has one; by default from the stiffness of its contacts, 1 us of a timer, or
+        Time step [s] of a model that has one; by default from the stiffness of its contacts, 1 us of a timer, or
         1 ms between the communication points of a unit.
     law
         Python files with laws of your own.

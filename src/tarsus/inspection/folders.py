@@ -20,6 +20,7 @@ from tarsus.files.series import is_text, read_netcdf, variables_of
 from tarsus.files.tables import FileKind
 from tarsus.files.toml import STUDY_FILE
 from tarsus.tables.data import data_tables
+from tarsus.tables.numbers import how_many
 from tarsus.tables.table import ROW, Column, Table
 from tarsus.tables.view import View
 
@@ -131,7 +132,7 @@ def _folders_view(folder: Path) -> View:
     below = {one.name: kind_of_path(one) for one in sorted(folder.iterdir()) if one.is_dir()}
     rows = [(name, kind.value[1], kind.value[2]) for name, kind in below.items() if kind is not None]
     data = {"is": FileKind.FOLDERS.word, "folders": {name: kind.word for name, kind in below.items() if kind}}
-    title = f"{folder}: {len(rows)} folders of results"
+    title = f"{folder}: {how_many(len(rows), 'folder')} of results"
     return View(data, Table(title, ("folder", "what it is", "whose"), rows, _page(folder)))
 
 

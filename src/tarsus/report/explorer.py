@@ -192,7 +192,10 @@ class Explorer:
         )
 
     def write(self, output: str | os.PathLike[str]) -> Path:
-        """Write the page and return its path. Raises InputError where it cannot be written."""
+        """Write the page and return its path. Raises InputError for a name that does not end in .html, and where it
+        cannot be written."""
+        if Path(output).suffix.lower() not in ENDINGS:
+            raise InputError(f"'{output}': expected a name ending in {', '.join(ENDINGS)}")
         return write_page(self.html(), Path(output))
 
     def widget(self) -> Any:

@@ -30,7 +30,7 @@ def report(
     Parameters
     ----------
     folder
-        What `simulate`, `sweep`, `identify`, `calibrate`, `design`, `branch`, `atlas` or `reproduce` wrote.
+        A folder that a verb wrote with `-o`.
     law
         Python files with laws of your own, where the run has them.
     draw
