@@ -20,7 +20,7 @@ _GUESSES = {
     "open": "'load_scene' (a device or a scene file) or 'load_run' (a run's folder)",
     "read": "'load_scene' (a device or a scene file) or 'load_run' (a run's folder)",
     "read_run": "'load_run'",
-    "save": "run.save(folder), or 'write_scene'",
+    "save": "run.write(folder), or 'write_scene'",
     "run": "'simulate'",
     "batch": "'simulate_batch'",
 }

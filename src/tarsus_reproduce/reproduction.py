@@ -98,13 +98,13 @@ class Reproduction(Tabled):
         about = [f"{self.about}.", *faults]
         return sections_page(self.title, about, drawn(self.sections), self.footer)
 
-    def write(self, folder: str | Path) -> list[Path]:
-        """Write `PAGE_FILES` into a folder and return their paths. Raises InputError where they cannot be written."""
+    def write(self, folder: str | Path) -> Path:
+        """Write `PAGE_FILES` into a folder, which is returned. Raises InputError where they cannot be written."""
         texts = (self.csv(), json_text(self.to_dict()) + "\n", self.html())
         paths = [Path(folder) / name for name in PAGE_FILES]
         for path, text in zip(paths, texts, strict=True):
             write_text(path, text)
-        return paths
+        return Path(folder)
 
 
 def _records(table: Table) -> list[dict[str, Any]]:

@@ -9,8 +9,14 @@ import pytest
 import tarsus as ts
 import wrong_inputs
 from tarsus.atlas.axis import MapAxis
+from tarsus.atlas.result import Atlas
 from tarsus.base.quantities import Quantity
 from tarsus.base.spec import by_path, get_value, one_number, paths_of
+from tarsus.calibrate.calibrating import Calibration
+from tarsus.design import Design, LandingDesign
+from tarsus.modes.modal import ModalFit
+from tarsus.orbits.attractors import Attractors
+from tarsus.orbits.branches import Branches
 from tarsus.records.measurement import Channel
 
 AMPLITUDE, FREQUENCY = "signals.pzt.amplitude", "signals.pzt.frequency"
@@ -241,3 +247,8 @@ def test_a_path_of_a_message_is_python_too(beam: ts.Scene) -> None:
 def test_a_run_is_no_table_of_feet(run: ts.Run) -> None:
     with pytest.raises(TypeError, match=r"a run has no \['tip'\]: .*to_dataset.*measures.*gap .*\(tip\)"):
         run["tip"]
+
+
+@pytest.mark.parametrize("result", [ts.Run, Branches, Attractors, Atlas, Design, LandingDesign, Calibration, ModalFit])
+def test_results_are_written_into_a_folder_by_one_word(result: Any) -> None:
+    assert inspect.signature(result.write).return_annotation == "Path" and not hasattr(result, "save")

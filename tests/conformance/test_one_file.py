@@ -142,7 +142,7 @@ laws = {"ground.suction": suction(drag=2e-5, height=5e-6), "ground.laws.gust": w
 scene = ts.with_values(base, laws | {"signals.pzt": wave, "duration": 0.02})
 assert parse_scene(scene_text(scene)) == scene
 run = ts.simulate(scene, scene.duration)
-data, back, ledger = run.to_dataset(), ts.load_run(run.save(folder / "run")), dict(run.ledger.laws)
+data, back, ledger = run.to_dataset(), ts.load_run(run.write(folder / "run")), dict(run.ledger.laws)
 assert run.ok and run.ledger.closure < 1e-8
 assert {"suction", "gust"} <= set(ledger) and ledger["suction"] < 0.0 and ledger["gust"] != 0.0
 assert dict(back.ledger.laws) == ledger and sorted(run_data(run, [])["ledger_J"]["laws"]) == sorted(ledger)

@@ -34,7 +34,7 @@ def test_a_run_cites_the_library_its_device_and_its_laws_once(tmp_path):
     assert "Walking Micro-Robots" in found["phdthesis{tarsus-source-1"] and "chapter 2" in run.citations()
     assert "Sticky feet \\& other forces" in found["misc{tarsus-source-2"]
     assert "year = {2019}" in found["misc{tarsus-source-2"]
-    assert ts.load_run(run.save(tmp_path / "run"), {"sticky": Sticky}).citations() == run.citations()
+    assert ts.load_run(run.write(tmp_path / "run"), {"sticky": Sticky}).citations() == run.citations()
 
 
 def test_a_scene_of_ones_own_cites_the_laws_it_uses():

@@ -100,7 +100,7 @@ def test_a_run_of_earlier_versions_is_read(folder: Path, tmp_path: Path) -> None
 
 
 def test_writing_a_stored_run_again_gives_equal_files(folder: Path, tmp_path: Path) -> None:
-    load_run(folder).save(tmp_path)
+    load_run(folder).write(tmp_path)
     for name in ("scene.toml", "events.csv", "measures.json", "provenance.json", "summary.json"):
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
 

@@ -123,7 +123,7 @@ def test_equal_runs_give_equal_pages(run: ts.Run, companion: ts.Run, page_text: 
 
 
 def test_a_stored_run_is_reported_and_its_account_shows_no_number_below_its_rounding(run: ts.Run, tmp_path) -> None:
-    stored = ts.load_run(run.save(tmp_path / "run"))
+    stored = ts.load_run(run.write(tmp_path / "run"))
     text = write_report(stored, tmp_path / "report.html").read_text(encoding="utf-8")
     assert run.code.value in text and "computed in" not in text
     with pytest.raises(InputError, match="folder"):

@@ -215,7 +215,7 @@ def test_another_output_is_one_row_of_the_table(monkeypatch, tmp_path) -> None:
     kept = run.to_dataset(times)["double"]
     assert (kept.attrs["units"], kept.attrs["long_name"]) == ("m", "displacement of a point, twice")
     np.testing.assert_array_equal(kept.sel(time=times), expected)
-    assert "double" in ts.load_run(run.save(tmp_path / "run")).variables()
+    assert "double" in ts.load_run(run.write(tmp_path / "run")).variables()
     assert len(run.plot("double").lines) == len(points)
     stepped = ts.Session(scene)
     stepped.reset()

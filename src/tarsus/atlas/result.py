@@ -154,8 +154,8 @@ class Atlas(Tabled):
             values += [self.basin(code) for code in kinds]
         return Table("", columns, zip(*values, strict=True))
 
-    def write(self, folder: str | os.PathLike[str]) -> list[Path]:
-        """Write atlas.json, atlas.nc and cells.csv into a folder, which is made if it is not there, and return them."""
+    def write(self, folder: str | os.PathLike[str]) -> Path:
+        """Write atlas.json, atlas.nc and cells.csv into a folder, which is made if it is not there, and returned."""
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         write_text(folder / "cells.csv", self.cells().csv())
@@ -176,4 +176,4 @@ class Atlas(Tabled):
         attrs = {"title": self.scene.name, "source": f"tarsus {package_version()}"}
         write_netcdf(variables | runs, attrs, folder / "atlas.nc")
         write_text(folder / "atlas.json", json_text(self.to_dict()) + "\n")
-        return [folder / name for name in ATLAS_FILES]
+        return folder

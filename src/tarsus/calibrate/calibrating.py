@@ -103,11 +103,13 @@ class Calibration(Tabled):
 
         return calibration_table(self.to_dict())
 
-    def write(self, folder: str | os.PathLike[str]) -> list[Path]:
-        """Write `calibration.json`, `mixture.json` and a device file for every hypothesis that is kept; their paths."""
+    def write(self, folder: str | os.PathLike[str]) -> Path:
+        """Write `calibration.json`, `mixture.json` and a device file for every hypothesis that is kept into a folder,
+        which is returned."""
         from tarsus.calibrate.writing import write_outputs
 
-        return write_outputs(self, Path(folder))
+        write_outputs(self, Path(folder))
+        return Path(folder)
 
 
 ENOUGH_ROWS = 4

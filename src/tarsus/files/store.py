@@ -135,7 +135,7 @@ def read_run(directory: str | os.PathLike[str], laws: Mapping[str, Any] | None =
     """
     folder = Path(directory)
     if not folder.is_dir():
-        raise InputError(f"there is no folder '{folder}': name one that run.save or `tarsus simulate -o` wrote")
+        raise InputError(f"there is no folder '{folder}': name one that run.write or `tarsus simulate -o` wrote")
     missing = [name for name in (SUMMARY_FILE, MEASURES_FILE) if not (folder / name).is_file()]
     if missing:
         raise InputError(f"{folder} holds no whole run: it has no {missing[0]}{folder_sentence(folder)}")

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,6 +75,16 @@ class ModalFit(Tabled):
     poles: dict[int, Complexes]
     synthesis: Complexes
     delay: float = 0.0
+
+    def write(self, folder: str | os.PathLike[str]) -> Path:
+        """Write modes.json, modes.csv and shapes.unv into a folder, which is made if it is not there, and returned.
+
+        Raises InputError where it cannot be written.
+        """
+        from tarsus.modes.writing import write_modes
+
+        write_modes(self, Path(folder))
+        return Path(folder)
 
     def table(self) -> Table:
         """Every mode with its intervals and its verdict; below it what was remarked and refused."""

@@ -6,8 +6,10 @@ start is run again by itself a hundred times finer, and its orbit and multiplier
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -309,6 +311,16 @@ class Attractors:
         ]
         columns = ("between", Column("starts apart by", "1", 2), "they part with", "unstable motion at the edge")
         return Table("Edges of basins", columns, rows)
+
+    def write(self, folder: str | os.PathLike[str]) -> Path:
+        """Write attractors.json and a scene file of each motion into a folder, made if it is not there, and returned.
+
+        Raises InputError where it cannot be written.
+        """
+        from tarsus.orbits.files import write_attractors
+
+        write_attractors(self, Path(folder))
+        return Path(folder)
 
     def to_dict(self) -> dict[str, object]:
         """Plain data, SI units, as `tarsus attractors --json` prints it; attractors are numbered from 1."""

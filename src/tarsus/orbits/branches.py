@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -212,6 +214,16 @@ class Branches(Tabled):
         columns = ("branch", at, "motion", impact, flight, "largest |multiplier|")
         small = any(row[-1] is not None and row[-1] < NOISE for row in rows)
         return Table("Orbits", columns, rows, ROUNDED if small else ())
+
+    def write(self, folder: str | os.PathLike[str]) -> Path:
+        """Write branch.json and branch.nc into a folder, which is made if it is not there, and returned.
+
+        Raises InputError where it cannot be written.
+        """
+        from tarsus.orbits.files import write_branch
+
+        write_branch(self, Path(folder))
+        return Path(folder)
 
     def to_dict(self) -> dict[str, object]:
         """Plain data, SI units, as `tarsus branch --json` prints it; branches are numbered from 1."""

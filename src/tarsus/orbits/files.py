@@ -53,6 +53,7 @@ def branch_variables(found: Branches) -> dict[str, Variable]:
 
 def write_branch(found: Branches, folder: Path) -> tuple[Path, Path]:
     """Write branches into a folder and return the files."""
+    folder.mkdir(parents=True, exist_ok=True)
     attrs = {"title": found.scene.name, "along": found.path, "source": f"tarsus {package_version()}"}
     write_netcdf(branch_variables(found), attrs, folder / "branch.nc")
     write_text(folder / "branch.json", json_text(found.to_dict()) + "\n")

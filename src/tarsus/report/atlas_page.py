@@ -50,7 +50,7 @@ def atlas_html(found: Atlas) -> str:
 
 def write_atlas(found: Atlas, folder: Path) -> list[Path]:
     """Write an atlas and its page into a folder and return the files."""
-    return [*found.write(folder), write_page(atlas_html(found), folder / "report.html")]
+    return [found.write(folder), write_page(atlas_html(found), folder / "report.html")]
 
 
 def _field(axes: Axes, found: Atlas, values: np.ndarray, **look: Any) -> AxesImage:

@@ -108,8 +108,8 @@ class Run(Hinted):
         "x": "'states(times).x', or 'to_dataset()'",
         "energy": "'ledger'",
         "energies": "'ledger'",
-        "write": "'save'",
-        "to_csv": "'save', which writes all files",
+        "save": "'write'",
+        "to_csv": "'write', which writes all files",
         "to_dataframe": "to_dataset().to_dataframe()",
         "data": "'to_dataset'",
         "dataset": "'to_dataset'",
@@ -208,7 +208,7 @@ class Run(Hinted):
             return drawn(self, name, **options)
         return drawn(self, "series", name, **options)
 
-    def save(self, folder: str | os.PathLike[str], *, mat: bool = False) -> Path:
+    def write(self, folder: str | os.PathLike[str], *, mat: bool = False) -> Path:
         """Write the run into a folder, which is returned and which `tarsus.load_run` reads: scene, series, events,
         measures, provenance and what to cite.
 
