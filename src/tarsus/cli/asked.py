@@ -105,7 +105,8 @@ class Asked:
         if "law" in self.command.taken:
             found["law"] = self.law
         if self.command.scene in found and "duration" in found:
-            requests.refuse_too_long(found[self.command.scene], found["duration"])
+            with self._saying_options():
+                requests.refuse_too_long(found[self.command.scene], found["duration"])
         return found
 
     def folder(self) -> Path | None:
@@ -167,15 +168,24 @@ class Asked:
                 stack.enter_context(console.spinner(command.title))
             many = next((one.name for one in command.taken.values() if one.many), None)
             words = given.pop(many, ()) if many else ()
-            try:
+            with self._saying_options():
                 yield lambda: loaded(command.function)(*words, **given)
-            except InputError as error:
-                raise InputError(map(self._spelled, error.problems)) from error
+
+    @contextlib.contextmanager
+    def _saying_options(self) -> Iterator[None]:
+        """What is wrong in the block, in words of the line."""
+        try:
+            yield
+        except InputError as error:
+            raise InputError(map(self._spelled, error.problems)) from error
 
     def _spelled(self, problem: str) -> str:
         """A sentence with the options of the line for the function's arguments of several words."""
         several = [name for name in self.command.taken if "_" in name]
         said = re.sub(rf"\b({'|'.join(several)})\b( =)?" if several else "$^", _option, problem)
+        own = "|".join(name for name in list(self.command.taken)[self.command.words :] if name in self.words)
+        if own:
+            said = re.sub(rf"^({own})(?=: )|(?<=\()({own})(?=\))", lambda name: f"--{name[0]}", said)
         return problem if said == problem else said  # with all that is known of it
 
     def carry_out(self, **more: Any) -> int:
