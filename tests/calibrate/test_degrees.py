@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from calibrate.toys import cells, problem, unknowns
 from tarsus.calibrate.degrees import Freedom, effective_unknowns, freedom_of_best
+from tarsus.calibrate.objective import Hypothesis
 from tarsus.calibrate.problem import Archive, HypothesisFit
 from tarsus.fit import Prior
 
@@ -56,6 +59,17 @@ def test_a_prior_that_holds_an_unknown_makes_residuals_smaller():
         scales.append(freedom_of_best([HypothesisFit(archive, 0)], {0: 0.0}).scale)
     assert scales[0] == pytest.approx(200.0, rel=0.05), "400 tolerances squared over 4 - 2"
     assert scales[1] == pytest.approx(scales[0], rel=0.05), "two more unknowns that no cell sees"
+
+
+def test_a_column_without_weight_makes_residuals_no_smaller():
+    """Four cells that a constant misses by 10 tolerances, beside four that cost nothing."""
+    misses = 0.5 + 0.1 * np.array([1.0, -1.0, -1.0, 1.0])
+    table = replace(cells(np.column_stack([misses, misses])), weight=np.array([1.0, 0.0]))
+    one = problem(table, lambda run, one: np.full((4, 2, 1), one[0]), unknowns("a"), robust=1e3)
+    one = replace(one, hypotheses=(Hypothesis({}, 0, (0, 1)),))
+    archive = Archive(one)
+    archive.evaluate(0, np.linspace(0.0, 1.0, 41)[:, None])
+    assert freedom_of_best([HypothesisFit(archive, 0)], {0: 0.0}).scale == pytest.approx(400.0 / 3.0, rel=0.1)
 
 
 def test_scatter_from_window_to_window_is_no_misfit():

@@ -52,7 +52,7 @@ def effective_unknowns(points: Floats, pulls: Floats, costs: Floats, precision: 
 
 @dataclass(frozen=True)
 class Freedom:
-    """Degrees of freedom of a fit: cells, unknowns that they determine, misfit of the cells at the best set."""
+    """Degrees of freedom of a fit: cells with a weight, unknowns that they determine, misfit at the best set."""
 
     cells: int
     unknowns: float
@@ -72,5 +72,6 @@ def freedom_of_best(fits: Sequence[HypothesisFit], best: Mapping[int, float]) ->
     pieces = fit.pieces(readings)
     total = (fit.problem.residuals(pieces, points) ** 2).sum(axis=1)
     i, cells = int(np.argmin(total)), fit.problem.objective.cells
-    unknowns = effective_unknowns(points, pieces.pull[:, cells.known], total, fit.unknowns.precision(points[i]))
-    return Freedom(int(cells.known.sum()), unknowns, float(pieces.misfit[i].sum()))
+    counted = cells.known & (cells.weight > 0.0)
+    unknowns = effective_unknowns(points, pieces.pull[:, counted], total, fit.unknowns.precision(points[i]))
+    return Freedom(int(counted.sum()), unknowns, float(pieces.misfit[i].sum()))
