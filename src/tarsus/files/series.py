@@ -5,6 +5,7 @@ NetCDF is written directly, so that keeping a run does not have to load xarray; 
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -162,7 +163,7 @@ def read_netcdf(path: Path) -> xarray.Dataset:
         with xarray.open_dataset(path, engine="h5netcdf") as stored:
             dataset = stored.load()
     except OSError as error:
-        reason = error.strerror.lower() if error.strerror else str(error)
+        reason = os.strerror(error.errno).lower() if error.errno else str(error)
         raise InputError([f"cannot read {path}: {reason}"]) from error
     for name, variable in dataset.data_vars.items():
         if variable.attrs.get("flag_meanings") == "open contact":

@@ -21,6 +21,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.events import IMPACTS
 from tarsus.base.messages import nearest
 from tarsus.base.verb import callable_package
+from tarsus.files.kinds import folder_sentence
 from tarsus.files.runstore import COLLECTED_FILE
 from tarsus.files.series import dataset_of
 from tarsus.files.store import SERIES_FILE
@@ -109,13 +110,15 @@ def _data(saved: Saved) -> xarray.Dataset:
     if folder.is_dir():
         file = next((folder / one for one in (SERIES_FILE, COLLECTED_FILE) if (folder / one).is_file()), folder)
     if file.is_dir():
-        raise InputError(f"'{saved}' holds no run and no finished sweep ({SERIES_FILE} or {COLLECTED_FILE})")
+        held = f"({SERIES_FILE} or {COLLECTED_FILE}){folder_sentence(folder, ())}"
+        raise InputError(f"'{saved}' holds no run and no finished sweep {held}")
     if not file.is_file():
         raise InputError(f"there is no '{file}': name a folder that `simulate` or `sweep` wrote, or a .nc file")
     try:
         return xarray.open_dataset(file, engine="h5netcdf", phony_dims="access")  # dimensions of plain HDF5
     except (OSError, ValueError) as error:
-        raise InputError(f"'{file}' is no NetCDF file of tarsus: {str(error).splitlines()[0]}") from error
+        wanted = "name a folder that `simulate` or `sweep` wrote, or a .nc file"
+        raise InputError(f"'{file}' is no NetCDF file of tarsus: {wanted}") from error
 
 
 def motion(run: Run, points: Sequence[str] | None = None, *, axes: Axes | None = None) -> Axes:
