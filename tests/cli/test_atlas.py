@@ -29,7 +29,8 @@ def test_the_run_of_a_cell_is_that_of_its_command_line(tmp_path, capsys):
 
 def test_a_packaged_study_is_a_map(tmp_path, capsys):
     out = tmp_path / "out"
-    words = shlex.split("atlas cantilever-gap-map --set robot.drives.pzt.capacitance=2nF --depth 2 --json")
+    words = shlex.split("atlas cantilever-gap-map --set robot.drives.pzt.capacitance=2nF --depth 2 --json --no-report")
     assert main([*words, "-o", str(out)]) == 0
     found = json.loads(capsys.readouterr().out)
+    assert (out / "atlas.nc").exists() and not (out / "report.html").exists()
     assert found["x"]["path"] == "robot.feet.tip.gap" and found["points"] == [5, 5]

@@ -57,6 +57,7 @@ def test_words_come_with_those_that_belong_to_them(verb):
     words = OPTIONS[verb]
     assert ("--json" in words) != (verb in ("completion", "design request"))  # which print a file
     assert ("--output" in words) == ("--overwrite" in words) >= ("--resume" in words)
+    assert ("--report" in words) or "--resume" not in words
     assert ("--law" in words) >= ("--set" in words)
     assert ("--threads" in words) == ("--on" in words) or verb in ("reproduce", "attractors", "branch", "validate")
     assert all(words.values()), "every word is explained"

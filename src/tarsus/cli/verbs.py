@@ -57,7 +57,10 @@ COMMANDS: dict[str, Verb] = {
         title="attractors",
     ),
     "atlas": Verb(
-        "tarsus.atlas.verb:atlas", files="tarsus.atlas.verb:FILES", write="tarsus.report.atlas_page:write_atlas"
+        "tarsus.atlas.verb:atlas",
+        files="tarsus.atlas.verb:FILES",
+        write="tarsus.atlas.result:Atlas.write",
+        page="tarsus.report.atlas_page:atlas_html",
     ),
     "synthesize": Verb(
         "tarsus.synthesis.verb:synthesize", files="tarsus.synthesis.campaign_folder:CAMPAIGN_FILES", title="records"
@@ -87,6 +90,7 @@ COMMANDS: dict[str, Verb] = {
         "tarsus.validation.verb:validate",
         files="tarsus.report.validation_page:FILES",
         write="tarsus.report.validation_page:write_validation",
+        page="tarsus.report.validation_page:write_pages",
         title="comparing",
         own=True,
     ),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from tarsus.atlas.cells import MEASURES, MOST_PERIODS
 from tarsus.atlas.classes import meanings, words
 from tarsus.atlas.result import Atlas
 from tarsus.orbits.returns import drive_period
-from tarsus.report.pages import Fold, PageFigure, Section, sections_page, terms, write_page
+from tarsus.report.pages import Fold, PageFigure, Section, sections_page, terms
 from tarsus.report.panel_grid import QUARTER, few_ticks, name_axes, panel, panels
 from tarsus.report.style import BLUE, GREEN, INK, MUTED, PURPLE, VERMILION, scale_of
 from tarsus.tables.numbers import amount, percent, spaced
@@ -46,11 +45,6 @@ def atlas_html(found: Atlas) -> str:
     name = found.scene.name
     footer = "Every run is a line of cells.csv."
     return sections_page(f"Atlas: {name}", [f"{about}."], sections, footer)
-
-
-def write_atlas(found: Atlas, folder: Path) -> list[Path]:
-    """Write an atlas and its page into a folder and return the files."""
-    return [found.write(folder), write_page(atlas_html(found), folder / "report.html")]
 
 
 def _field(axes: Axes, found: Atlas, values: np.ndarray, **look: Any) -> AxesImage:

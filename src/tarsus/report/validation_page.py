@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -59,15 +59,27 @@ FILES = ("index.html", *ONE, *(f"*/{file}" for file in ONE))
 
 
 def write_validation(found: Validation | Suite, folder: Path) -> list[Path]:
-    """Write the page, the plain data and the rows of an experiment into a folder and return the files; of several a
-    folder each, and an index."""
-    data = json_text(found.to_dict()) + "\n"
+    """Write the plain data and the rows of an experiment into a folder and return the files; of several a folder each,
+    and their data."""
+    texts = {"validation.json": json_text(found.to_dict()) + "\n"}
     if isinstance(found, Suite):
         for name, one in found.validations.items():
             write_validation(one, folder / name)
-        texts = {"index.html": suite_html(found), "validation.json": data}
     else:
-        texts = dict(zip(ONE, (validation_html(found), data, found.csv()), strict=True))
+        texts["validation.csv"] = found.csv()
+    return _written(texts, folder)
+
+
+def write_pages(found: Validation | Suite, folder: Path) -> list[Path]:
+    """Write the page of an experiment and return it; of several a page each and an index."""
+    if not isinstance(found, Suite):
+        return _written({"report.html": validation_html(found)}, folder)
+    for name, one in found.validations.items():
+        write_pages(one, folder / name)
+    return _written({"index.html": suite_html(found)}, folder)
+
+
+def _written(texts: Mapping[str, str], folder: Path) -> list[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     for file, text in texts.items():
         write_text(folder / file, text)
