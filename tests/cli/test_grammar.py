@@ -130,6 +130,11 @@ def test_a_command_line_is_a_call_of_the_function(monkeypatch, line, given):
     assert {name: options.get(name) for name in given} == given
 
 
+@pytest.mark.parametrize(("verb", "said"), [("identify", 'by default "identified"'), ("modes", "without it nothing")])
+def test_the_help_of_output_says_what_happens_without_it(verb, said):
+    assert said in OPTIONS[verb]["--output"]
+
+
 MOST_OPTIONS = 12
 """Of a command, beside those that all share: as many as a help page shows at once; what is longer goes into a file."""
 

@@ -12,7 +12,13 @@ FILES = ("identified.toml", "identification.json", "draws.npz", "track.json", "t
 
 
 def identify(asked: Asked) -> int:
-    """By default the folder is "identified", of a series "tracked", next to the (first) campaign file."""
+    """A campaign, or a series of them.
+
+    Parameters
+    ----------
+    output
+        Folder for what is found and its page; by default "identified" next to the campaign, of a series "tracked".
+    """
     from tarsus.base.errors import InputError
     from tarsus.identify.result import write_identification
     from tarsus.identify.track import write_track

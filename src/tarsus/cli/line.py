@@ -27,7 +27,8 @@ def line_of(command: Verb, verb: str, hook: Callable[..., int] | None = None) ->
     own = {} if hook is None else _own_options(hook)
     parameters = [*_arguments(command, own), *own.values()]
     known = {one.name for one in parameters}
-    parameters += [one for one in _shared(command) if one.name not in known]
+    said = command.declared.said if hook is None else command.declared.said | _said_by(hook)
+    parameters += [one for one in _shared(command, said) if one.name not in known]
     signature = inspect.Signature(parameters)
 
     def call(*words: Any, **given: Any) -> int:
@@ -76,8 +77,8 @@ def _arguments(command: Verb, own: dict[str, inspect.Parameter]) -> list[inspect
     return found
 
 
-def _shared(command: Verb) -> list[inspect.Parameter]:
-    """Options that mean the same in every verb that takes them."""
+def _shared(command: Verb, described: dict[str, str]) -> list[inspect.Parameter]:
+    """Options that mean the same in every verb that takes them; described: what is said of each."""
     taken, writes = command.taken, bool(command.files or command.endings)
     found: list[tuple[str, Any, Any]] = []
     if command.scene is not None:
@@ -88,7 +89,7 @@ def _shared(command: Verb) -> list[inspect.Parameter]:
         found.append(("threads", options.Threads, None))
         found += [("on", options.On, None)] * (taken["threads"].type == "Workers")
     if writes:
-        said = Parameter(help=command.declared.said.get("output", FOLDER))
+        said = Parameter(help=described.get("output", FOLDER))
         needed = command.needs_output
         folder = Annotated[options.Folder if needed else options.MaybeFolder, said]
         found.append(("output", folder, NO_DEFAULT if needed else None))
@@ -101,8 +102,12 @@ def _shared(command: Verb) -> list[inspect.Parameter]:
 def _own_options(hook: Callable[..., int]) -> dict[str, inspect.Parameter]:
     """Options of a verb that its function in Python does not have, with their help."""
     own = list(inspect.signature(hook, eval_str=True).parameters.values())[1:]
-    said = Declaration(f"{hook.__module__}:{hook.__name__}").said
+    said = _said_by(hook)
     return {one.name: one.replace(annotation=Annotated[one.annotation, Parameter(help=said[one.name])]) for one in own}
+
+
+def _said_by(hook: Callable[..., int]) -> dict[str, str]:
+    return Declaration(f"{hook.__module__}:{hook.__name__}").said
 
 
 def _parameter(

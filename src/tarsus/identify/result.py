@@ -13,6 +13,7 @@ from tarsus.base.spec import FrozenDict, float_paths, with_values
 from tarsus.files.draws import Reliance, write_draws
 from tarsus.files.jsontext import json_text
 from tarsus.files.toml import scene_text
+from tarsus.files.version import package_version
 from tarsus.files.whole import write_text
 from tarsus.identify.assessment import assessed
 from tarsus.identify.step import NotDone, StepResult
@@ -199,6 +200,6 @@ def write_identification(found: Identification, folder: Path) -> list[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     device, numbers, draws = (folder / name for name in RESULT_FILES[:3])
     write_text(device, scene_text(identified_device(found)))
-    write_text(numbers, json_text(summary_of(found)) + "\n")
+    write_text(numbers, json_text(summary_of(found) | {"tarsus": package_version()}) + "\n")
     write_draws(draws, found.known.paths, found.known.values, found.known.samples, found.reliance)
     return [device, numbers, draws]

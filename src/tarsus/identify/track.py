@@ -16,6 +16,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.progress import Progress
 from tarsus.base.spec import float_paths
 from tarsus.files.jsontext import json_text
+from tarsus.files.version import package_version
 from tarsus.files.whole import write_text
 from tarsus.identify.campaign import Opened, read_campaign
 from tarsus.identify.chain import Identification, identify
@@ -169,7 +170,7 @@ def write_track(series: Tracking, folder: Path) -> list[Path]:
     """Write track.json and track.csv into a folder, and return their paths; InputError if it cannot be written."""
     folder.mkdir(parents=True, exist_ok=True)
     numbers, rows = folder / "track.json", folder / "track.csv"
-    write_text(numbers, json_text(series.to_dict()) + "\n")
+    write_text(numbers, json_text(series.to_dict() | {"tarsus": package_version()}) + "\n")
     write_text(rows, series.table().csv())
     return [numbers, rows]
 

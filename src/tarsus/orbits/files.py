@@ -56,7 +56,7 @@ def write_branch(found: Branches, folder: Path) -> tuple[Path, Path]:
     folder.mkdir(parents=True, exist_ok=True)
     attrs = {"title": found.scene.name, "along": found.path, "source": f"tarsus {package_version()}"}
     write_netcdf(branch_variables(found), attrs, folder / "branch.nc")
-    write_text(folder / "branch.json", json_text(found.to_dict()) + "\n")
+    write_text(folder / "branch.json", json_text(found.to_dict() | {"tarsus": package_version()}) + "\n")
     return folder / "branch.nc", folder / "branch.json"
 
 

@@ -24,6 +24,7 @@ from tarsus.files.jsontext import json_text
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.files.output import MANIFEST
 from tarsus.files.runstore import SWEEP_FILES
+from tarsus.files.version import package_version
 from tarsus.files.whole import write_text
 from tarsus.measure.shares import share_of
 from tarsus.model.scene import Scene
@@ -354,7 +355,7 @@ def yield_(
             again = resume and place.exists()
             done.append(run_sweep(one, place, resume=again, threads=threads, progress=report))
     found = judged(drawn, [one for one in (sweep, legs) if one is not None], done, required)
-    write_text(folder / "yield.json", json_text(found.to_dict()) + "\n")
+    write_text(folder / "yield.json", json_text(found.to_dict() | {"tarsus": package_version()}) + "\n")
     return found
 
 
