@@ -117,6 +117,15 @@ def test_a_column_that_is_missed_by_far_has_a_sentence(finished):
     assert "The model misses height by 230 tolerances" in " ".join(str(calibration_table(numbers)).split())
 
 
+@pytest.mark.parametrize(("sigma", "said"), [(1.0, "determined"), (231.0, "preferred")])
+def test_a_model_that_misses_a_column_by_far_determines_nothing(finished, sigma, said):
+    solution, fit = finished[0].solution, finished[0].solution.fit
+    missed = replace(fit.discrepancy, sigma=np.array([1.0, sigma]))
+    fit = replace(fit, ensembles=tuple(replace(one, doubt="") for one in fit.ensembles), discrepancy=missed)
+    numbers = replace(finished[0], solution=replace(solution, fit=fit)).to_dict()
+    assert {one["unknowns"]["e"]["determined"] for one in numbers["branches"] if one["dropped"] is None} == {said}
+
+
 def test_a_search_that_is_too_short_determines_nothing(finished, tmp_path):
     narrow = [one for one in finished[0].to_dict()["branches"] if one["dropped"] is None]
     assert [one["determined"] for one in narrow[0]["unknowns"].values()] == ["preferred", "preferred"]

@@ -112,8 +112,9 @@ def _unknowns(result: Calibration, ensemble: HypothesisEnsemble) -> dict[str, An
     """What an ensemble says of each unknown: the best value, the 90 and 95 % intervals of its members, the verdict."""
     study, unknowns = result.lowered.study, result.solution.problem.unknowns
     values, weights = unknowns.values(ensemble.points), ensemble.weights
+    doubted = bool(ensemble.doubt) or bool((result.solution.discrepancy.sigma > FOREIGN).any())
     out = {}
-    for i, one in enumerate(ensemble.ranges(unknowns, doubted=bool(ensemble.doubt))):
+    for i, one in enumerate(ensemble.ranges(unknowns, doubted=doubted)):
         assert one.verdict is not None
         out[one.name] = {
             "best": one.value,
@@ -264,8 +265,9 @@ def calibration_table(numbers: Mapping[str, Any]) -> Table:
     notes += [f"Known besides the table: {one['name']}. {one['reason']}".strip() for one in numbers["constraints"]]
     notes.append(
         "Determined: the 95 % interval reaches no farther than a quarter to either side, and the data set both ends; "
-        "preferred: it is as narrow, but the search was too short; undecided: it reaches farther, or a bound of the "
-        "search set an end; assumed: its spread is that of its prior."
+        "preferred: it is as narrow, but the search was too short, or the model misses a column by more than "
+        f"{FOREIGN:g} tolerances; undecided: it reaches farther, or a bound of the search set an end; assumed: its "
+        "spread is that of its prior."
     )
     notes += [
         f"The search of the hypothesis {options_word(one)} was too short: {one['doubt']}."
