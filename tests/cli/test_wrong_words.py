@@ -51,6 +51,7 @@ WRONG = [
     ("show made nowhere", "no device is called 'nowhere'"),
     ("show made --drive pzt", "drive: is of a record, and 'made' is a run"),
     ("show taken", "holds no rows of numbers"),
+    ("show shown.html", "'shown.html' is a page: open it in a browser"),
     ("show mixture.json", "'mixture.json' is a part of a result at most: give its folder"),
     ("show cantilever taken", "compare two runs, or two devices or scene files"),
     ("show cantilever cantilver", "did you mean 'cantilever'?"),
@@ -95,6 +96,7 @@ WRONG = [
     ("modes empty.csv --segment -1s", "segment: expected a time above 0 s, got −1 s"),
     ("modes empty.csv --band a:b", "band: expected a frequency (Hz), got 'a'"),
     ("modes empty.csv --band 500:100", "band: expected a lower and a higher frequency, got 500 Hz and 100 Hz"),
+    ("modes driven.csv --against mixture.json", "--against: mixture.json is no modes.json of `tarsus modes`"),
     ("modes driven.csv --against taken", "taken is damaged: it is no JSON"),
     ("modes empty.csv --band 500", "--band takes both ends of a range, a:b, got '500'"),
     ("sweep cantilever-adhesoin", "did you mean 'cantilever-adhesion'?"),
@@ -184,6 +186,7 @@ OF_A_KIND = {
 FILES = {
     "taken": "x",
     "mixture.json": "{}",
+    "shown.html": "",
     "empty.csv": "",
     "driven.csv": "t [s],volts [V],tip [m/s]\n" + "".join(f"{k / 1e3},{k % 7 % 3},{k % 5}\n" for k in range(400)),
     "bare.csv": "a,b\n0,1\n1,2\n2,3\n",

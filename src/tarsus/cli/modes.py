@@ -25,6 +25,8 @@ def modes(asked: Asked, *, against: Path | None = None) -> int:
     folder, names = asked.folder(), tuple(str(one) for one in asked.words["sources"])
     asked.check(folder)
     earlier = None if against is None else read_json(against)
+    if earlier is not None and not {"points", "modes"} <= earlier.keys():
+        raise InputError(f"--against: {against} is no modes.json of `tarsus modes`")
     try:
         with asked.calling() as function:
             fit = function()

@@ -57,7 +57,9 @@ def kind_of_path(path: Path) -> FileKind | None:
         return FileKind.DRAWS
     if path.suffix == ".nc" and is_ours(path):
         return FileKind.SERIES
-    if path.suffix in (".json", ".html") and path.name not in MARKS:
+    if path.suffix == ".html":
+        raise InputError(f"'{path}' is a page: open it in a browser, or give the folder of its result")
+    if path.suffix == ".json" and path.name not in MARKS:
         raise InputError(f"'{path}' is a part of a result at most: give its folder")
     return MARKS.get(path.name, FileKind.RECORD)
 
