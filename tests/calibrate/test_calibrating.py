@@ -202,6 +202,8 @@ def test_every_fault_of_a_study_is_told_at_once(tmp_path):
         ("2 * unknowns.push", "1 / (unknowns.push - 0.75)", "line 20: ZeroDivisionError: float division by zero"),
         ("    return {", "    raise ValueError('no such row')\n    return {", "row 1 and 1 more: "),
         ("2 * unknowns.push", "2", "unknowns.push: it changes nothing in any row"),
+        ("choices = {", 'choices = {"way": {"options": ["a", "b"]}, ', "choices.way: it changes nothing in any row"),
+        ("choices = {", 'choices = {"way": {"options": "a"}, ', "choices.way.options: expected a list, got 'a'"),
         ("def changes(", "def change(", "defines no function changes(unknowns, row)"),
         ('"initial', '"ground.restitution.coefficient": 0.5, "initial', "unknowns.e: the function changes"),
         ('["drop"]', '["drip"]', "the table has no column 'drip'; did you mean 'drop'"),

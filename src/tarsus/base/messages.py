@@ -163,6 +163,10 @@ def locate(cls: Any, loc: tuple[int | str, ...]) -> tuple[list[str], Any, FieldI
         members = _members(here)
         if len(members) > 1:
             chosen = next((m for m in members if kind_of(_bare(m)) == item or item in _tags(m)), None)
+            if chosen is None and "[" in str(item):  # a list or a table: pydantic says which was tried
+                chosen = next(
+                    (m for m in members if str(item).startswith(getattr(get_origin(m), "__name__", " "))), None
+                )
             if chosen is not None:
                 here = chosen
                 continue

@@ -92,7 +92,7 @@ def limits_of(study: Study, channels: Sequence[str], faults: Faults) -> list[Sof
         low = -np.inf if one.min is None else faults.quantity(one.min, unit, f"{where}.min")
         high = np.inf if one.max is None else faults.quantity(one.max, unit, f"{where}.max")
         softness = faults.quantity(one.softness, unit, f"{where}.softness")
-        if not softness > 0.0:
+        if softness <= 0.0:
             faults.add(f"{where}.softness: expected a value above 0")
         if low > high:
             faults.add(f"{where}: expected min below max")

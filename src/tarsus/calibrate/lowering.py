@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
+from itertools import combinations, product
 from typing import Any
 
 import numpy as np
@@ -215,7 +215,7 @@ def _variants(described: Described, unknowns: Unknowns, rows: tuple[Row, ...], f
         for one, each in product(every, ends):
             one.changes(each, rows[0])
     faults.stop()
-    faults.add(*(f"unknowns.{name}: it changes nothing in any row" for name in _idle(every, unknowns)))
+    faults.add(*(f"{path}: it changes nothing in any row" for path in _idle(every, unknowns)))
     with faults.noted("unknowns"):
         for each in ends:
             with_values(every[0].scene_of(middle, rows[0]), {path: each[name] for path, name in paths.items()})
@@ -223,16 +223,26 @@ def _variants(described: Described, unknowns: Unknowns, rows: tuple[Row, ...], f
 
 
 def _idle(variants: Sequence[Variant], unknowns: Unknowns) -> list[str]:
-    """Names of the unknowns of which no row of any variant has other changes at an end than in the middle."""
+    """Paths of the unknowns and of the choices of words that leave the changes of every row as they are: an unknown at
+    both ends as in the middle, and a choice whatever the unknowns."""
+    rows, (middle, *ends) = variants[0].rows, probes(unknowns)
 
-    def moves(two: list[dict[str, float]], one: Variant, row: Row) -> bool:
-        low, high = (found and (found.key, found.numbers) for found in (one.changes(each, row) for each in two))
-        return low != high
+    def differ(one: Variant, values: dict[str, float], other: Variant, others: dict[str, float]) -> bool:
+        found = [(one.changes(values, row), other.changes(others, row)) for row in rows]
+        return any((a and (a.key, a.numbers)) != (b and (b.key, b.numbers)) for a, b in found)
 
-    middle, *ends = probes(unknowns)
-    pairs = [(unknowns.names[i // 2], [middle, end]) for i, end in enumerate(ends)]
-    moving = {name for name, two in pairs if any(moves(two, one, row) for one in variants for row in one.rows)}
-    return [name for name in unknowns.names if name not in moving]
+    moving = {
+        f"unknowns.{unknowns.names[i // 2]}"
+        for i, end in enumerate(ends)
+        if any(differ(one, middle, one, end) for one in variants)
+    }
+    for one, other in combinations(variants, 2):
+        apart = [name for name, option in one.options.items() if other.options[name] != option]
+        if len(apart) == 1 and any(differ(one, each, other, each) for each in (middle, *ends)):
+            moving.add(f"choices.{apart[0]}")
+    chosen = [name for name in variants[0].options if len({one.options[name] for one in variants}) > 1]
+    every = [*(f"unknowns.{name}" for name in unknowns.names), *(f"choices.{name}" for name in chosen)]
+    return [path for path in every if path not in moving]
 
 
 def probes(unknowns: Unknowns) -> list[dict[str, float]]:
