@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,8 +14,10 @@ from tarsus.files.jsontext import json_text
 from tarsus.files.whole import write_text
 from tarsus.formats.freedoms import component
 from tarsus.measure.mac import mac
-from tarsus.modes.modal import ModalFit
 from tarsus.tables.table import Column, Table
+
+if TYPE_CHECKING:
+    from tarsus.modes.modal import ModalFit
 
 MODES_FILES = ("modes.json", "modes.csv", "shapes.unv", "report.html")
 """Everything that `tarsus modes` leaves in its folder, with its report."""
