@@ -249,6 +249,12 @@ def test_a_run_is_no_table_of_feet(run: ts.Run) -> None:
         run["tip"]
 
 
+def test_numbers_of_arrays_stand_where_those_of_python_do() -> None:
+    ends, one = np.array([8.0, 7.9]), np.float32(1.0)
+    followed = ts.branch("cantilever", {"volts": ends}, starts=np.int64(0), multiple=one)  # type: ignore[arg-type, dict-item]
+    assert followed.ends == (8.0, 7.9)
+
+
 @pytest.mark.parametrize("result", [ts.Run, Branches, Attractors, Atlas, Design, LandingDesign, Calibration, ModalFit])
 def test_results_are_written_into_a_folder_by_one_word(result: Any) -> None:
     assert inspect.signature(result.write).return_annotation == "Path" and not hasattr(result, "save")

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from inspect import BoundArguments, Parameter
 from numbers import Real
 from typing import Any, get_args, get_origin
@@ -29,7 +29,7 @@ def check_taken(function: Callable[..., Any], found: BoundArguments) -> None:
         for one in value if many else (value,):
             if said := _wrong(kind, name, one, vars(sys.modules[function.__module__])):
                 problems.append(InputProblem.at(name, f"{said}, got {_shown(one)}"))
-        if kind == "int" and isinstance(value, float) and value.is_integer():
+        if kind == "int" and isinstance(value, Real) and float(value).is_integer():
             found.arguments[name] = int(value)
         elif kind.startswith("Sequence[") and isinstance(value, str | os.PathLike):
             found.arguments[name] = (value,)
@@ -44,21 +44,21 @@ def _wrong(kind: str, name: str, value: Any, names: Mapping[str, Any]) -> str:
         whole = isinstance(value, Real) and not isinstance(value, bool) and float(value).is_integer()
         fits = whole and (least is None or value >= least)
         return "" if fits else "expected a whole number" + ("" if least is None else f" of {least} or more")
-    if kind in ("Ranges", "Ranges | FilePath") and isinstance(value, Mapping):
+    if kind in ("Ranges", "Ranges | FilePath") and hasattr(value, "items"):
         return "" if all(_several(ends, 2) for ends in value.values()) else "expected both ends of every range"
     expected, fits = {
-        "bool": ("expected True or False", isinstance(value, int) or type(value).__name__ == "bool"),
+        "bool": ("expected True or False", isinstance(value, int) or type(value).__name__ in ("bool", "bool_")),
         "float": ("expected a number", isinstance(value, Real)),
         "str": ("expected a text", isinstance(value, str)),
         "Ranges": ('expected ranges by path, as {"robot.feet.tip.gap": ("66 um", "74 um")}', False),
-        "Values": ("expected values by name, as {name: value}", isinstance(value, Mapping)),
-        "Quantities": ("expected values by path, as {path: value}", isinstance(value, Mapping)),
+        "Values": ("expected values by name, as {name: value}", hasattr(value, "items")),
+        "Quantities": ("expected values by path, as {path: value}", hasattr(value, "items")),
         "Range": ('expected both ends of a range, as ("100 Hz", "2 kHz")', _several(value, 2)),
         "Counts": ("expected fewest and most, as (0, 1)", _several(value, 2)),
         "Axis": ('expected a path and both ends, as ("volts", 4, 8)', _several(value, 3, 4)),
     }.get(kind, ("", True))
     if kind.startswith("Mapping[") and " | " not in kind:
-        expected, fits = "expected values by name, as {name: value}", isinstance(value, Mapping)
+        expected, fits = "expected values by name, as {name: value}", hasattr(value, "items")
     if expected:
         return "" if fits else expected
     own = kind == "Study" or (name == "output" and isinstance(value, Mapping))  # `tarsus.sweep` says what to do
@@ -66,7 +66,7 @@ def _wrong(kind: str, name: str, value: Any, names: Mapping[str, Any]) -> str:
 
 
 def _several(value: Any, *counts: int) -> bool:
-    return isinstance(value, Sequence) and not isinstance(value, str) and len(value) in counts
+    return hasattr(value, "__len__") and not isinstance(value, str | Mapping) and len(value) in counts
 
 
 def _classes(kind: str, names: Mapping[str, Any]) -> tuple[type, ...]:
