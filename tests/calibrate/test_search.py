@@ -60,12 +60,26 @@ def test_the_ensemble_is_as_wide_as_the_likelihood():
     assert spread[0, 1] / np.sqrt(spread[0, 0] * spread[1, 1]) == pytest.approx(-0.91, abs=0.1)
 
 
+def test_the_interval_of_one_unknown_is_two_standard_errors_to_either_side():
+    table = cells(straight(0, np.array(TRUTH))[:, :, 0])
+    found = solve(
+        problem(table, lambda run, one: straight(0, [one[0], TRUTH[1]]), unknowns("a")), search(spread=60, members=32)
+    )
+    (a,) = ranges(found)
+    assert a.high - a.low == pytest.approx(2 * 1.96 * 0.01 / np.sqrt(4), rel=0.15)
+
+
 def test_chains_that_have_not_mixed_determine_nothing():
     found = solve(of(0), search(spread=2))
     assert "the chains of the ensemble have not mixed" in found.fit.best.doubt and "(it had 2)" in found.fit.best.doubt
     asked = re.findall(r"Give it a spread of about (\d+) ", found.fit.best.doubt)
     assert not solve(of(0), search(spread=int(asked[0]))).fit.best.doubt
     assert mixing(np.array([[0.0], [2.0], [2.0], [4.0]]), 2) == pytest.approx(np.sqrt(1.5))  # variances 2 and 2, of two
+
+
+def test_a_search_of_few_sets_determines_nothing():
+    found = solve(of(0), search(generations=0, spread=0))
+    assert "sets lie in the likelihood region, 20 make an interval" in found.fit.best.doubt
 
 
 def test_options_that_the_data_do_not_decide_stay_open():
