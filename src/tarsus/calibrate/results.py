@@ -247,8 +247,8 @@ def _mean(values: Sequence[float] | Sequence[bool]) -> float | None:
 
 MISSED = 2.0
 """Tolerances by which a model misses a column at least that it does not describe: by chance one in a thousand tables of
-seven rows. With damping held 10 % too high, gains of 24 tables of a resonance were *determined* 24 times and 19 times wrong;
-of those, 6 stay below it."""
+seven rows. With damping held 10 % too high the gain was *determined* of 24 tables of a resonance, and wrong of 19; of
+those 6 stay below it."""
 
 
 def calibration_table(numbers: Mapping[str, Any]) -> Table:
