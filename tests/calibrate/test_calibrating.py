@@ -117,11 +117,14 @@ def test_a_column_that_is_missed_by_far_has_a_sentence(finished):
     assert "The model misses height by 230 tolerances" in " ".join(str(calibration_table(numbers)).split())
 
 
-@pytest.mark.parametrize(("sigma", "said"), [(1.9, "determined"), (2.1, "preferred")])
-def test_a_model_that_misses_a_column_by_far_determines_nothing(finished, sigma, said):
+@pytest.mark.parametrize(
+    ("sigma", "cells", "said"), [(1.9, 2, "determined"), (2.1, 2, "preferred"), (1.9, 1, "preferred")]
+)
+def test_a_model_that_misses_a_column_or_has_more_unknowns_than_cells_determines_nothing(finished, sigma, cells, said):
     solution, fit = finished[0].solution, finished[0].solution.fit
     missed = replace(fit.discrepancy, sigma=np.array([1.0, sigma]))
     fit = replace(fit, ensembles=tuple(replace(one, doubt="") for one in fit.ensembles), discrepancy=missed)
+    fit = replace(fit, freedom=replace(fit.freedom, cells=cells))
     numbers = replace(finished[0], solution=replace(solution, fit=fit)).to_dict()
     assert {one["unknowns"]["e"]["determined"] for one in numbers["branches"] if one["dropped"] is None} == {said}
 

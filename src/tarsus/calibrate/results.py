@@ -112,7 +112,9 @@ def _unknowns(result: Calibration, ensemble: HypothesisEnsemble) -> dict[str, An
     """What an ensemble says of each unknown: the best value, the 90 and 95 % intervals of its members, the verdict."""
     study, unknowns = result.lowered.study, result.solution.problem.unknowns
     values, weights = unknowns.values(ensemble.points), ensemble.weights
+    free = sum(one is None for one in unknowns.priors) - len(study.constraints)
     doubted = bool(ensemble.doubt) or bool((result.solution.discrepancy.sigma > MISSED).any())
+    doubted |= result.solution.fit.freedom.cells < free  # bounds, not data, then set the ends of some
     out = {}
     for i, one in enumerate(ensemble.ranges(unknowns, doubted=doubted)):
         assert one.verdict is not None
@@ -268,8 +270,8 @@ def calibration_table(numbers: Mapping[str, Any]) -> Table:
     notes.append(
         "Determined: the 95 % interval reaches no farther than a quarter to either side, and the data set both ends; "
         "preferred: it is as narrow, but the search was too short, or the model misses a column by more than "
-        f"{MISSED:g} tolerances; undecided: it reaches farther, or a bound of the search set an end; assumed: its "
-        "spread is that of its prior."
+        f"{MISSED:g} tolerances, or has more unknowns than cells; undecided: it reaches farther, or a bound of the "
+        "search set an end; assumed: its spread is that of its prior."
     )
     notes += [
         f"The search of the hypothesis {options_word(one)} was too short: {one['doubt']}."
