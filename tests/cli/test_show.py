@@ -35,7 +35,7 @@ def test_devices_are_listed_and_every_value_has_a_unit_and_a_provenance(tarsus):
 
 def test_intervals_impact_map_and_landing_rule_are_shown(tarsus, tmp_path):
     shown = tarsus("show", "hexapod")
-    assert "117.24 Hz," in line(shown, "robot.structure.frequencies")
+    assert "117.24, 136.07," in line(shown, "robot.structure.frequencies")
     assert "2.68 to 3.13 kHz" in shown.out and "±" in shown.out
     assert max(map(len, shown.out.splitlines())) <= 120
     assert "impact law: dominant mode, made passive" in shown.out

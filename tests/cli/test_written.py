@@ -30,7 +30,7 @@ WRITTEN = [
         "atlas cantilever --x robot.feet.tip.gap=80um:90um --y signals.pzt.amplitude=4V:6.5V --depth 4",
         "atlas",
         "atlas.json atlas.nc cells.csv scene.toml",
-        ("period 3, held",),
+        ("period 2, held",),
         "A run of each class",
     ),
     (

@@ -59,22 +59,23 @@ def percent(fraction: float | None, digits: int = 3) -> str:
 
 def interval(low: float | None, high: float | None, unit: str = "1", digits: int = 4) -> str:
     """Two ends under one prefix, that of the farther one: "1.2 to 34 µm"; ends that read alike stand once."""
-    shown, label = _under_one_prefix((low, high), unit, digits)
+    known = [abs(one) for one in (low, high) if one is not None and math.isfinite(one)]
+    shown, label = _under_one_prefix((low, high), unit, digits, max(known, default=0.0))
     return MISSING if set(shown) == {MISSING} else " to ".join(dict.fromkeys(shown)) + label
 
 
 def amounts(values: Sequence[float], unit: str = "1", digits: int = 4) -> str:
-    """Values under one prefix, that of the largest: "0, −8.509, −182.9 nN/V"."""
-    shown, label = _under_one_prefix(values, unit, digits)
+    """Values under one prefix, that of the middle one of those that are not 0: "0, −8.509, −182.9 nN/V"."""
+    sizes = sorted(abs(one) for one in values if one != 0.0 and math.isfinite(one)) or [0.0]
+    shown, label = _under_one_prefix(values, unit, digits, sizes[len(sizes) // 2])
     return ", ".join(shown) + label
 
 
-def _under_one_prefix(values: Sequence[float | None], unit: str, digits: int) -> tuple[list[str], str]:
-    """Values as they read before the unit, and the unit after them."""
+def _under_one_prefix(values: Sequence[float | None], unit: str, digits: int, size: float) -> tuple[list[str], str]:
+    """Values as they read before a unit with the prefix of such a size, and the unit after them."""
     if unit == "%":
         values, unit = [None if one is None else 100.0 * one for one in values], " %"
-    most = max((abs(one) for one in values if one is not None and math.isfinite(one)), default=0.0)
-    step, label = (1.0, unit.strip()) if unit in ("1", "", "-", " %") else prefixed(most, unit, digits)
+    step, label = (1.0, unit.strip()) if unit in ("1", "", "-", " %") else prefixed(size, unit, digits)
     shown = [number(None if one is None else one / step, digits) for one in values]
     return shown, f" {label}" if label not in ("1", "", "-") else ""
 
