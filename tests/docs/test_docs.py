@@ -346,6 +346,8 @@ def orbits(names: Names) -> None:
     printed = PAGES["orbits.md"]
     assert names["orbit"].kind == "stable, period 1, 4 impacts, 1 of them held" and names["orbit"].kind in printed
     assert np.abs(names["orbit"].multipliers).max() < 1e-9
+    assert str([(point.kind, round(1e6 * point.at, 4)) for point in names["found"].special]) in printed
+    assert names["found"].coexisting == ()
     assert names["gait"].kind in printed and names["gait"].travel == pytest.approx(1.539e-6, rel=1e-3)
 
 

@@ -131,7 +131,20 @@ def test_the_oscillator_grazes_at_its_published_amplitude():
     ids=["apart", "a jump, and a pair that undoes itself"],
 )
 def test_of_several_changes_close_together_each_is_found(ends, changes):
-    found = ts.branch("cantilever", {"robot.feet.tip.gap": ends}, starts=0)
+    """Of a cantilever on which they lie so."""
+    linear, cubic, weights = -744.687e-9, 2.99899e-9, (0.0, 0.0, 0.0, -101.518e-9, 0.0, -452.889e-9)
+    law = {"constant": -1.23584e-6, "linear": linear, "cubic": cubic, "weights": weights}
+    beam = ts.with_values(
+        ts.load_scene("cantilever"),
+        {
+            "robot.structure.damping_ratios": (0.0159319, 0.0651926),
+            "robot.drives.pzt.load.participation": (0.0835293, 3.16128),
+            "ground.restitution.coefficient": 0.418033,
+            "ground.adhesion": {"initial": 314.715e-9, "rate": 1.61306e-6},
+            **{f"robot.drives.pzt.law.{name}": value for name, value in law.items()},
+        },
+    )
+    found = ts.branch(beam, {"robot.feet.tip.gap": ends}, starts=0)
     assert [(point.kind, 1e6 * point.at) for point in found.special] == [
         (kind, pytest.approx(at, abs=1e-5)) for kind, at in changes
     ]
