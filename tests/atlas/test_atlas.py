@@ -63,7 +63,7 @@ def test_classes_are_those_of_single_runs():
         late = run.events["kind"][run.events["time"] > 1.0]
         assert ((late == 2).any()) == ("held" in words(int(code)))
         multiples.append(alone.multiple)
-    assert len(set(multiples)) >= 3
+    assert len(set(multiples)) >= 2
 
 
 def test_classes_in_words_have_meanings():

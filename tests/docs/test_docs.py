@@ -250,7 +250,7 @@ def files(names: Names) -> None:
 def a_fit(names: Names) -> None:
     first = names["result"]
     gap, push = first.ranges
-    assert gap.value == pytest.approx(70e-6, abs=0.2e-6) and push.value == pytest.approx(-744.7e-9, rel=2e-3)
+    assert gap.value == pytest.approx(70e-6, abs=0.2e-6) and push.value == pytest.approx(-622.1e-9, rel=2e-3)
     assert {gap.verdict, push.verdict} == {"determined"} and first.cost < 1e-9
     found, problem = names["found"], names["problem"]
     assert found.values["robot.feet.tip.gap"] == pytest.approx(70e-6, rel=1e-6)
@@ -280,7 +280,7 @@ def first_run(names: Names) -> None:
 
 
 def a_landing(names: Names) -> None:
-    assert names["softer"] < 0.5 and names["plain"] == pytest.approx(0.557, abs=1e-3)
+    assert names["softer"] < 0.5 and names["plain"] == pytest.approx(0.633, abs=1e-3)
     assert "LANDING_COUNT" in names["header"]
 
 
@@ -344,7 +344,7 @@ def modes(names: Names) -> None:
 
 def orbits(names: Names) -> None:
     printed = PAGES["orbits.md"]
-    assert names["orbit"].kind == "stable, period 1, 4 impacts, 1 of them held" and names["orbit"].kind in printed
+    assert names["orbit"].kind == "stable, period 1, 5 impacts, 1 of them held" and names["orbit"].kind in printed
     assert np.abs(names["orbit"].multipliers).max() < 1e-9
     assert str([(point.kind, round(1e6 * point.at, 4)) for point in names["found"].special]) in printed
     assert names["found"].coexisting == ()
@@ -357,7 +357,7 @@ def gaits(names: Names) -> None:
 
 
 def a_map(names: Names) -> None:
-    assert names["found"].class_at(84e-6, 5.2) == "period 3, held" and '"period 3, held"' in PAGES["atlas.md"]
+    assert names["found"].class_at(82e-6, 5.2) == "period 2, held" and '"period 2, held"' in PAGES["atlas.md"]
 
 
 def turned(names: Names) -> None:

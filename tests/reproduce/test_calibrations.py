@@ -94,10 +94,8 @@ def test_the_device_of_the_model_s_column_repeats_it_better_than_that_of_the_mea
         }
         for name in ("cantilever-1", "cantilever")
     )
-    for name in ("peak after break-off", "contact per period"):
+    for name in ("bounces per period", "peak after break-off", "contact per period"):
         assert own[name]["its size"] < other[name]["its size"]
-    counts = "bounces per period"
-    assert own[counts]["bounces exist, right"] >= other[counts]["bounces exist, right"]
 
 
 def test_the_best_hexapod_makes_no_contact_over_20_to_40_um_at_3_to_10_v():

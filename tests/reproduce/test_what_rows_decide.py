@@ -49,9 +49,9 @@ def off(found: dict[str, np.ndarray], measure: str) -> float:
     return float(np.abs(found[measure][some] / seen[some] - 1.0).mean())
 
 
-@pytest.mark.parametrize(("measure", "low", "high"), [("peak", 0.088, 0.052), ("contact_duration", 0.34, 0.077)])
+@pytest.mark.parametrize(("measure", "low", "high"), [("peak", 0.0831, 0.0528), ("contact_duration", 0.287, 0.063)])
 def test_a_zero_that_is_7_um_off_moves_rows_as_much_as_the_model_misses_them(measure, low, high):
-    """Agreement: 7 % of the peaks, 21 % of the contacts; most at 6 V, where two sines lose theirs."""
+    """7 % of the peaks, 17 % of the contacts; most at 6 V, where two sines lose theirs."""
     volts = np.array([row.volt_v for row in packaged_rows(CANTILEVER)])
     moved = np.abs([computed(gap)[measure] / computed()[measure] - 1.0 for gap in (63e-6, 77e-6)])
     assert moved[:, volts == 6.0].mean() == pytest.approx(low, rel=0.02)
@@ -59,14 +59,14 @@ def test_a_zero_that_is_7_um_off_moves_rows_as_much_as_the_model_misses_them(mea
     assert moved.mean() > 0.75 * off(computed(), measure)
 
 
-def test_counts_agree_best_where_flights_count_from_3_um():
+def test_counts_agree_better_where_flights_count_from_3_um():
     """Of 0.1, 3 and 10 um."""
     errors = [off(computed(height=height), "bounces") for height in (0.1e-6, 3e-6, 10e-6)]
-    assert errors == pytest.approx([1.125, 0.7083, 0.7917], rel=1e-3)
+    assert errors == pytest.approx([1.125, 0.625, 0.625], rel=1e-3)
 
 
 @pytest.mark.parametrize(
-    ("lag", "peaks", "contacts"), [(0.0, 0.087, 0.090), (0.5e-3, 0.123, 0.094), (0.9e-3, 0.148, 0.173)]
+    ("lag", "peaks", "contacts"), [(0.0, 0.0818, 0.0922), (0.5e-3, 0.1388, 0.0856), (0.9e-3, 0.180, 0.1958)]
 )
 def test_a_lag_of_the_drive_is_no_correction_of_the_fitted_device(lag, peaks, contacts):
     found = computed(lag=lag)

@@ -26,11 +26,11 @@ def check_taken(function: Callable[..., Any], found: BoundArguments) -> None:
         if value is None and declared.default is None:
             continue
         many = declared.kind is Parameter.VAR_POSITIONAL
-        for one in value if many else (value,):
+        for one in found.arguments[name] if many else (value,):
             if said := _wrong(kind, name, one, vars(sys.modules[function.__module__])):
                 problems.append(InputProblem.at(name, f"{said}, got {_shown(one)}"))
         if kind == "int" and isinstance(value, Real) and float(value).is_integer():
-            found.arguments[name] = int(value)
+            found.arguments[name] = int(found.arguments[name])
         elif kind.startswith("Sequence[") and isinstance(value, str | os.PathLike):
             found.arguments[name] = (value,)
     if problems:
@@ -42,7 +42,7 @@ def _wrong(kind: str, name: str, value: Any, names: Mapping[str, Any]) -> str:
     if kind == "int" or (kind == "Workers" and isinstance(value, str | Real)):
         least = LEAST.get(name)
         whole = isinstance(value, Real) and not isinstance(value, bool) and float(value).is_integer()
-        fits = whole and (least is None or value >= least)
+        fits = whole and (least is None or float(value) >= least)
         return "" if fits else "expected a whole number" + ("" if least is None else f" of {least} or more")
     if kind in ("Ranges", "Ranges | FilePath") and hasattr(value, "items"):
         return "" if all(_several(ends, 2) for ends in value.values()) else "expected both ends of every range"
@@ -72,10 +72,10 @@ def _several(value: Any, *counts: int) -> bool:
 def _classes(kind: str, names: Mapping[str, Any]) -> tuple[type, ...]:
     """The classes of a type that a name or a path is one of; none of any other type."""
     known = {"str": str, "os.PathLike[str]": os.PathLike}
-    parts = [known.get(one) or names.get(one) for one in kind.split(" | ")]
+    parts: list[Any] = [known.get(one) or names.get(one) for one in kind.split(" | ")]
     if None in parts:
         return ()
-    found = [get_origin(one) or one for part in parts for one in get_args(part) or (part,)]
+    found: list[Any] = [get_origin(one) or one for part in parts for one in get_args(part) or (part,)]
     return tuple(found) if os.PathLike in found else ()
 
 
