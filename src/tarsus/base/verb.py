@@ -22,13 +22,14 @@ def verb(function: Callable[P, R]) -> Callable[P, R]:
     def asked(*args: P.args, **options: P.kwargs) -> R:
         from inspect import signature
 
-        from tarsus.base.messages import nearest
         from tarsus.base.taken import check_taken
 
         taken = signature(function)
         try:
             found = taken.bind(*args, **options)
         except TypeError as error:
+            from tarsus.base.messages import nearest
+
             unknown = [word for word in options if word not in taken.parameters]
             near = nearest(unknown[0], taken.parameters) if unknown else ""
             raise TypeError(f"{function.__name__}() {error}{near}") from None

@@ -65,15 +65,9 @@ def hypothesis_scene(result: Calibration, place: int) -> Scene:
     return with_values(scene, {"name": name, "provenance": origins})
 
 
-def write_outputs(result: Calibration, folder: Path) -> list[Path]:
-    """Write the files into a folder, and return them."""
-    written = []
+def write_outputs(result: Calibration, folder: Path) -> None:
+    """Write the files into a folder."""
     for place in range(len(result.solution.fit.kept)):
-        scene = hypothesis_scene(result, place)
-        target = folder / device_file(place)
-        write_text(target, scene_text(scene))
-        written.append(target)
+        write_text(folder / device_file(place), scene_text(hypothesis_scene(result, place)))
     for name, table in ((ENSEMBLE_FILE, ensemble_table(result.ensemble)), (CALIBRATION_FILE, result.to_dict())):
         write_text(folder / name, json_text(table, indent=1) + "\n")
-        written.append(folder / name)
-    return written

@@ -522,7 +522,7 @@ def prepared(
 
 @verb
 def load_run(folder: str | os.PathLike[str], laws: Mapping[str, Any] | None = None) -> Run:
-    """Read a run that `Run.save` or ``tarsus simulate -o`` wrote; laws: the user's laws that its scene needs, by kind.
+    """Read a run that `Run.write` or ``tarsus simulate -o`` wrote; laws: the user's laws that its scene needs, by kind.
 
     Raises InputError if the folder holds no whole run, or one of another format.
     """

@@ -141,27 +141,25 @@ class Robots:
 
 
 def _scattered(about: FloatInfo, text: float | str) -> Normal:
-    if isinstance(text, str) and text.endswith("%"):
-        share = parse_quantity(text[:-1].strip(), "1") / 100.0
-        if share < 0.0:
-            raise InputError(f"expected a standard deviation of 0 or more, got '{text}'")
+    percent = isinstance(text, str) and text.endswith("%")
+    size = parse_quantity(str(text)[:-1].strip(), "1") / 100.0 if percent else parse_quantity(text, about.unit)
+    if size < 0.0:
+        raise InputError(f"expected a standard deviation of 0 or more, got '{text}'")
+    if percent:
         if about.value == 0.0:
             raise InputError(
                 f"{text} of 0 is nothing: give the standard deviation as a value, such as '2 {about.unit}'"
             )
-        return Normal(mean=about.value, deviation=abs(about.value) * share)
-    deviation = parse_quantity(text, about.unit)
-    if deviation < 0.0:
-        raise InputError(f"expected a standard deviation of 0 or more, got '{text}'")
-    if about.value != 0.0 and deviation > MOST_SCATTER * abs(about.value):
+        return Normal(mean=about.value, deviation=abs(about.value) * size)
+    if about.value != 0.0 and size > MOST_SCATTER * abs(about.value):
         plain = re.fullmatch(r"\d+(?:\.\d+)?", str(text))
         meant = f"{text}%" if plain and float(text) <= 100.0 else "10%"
         raise InputError(
-            f"a standard deviation of {format_quantity(deviation, about.unit)} is {deviation / abs(about.value):.3g} "
+            f"a standard deviation of {format_quantity(size, about.unit)} is {size / abs(about.value):.3g} "
             f"times the value itself, {format_quantity(about.value, about.unit)}; a share of it is given in percent, "
             f"such as '{meant}'"
         )
-    return Normal(mean=about.value, deviation=deviation)
+    return Normal(mean=about.value, deviation=size)
 
 
 def _evenly(about: FloatInfo, ends: Range) -> Linspace:
